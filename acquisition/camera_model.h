@@ -1,0 +1,64 @@
+// A camera's intrinsics: pinhole with OpenCV's radial-tangential or fisheye distortion.
+//
+// Pixel centres are at integer + 0.5, as COLMAP and nerfstudio count; a principal point taken from OpenCV, Kalibr
+// or ROS (which count from integer centres) gets 0.5 added where it enters. Lengths are pixels, rays are in the
+// camera frame (x right, y down, z forward).
+//   Radial-tangential: Brown 1966 as in OpenCV's calib3d (k1 k2 p1 p2 k3).
+//   Fisheye: Kannala and Brandt 2006 as in OpenCV's fisheye module (k1 k2 k3 k4).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+
+namespace ulf {
+
+enum class Distortion { kNone, kRadialTangential, kFisheye };
+
+struct CameraModel {
+  int width = 0;
+  int height = 0;
+  double fx = 0, fy = 0;
+  double cx = 0, cy = 0;
+  Distortion distortion = Distortion::kNone;
+  // kRadialTangential: k1 k2 p1 p2 k3. kFisheye: k1 k2 k3 k4 0. kNone: unused.
+  std::array<double, 5> coefficients{};
+
+  static CameraModel Pinhole(int width, int height, double focal_px);
+  // From a principal point counted from integer pixel centres (OpenCV, Kalibr, ROS).
+  static CameraModel FromOpenCv(int width, int height, double fx, double fy, double cx, double cy,
+                                Distortion distortion = Distortion::kNone,
+                                const std::array<double, 5>& coefficients = {});
+
+  // Throws Error naming what is out of range (sizes, focal lengths, anything not finite).
+  void Validate(const std::string& owner) const;
+
+  // The image point of a point in front of the camera; none behind it, or where the distortion polynomial has
+  // folded back (the image point would belong to a ray nearer the axis). Points may fall outside the image.
+  std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam) const;
+
+  // The same, with the 2x3 derivative by the point.
+  std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
+                                            Eigen::Matrix<double, 2, 3>* img_by_point) const;
+
+  // The unit ray through an image point; none where the distortion cannot be inverted.
+  std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
+
+  bool Contains(const Eigen::Vector2d& img) const {
+    return img.x() >= 0 && img.y() >= 0 && img.x() < width && img.y() < height;
+  }
+
+  // The same camera whose images are resized to another width and height.
+  CameraModel ScaledTo(int new_width, int new_height) const;
+  // The same camera without its distortion.
+  CameraModel WithoutDistortion() const;
+
+  double MeanFocalPx() const { return 0.5 * (fx + fy); }
+  // Half the diagonal field of view: no ray of the image is farther from the axis. Radians.
+  double MaxRayAngle() const;
+
+  bool operator==(const CameraModel&) const = default;
+};
+
+}  // namespace ulf

@@ -1,0 +1,38 @@
+// What a subcommand is to main.cpp: a name that, when chosen, leaves behind a function to run.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace ulf {
+
+inline constexpr int kOk = 0;
+inline constexpr int kFailed = 1;
+inline constexpr int kWrongUsage = 2;
+
+// Filled by the subcommand that the command line names.
+using ChosenCommand = std::function<int()>;
+
+// Progress of anything over a second: a bar on a terminal, plain lines otherwise; on standard error.
+class Progress {
+ public:
+  explicit Progress(std::string what, bool quiet = false);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  // `share` 0 to 1; `detail` is printed behind it.
+  void Show(double share, const std::string& detail = {});
+
+ private:
+  std::string what_;
+  bool quiet_;
+  bool terminal_;
+  double last_shown_s_ = -1;
+  double last_share_ = -1;
+};
+
+}  // namespace ulf

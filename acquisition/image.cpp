@@ -1,0 +1,185 @@
+#include "acquisition/image.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace {
+
+double FullScale(int depth) {
+  switch (depth) {
+    case CV_8U:
+      return 255.0;
+    case CV_16U:
+      return 65535.0;
+    default:
+      return 1.0;
+  }
+}
+
+// OpenCV names a pattern by the second row's second and third pixels: its BG is GenICam's RG.
+int DemosaicCode(Mosaic mosaic) {
+  switch (mosaic) {
+    case Mosaic::kRggb:
+      return cv::COLOR_BayerBG2BGR_EA;
+    case Mosaic::kGrbg:
+      return cv::COLOR_BayerGB2BGR_EA;
+    case Mosaic::kGbrg:
+      return cv::COLOR_BayerGR2BGR_EA;
+    default:
+      return cv::COLOR_BayerRG2BGR_EA;
+  }
+}
+
+cv::Mat WithoutMosaic(const Image& image) {
+  if (image.mosaic == Mosaic::kNone) return image.pixels;
+  cv::Mat color;
+  cv::cvtColor(image.pixels, color, DemosaicCode(image.mosaic));
+  return color;
+}
+
+// 8-bit sRGB for every 16-bit linear value; 8-bit input is spread over it first.
+const std::vector<std::uint8_t>& SrgbTable() {
+  static const std::vector<std::uint8_t> table = [] {
+    std::vector<std::uint8_t> values(65536);
+    for (int i = 0; i < 65536; ++i)
+      values[static_cast<std::size_t>(i)] =
+          cv::saturate_cast<std::uint8_t>(255.0f * SrgbFromLinear(static_cast<float>(i) / 65535.0f));
+    return values;
+  }();
+  return table;
+}
+
+cv::Mat EncodedFromLinear(const cv::Mat& linear) {
+  const auto& table = SrgbTable();
+  cv::Mat result(linear.size(), CV_8UC(linear.channels()));
+  const int count = linear.cols * linear.channels();
+  std::array<std::uint8_t, 256> short_table;
+  for (std::size_t i = 0; i < 256; ++i) short_table[i] = table[i * 257];
+  for (int y = 0; y < linear.rows; ++y) {
+    std::uint8_t* out = result.ptr<std::uint8_t>(y);
+    if (linear.depth() == CV_8U) {
+      const std::uint8_t* in = linear.ptr<std::uint8_t>(y);
+      for (int x = 0; x < count; ++x) out[x] = short_table[in[x]];
+    } else if (linear.depth() == CV_16U) {
+      const std::uint16_t* in = linear.ptr<std::uint16_t>(y);
+      for (int x = 0; x < count; ++x) out[x] = table[in[x]];
+    } else {
+      const float* in = linear.ptr<float>(y);
+      for (int x = 0; x < count; ++x) out[x] = table[cv::saturate_cast<std::uint16_t>(in[x] * 65535.0f)];
+    }
+  }
+  return result;
+}
+
+// 8 bits, display-encoded, as many channels as there are.
+cv::Mat Encoded8(const Image& image) {
+  const cv::Mat pixels = WithoutMosaic(image);
+  if (image.transfer == Transfer::kLinear) return EncodedFromLinear(pixels);
+  if (pixels.depth() == CV_8U) return pixels;
+  cv::Mat result;
+  pixels.convertTo(result, CV_8U, 255.0 / FullScale(pixels.depth()));
+  return result;
+}
+
+}  // namespace
+
+float SrgbFromLinear(float linear) {
+  if (linear <= 0.0031308f) return 12.92f * linear;
+  return 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+float LinearFromSrgb(float srgb) {
+  if (srgb <= 0.04045f) return srgb / 12.92f;
+  return std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+}
+
+cv::Mat GrayForTracking(const Image& image) {
+  const cv::Mat encoded = Encoded8(image);
+  if (encoded.channels() == 1) return encoded;
+  cv::Mat gray;
+  cv::cvtColor(encoded, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+cv::Mat Srgb8(const Image& image) {
+  const cv::Mat encoded = Encoded8(image);
+  if (encoded.channels() == 3) return encoded;
+  cv::Mat color;
+  cv::cvtColor(encoded, color, cv::COLOR_GRAY2BGR);
+  return color;
+}
+
+cv::Mat LinearFloat(const Image& image) {
+  cv::Mat pixels = WithoutMosaic(image);
+  if (pixels.channels() == 1) {
+    cv::Mat color;
+    cv::cvtColor(pixels, color, cv::COLOR_GRAY2BGR);
+    pixels = color;
+  }
+  cv::Mat result(pixels.size(), CV_32FC3);
+  if (image.transfer == Transfer::kSrgb && pixels.depth() == CV_8U) {
+    static const std::array<float, 256> table = [] {
+      std::array<float, 256> values{};
+      for (std::size_t i = 0; i < 256; ++i) values[i] = LinearFromSrgb(static_cast<float>(i) / 255.0f);
+      return values;
+    }();
+    for (int y = 0; y < pixels.rows; ++y) {
+      const std::uint8_t* in = pixels.ptr<std::uint8_t>(y);
+      float* out = result.ptr<float>(y);
+      for (int x = 0; x < 3 * pixels.cols; ++x) out[x] = table[in[x]];
+    }
+    return result;
+  }
+  pixels.convertTo(result, CV_32F, 1.0 / FullScale(pixels.depth()));
+  if (image.transfer == Transfer::kSrgb)
+    for (int y = 0; y < result.rows; ++y) {
+      float* row = result.ptr<float>(y);
+      for (int x = 0; x < 3 * result.cols; ++x) row[x] = LinearFromSrgb(row[x]);
+    }
+  return result;
+}
+
+cv::Mat Srgb8FromLinear(const cv::Mat& linear) { return EncodedFromLinear(linear); }
+
+bool ImageFileIsWhole(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) return false;
+  const std::streamoff size = file.tellg();
+  if (size < 12) return false;
+  std::array<unsigned char, 8> head{};
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(head.data()), head.size());
+  const bool is_png = head[0] == 0x89 && head[1] == 'P';
+  const bool is_jpeg = head[0] == 0xFF && head[1] == 0xD8;
+  if (!is_png && !is_jpeg) return true;  // other decoders report truncation themselves
+  // The end marker may be followed by padding or a trailer of the camera's: look for it from the end.
+  const std::streamoff window = std::min<std::streamoff>(size, is_png ? 64 : 65536);
+  std::string tail(static_cast<std::size_t>(window), '\0');
+  file.seekg(size - window);
+  file.read(tail.data(), window);
+  return is_png ? tail.find("IEND") != std::string::npos : tail.rfind("\xFF\xD9") != std::string::npos;
+}
+
+cv::Mat ReadImageFile(const std::string& path) {
+  if (!std::ifstream(path)) throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
+  if (!ImageFileIsWhole(path))
+    throw Error("{}: the image is truncated; copy it again from where it came, or remove its view", path);
+  cv::Mat pixels;
+  try {
+    pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+  }
+  if (pixels.empty()) throw Error("{}: cannot be decoded as an image; copy it again or remove its view", path);
+  if (pixels.channels() == 4) cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
+  return pixels;
+}
+
+}  // namespace ulf

@@ -1,0 +1,49 @@
+#include "acquisition/light_field.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+Eigen::Vector3d LightField::UpInWorld() const {
+  if (up_in_world) return *up_in_world;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const View& view : views) sum -= view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitY());
+  return sum.norm() > 1e-9 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+}
+
+std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
+  if (light_field.views.size() < 2) return std::nullopt;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  for (const View& view : light_field.views) {
+    const Eigen::Vector3d axis = view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitZ());
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    normal += across;
+    right_side += across * view.CenterInWorld();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+  // Axes within about six degrees of each other fix the distance along them too poorly to be used unseen.
+  constexpr double kMinMeanSquaredSine = 0.01;
+  if (solver.eigenvalues()(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
+    return std::nullopt;
+  const Eigen::Vector3d center = normal.ldlt().solve(right_side);
+
+  std::vector<double> distances, half_angles;
+  for (const View& view : light_field.views) {
+    const Eigen::Vector3d center_in_cam = view.cam_from_world * center;
+    if (center_in_cam.z() <= 0) return std::nullopt;
+    distances.push_back(center_in_cam.norm());
+    const CameraModel& camera = light_field.CameraOf(view);
+    half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
+  }
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return Subject{center, median(distances) * std::sin(median(half_angles))};
+}
+
+}  // namespace ulf

@@ -1,0 +1,71 @@
+// What a light field is: photographs with poses, and a sphere around the subject. Values only; the files are
+// light_field_io's business. (Thesis, section 2.1: a collection of photographs, poses, and the subject's extent.)
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+// The bounding sphere of what is captured, in world units.
+struct Subject {
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  double radius = 0;
+  bool operator==(const Subject&) const = default;
+};
+
+// A recorded frame: image, camera, pose.
+struct View {
+  int id = 0;               // given once, in order of recording, never used again
+  std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
+  std::string master_path;  // what the camera gave beyond 8-bit sRGB; empty when there is nothing more
+  int camera = 0;           // index into LightField::cameras
+  Rigid3 cam_from_world;
+  double device_time_s = 0;
+  double host_time_s = 0;
+  double exposure_s = 0;  // 0: unknown
+  double gain = 1;        // linear
+  double black_level = 0;
+  std::optional<double> f_number;
+  double tracking_quality = 1;     // 0 to 1
+  std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
+
+  Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
+};
+
+struct ScenePoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> rgb{128, 128, 128};
+};
+
+struct LightField {
+  std::filesystem::path root;
+  std::vector<CameraModel> cameras;
+  std::vector<View> views;  // in order of id
+  std::optional<Subject> subject;
+  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() takes the mean of the cameras' -y
+  std::string units = "arbitrary";             // or "metres"
+  std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
+  int coverage_width_px = 640;
+  std::string device_uri;
+  std::string device_serial;
+  std::string calibration_source;
+  double capture_s = 0;
+  std::vector<ScenePoint> points;
+
+  Eigen::Vector3d UpInWorld() const;
+  const CameraModel& CameraOf(const View& view) const { return cameras[static_cast<std::size_t>(view.camera)]; }
+};
+
+// The point nearest to all optical axes with a radius from `width_share` of the median image width at the median
+// distance; none where the axes are nearly parallel or the point lies behind the cameras.
+std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
+
+}  // namespace ulf

@@ -1,0 +1,77 @@
+// The light field on disk: a folder that nerfstudio and instant-ngp open as it is (transforms.json) and COLMAP's
+// readers too (sparse/0). While a capture is open the append-only journal is the truth; transforms.json and sparse/0
+// are derived from it on Close(), on opening for more views, and on reading when they are older than it.
+//
+//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  points.ply  unposed/  cache/
+//
+// A view is written to a temporary name, synced, renamed, the folder synced, then the journal line appended and
+// synced: a process killed at any moment loses at most the view being written, and a torn last line is ignored.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/frame.h"
+#include "acquisition/light_field.h"
+
+namespace ulf {
+
+// Reads DIR from its journal where there is one, else from transforms.json (nerfstudio's and instant-ngp's keys).
+// Throws Error naming file, frame and key for anything missing, mistyped, not finite, not a rotation, or outside DIR.
+LightField ReadLightField(const std::filesystem::path& dir);
+
+// The view's photograph as stored, checked against its camera's size.
+Image ReadViewImage(const LightField& light_field, const View& view);
+
+// What the journal's header says about a capture.
+struct CaptureHeader {
+  CameraModel camera;
+  std::string device_uri;
+  std::string device_serial;
+  std::string calibration_source;
+  std::string units = "arbitrary";
+  std::optional<double> threshold_px;
+  int coverage_width_px = 640;
+};
+
+class LightFieldWriter {
+ public:
+  // A new light field in DIR, which must not exist or be empty. Throws Error otherwise.
+  static LightFieldWriter Create(const std::filesystem::path& dir, const CaptureHeader& header);
+  // Opens one for more views, whether it was closed or killed. A second writer is refused.
+  static LightFieldWriter Resume(const std::filesystem::path& dir);
+  LightFieldWriter(LightFieldWriter&&) noexcept;
+  LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
+  ~LightFieldWriter();  // releases the lock; does not close: an open journal is what a kill leaves, too
+
+  // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and id of
+  // `view` are given here; what was written is returned.
+  View AddView(const Frame& frame, View view);
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
+  void SetSubject(const Subject& subject);
+  void SetUp(const Eigen::Vector3d& up_in_world);
+  void SetPoints(std::vector<ScenePoint> points);
+  // Time in which nothing could be recorded (tracking lost, device lost): kept so that review can show it.
+  void NoteGap(double from_s, double to_s, const std::string& reason);
+  void RemoveView(int view_id);  // the photograph moves to unposed/, nothing is deleted
+  // Keeps a photograph that has no pose in unposed/.
+  void KeepUnposed(const Frame& frame);
+  // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
+  void Close(double capture_s);
+
+  const LightField& Contents() const;
+
+ private:
+  struct State;
+  explicit LightFieldWriter(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// transforms.json, sparse/0 and points.ply from the values. Used by Close, import and export.
+void WriteDerivedFiles(const LightField& light_field);
+
+}  // namespace ulf

@@ -1,0 +1,49 @@
+// A rigid transform in three dimensions, named by where it takes you: `cam_from_world` maps a point in world
+// coordinates to camera coordinates. Cameras are right-handed, x right, y down, z forward.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace ulf {
+
+struct Rigid3 {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  static Rigid3 FromMatrix(const Eigen::Matrix4d& target_from_source);
+
+  Eigen::Matrix3d RotationMatrix() const { return rotation.toRotationMatrix(); }
+  Eigen::Matrix4d Matrix() const;
+
+  Rigid3 Inverse() const {
+    const Eigen::Quaterniond inverse = rotation.conjugate();
+    return {inverse, -(inverse * translation)};
+  }
+
+  // Where the target frame's origin lies in the source frame. For `cam_from_world`: the camera centre in world.
+  Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
+
+  // A direction of the target frame, in the source frame. For `cam_from_world`: UnitZ gives the optical axis.
+  Eigen::Vector3d DirectionInSource(const Eigen::Vector3d& direction) const {
+    return rotation.conjugate() * direction;
+  }
+};
+
+inline Eigen::Vector3d operator*(const Rigid3& b_from_a, const Eigen::Vector3d& point_in_a) {
+  return b_from_a.rotation * point_in_a + b_from_a.translation;
+}
+
+inline Rigid3 operator*(const Rigid3& c_from_b, const Rigid3& b_from_a) {
+  return {(c_from_b.rotation * b_from_a.rotation).normalized(),
+          c_from_b.rotation * b_from_a.translation + c_from_b.translation};
+}
+
+// A camera at `center_in_world` that looks at `target_in_world` with `up_in_world` upwards in its image.
+Rigid3 LookAt(const Eigen::Vector3d& center_in_world, const Eigen::Vector3d& target_in_world,
+              const Eigen::Vector3d& up_in_world);
+
+// The rotation angle of a_from_b, in radians, 0 to pi.
+double RotationAngle(const Eigen::Quaterniond& a_from_b);
+
+}  // namespace ulf

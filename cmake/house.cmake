@@ -1,0 +1,43 @@
+# Flags that every target of ours is compiled with, and how a folder becomes a library.
+include(CheckCXXSourceRuns)
+
+# Debian's Eigen-based libraries are built with 16-byte alignment; with AVX our side would otherwise
+# allocate with 32 and free() what the other side laid out differently.
+add_library(ulf_flags INTERFACE)
+target_compile_definitions(ulf_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1 EIGEN_MAX_ALIGN_BYTES=16)
+target_include_directories(ulf_flags INTERFACE ${CMAKE_SOURCE_DIR})
+
+check_cxx_source_runs(
+  "int main() { return __builtin_cpu_supports(\"avx2\") && __builtin_cpu_supports(\"fma\") && __builtin_cpu_supports(\"bmi2\") ? 0 : 1; }"
+  ULF_HOST_HAS_AVX2)
+if(ULF_HOST_HAS_AVX2)
+  set(ulf_default_march x86-64-v3)
+endif()
+set(ULF_MARCH "${ulf_default_march}" CACHE STRING "Instruction set (-march=); empty for the compiler's own default")
+if(ULF_MARCH)
+  target_compile_options(ulf_flags INTERFACE -march=${ULF_MARCH})
+endif()
+
+option(ULF_WARNINGS_AS_ERRORS "Fail on any warning" ON)
+target_compile_options(ulf_flags INTERFACE -Wall -Wextra -Wno-psabi $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:-Werror>)
+
+set(ULF_SANITIZE "" CACHE STRING "address,undefined or thread")
+if(ULF_SANITIZE)
+  target_compile_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} -fno-omit-frame-pointer -g)
+  target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE})
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+# ulf_library(NAME SOURCES ... LINK ... PRECOMPILE ...)
+function(ulf_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
+  if(ARG_PRECOMPILE)
+    target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
+  endif()
+endfunction()

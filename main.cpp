@@ -1,0 +1,48 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+
+#include "acquisition/commands.h"
+#include "acquisition/error.h"
+#include "coverage/commands.h"
+#include "render/commands.h"
+#include "tracking/commands.h"
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a camera that hangs up is an error value, not our end
+  spdlog::set_default_logger(spdlog::stderr_color_mt("ulf"));
+  spdlog::set_pattern("%^%l%$: %v");
+
+  CLI::App app{"ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "ulf " ULF_VERSION);
+  app.set_help_all_flag("--help-all", "Help of every command");
+  bool verbose = false;
+  app.add_flag("-v,--verbose", verbose, "Say more");
+
+  ulf::ChosenCommand chosen;
+  ulf::AddAcquisitionCommands(app, chosen);
+  ulf::AddTrackingCommands(app, chosen);
+  ulf::AddRenderCommands(app, chosen);
+  ulf::AddCoverageCommands(app, chosen);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
+  }
+  if (verbose) spdlog::set_level(spdlog::level::debug);
+
+  try {
+    return chosen();
+  } catch (const ulf::UsageError& error) {
+    std::fprintf(stderr, "ulf: %s\n", error.what());
+    return ulf::kWrongUsage;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "ulf: %s\n", error.what());
+    return ulf::kFailed;
+  }
+}
