@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,6 +60,7 @@ struct LightField {
   std::string device_serial;
   std::string calibration_source;
   double capture_s = 0;
+  std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
   std::vector<ScenePoint> points;
 
   Eigen::Vector3d UpInWorld() const;

@@ -24,7 +24,7 @@ namespace ulf {
 // Throws Error naming file, frame and key for anything missing, mistyped, not finite, not a rotation, or outside DIR.
 LightField ReadLightField(const std::filesystem::path& dir);
 
-// The view's photograph as stored, checked against its camera's size.
+// The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
 Image ReadViewImage(const LightField& light_field, const View& view);
 
 // What the journal's header says about a capture.
@@ -61,7 +61,7 @@ class LightFieldWriter {
   // Keeps a photograph that has no pose in unposed/.
   void KeepUnposed(const Frame& frame);
   // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
-  void Close(double capture_s);
+  void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;
 
@@ -71,7 +71,10 @@ class LightFieldWriter {
   std::unique_ptr<State> state_;
 };
 
-// transforms.json, sparse/0 and points.ply from the values. Used by Close, import and export.
+// A closed light field at light_field.root from values whose images are already in place: journal and derived files.
+void WriteLightField(const LightField& light_field);
+
+// transforms.json, sparse/0 and points.ply from the values.
 void WriteDerivedFiles(const LightField& light_field);
 
 }  // namespace ulf
