@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ulf"));
   spdlog::set_pattern("%^%l%$: %v");
 
-  CLI::App app{"ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
+  CLI::App app{
+      "ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
   app.require_subcommand(1);
   app.set_version_flag("--version", "ulf " ULF_VERSION);
   app.set_help_all_flag("--help-all", "Help of every command");

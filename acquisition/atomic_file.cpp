@@ -25,12 +25,14 @@ void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
   const fs::path temporary = path.string() + std::string(kTemporaryEnding);
   const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (descriptor < 0)
-    throw Error("{}: cannot be written: {}; check the folder's permissions", path.string(), std::strerror(errno));
+    throw Error("{}: cannot be written: {}; check the folder's permissions", path.string(),
+                std::strerror(errno));
   const auto fail = [&](const char* what) {
     const int reason = errno;
     close(descriptor);
     unlink(temporary.c_str());
-    throw Error("{}: {}: {}; free some space or choose another folder", path.string(), what, std::strerror(reason));
+    throw Error("{}: {}: {}; free some space or choose another folder", path.string(), what,
+                std::strerror(reason));
   };
   while (!bytes.empty()) {
     const ssize_t written = write(descriptor, bytes.data(), bytes.size());

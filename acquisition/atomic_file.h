@@ -6,8 +6,8 @@
 
 namespace ulf {
 
-// Writes to a temporary name beside `path`, syncs it, renames it, syncs the folder. Throws Error (disk full, no
-// permission) and leaves nothing behind then.
+// Writes to a temporary name beside `path`, syncs it, renames it, syncs the folder. Throws Error (disk full,
+// no permission) and leaves nothing behind then.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 void SyncFolder(const std::filesystem::path& folder);

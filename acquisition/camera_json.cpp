@@ -16,11 +16,14 @@ constexpr DistortionName kDistortionNames[] = {{Distortion::kNone, "none"},
 }  // namespace
 
 nlohmann::json CameraToJson(const CameraModel& camera) {
-  const auto name = std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
-                                 [&](const DistortionName& entry) { return entry.distortion == camera.distortion; });
-  return {{"width", camera.width},     {"height", camera.height},           {"fx", camera.fx},
-          {"fy", camera.fy},           {"cx", camera.cx},                   {"cy", camera.cy},
-          {"distortion", name->name},  {"coefficients", camera.coefficients}, {"pixel_centers", "half"}};
+  const auto name =
+      std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
+                   [&](const DistortionName& entry) { return entry.distortion == camera.distortion; });
+  return {{"width", camera.width},    {"height", camera.height},
+          {"fx", camera.fx},          {"fy", camera.fy},
+          {"cx", camera.cx},          {"cy", camera.cy},
+          {"distortion", name->name}, {"coefficients", camera.coefficients},
+          {"pixel_centers", "half"}};
 }
 
 CameraModel CameraFromJson(const JsonPlace& place) {

@@ -68,7 +68,12 @@ bool FisheyeGrowsUpTo(const std::array<double, 5>& k, double theta) {
 }  // namespace
 
 CameraModel CameraModel::Pinhole(int width, int height, double focal_px) {
-  return {.width = width, .height = height, .fx = focal_px, .fy = focal_px, .cx = 0.5 * width, .cy = 0.5 * height};
+  return {.width = width,
+          .height = height,
+          .fx = focal_px,
+          .fy = focal_px,
+          .cx = 0.5 * width,
+          .cy = 0.5 * height};
 }
 
 CameraModel CameraModel::FromOpenCv(int width, int height, double fx, double fy, double cx, double cy,
@@ -78,12 +83,14 @@ CameraModel CameraModel::FromOpenCv(int width, int height, double fx, double fy,
 
 void CameraModel::Validate(const std::string& owner) const {
   if (width <= 0 || height <= 0)
-    throw Error("{}: image size {}x{} is not positive; give the size of the photographs", owner, width, height);
+    throw Error("{}: image size {}x{} is not positive; give the size of the photographs", owner, width,
+                height);
   for (const double value : {fx, fy, cx, cy})
     if (!std::isfinite(value))
       throw Error("{}: an intrinsic parameter is not finite; calibrate again or correct the file", owner);
   if (fx <= 0 || fy <= 0)
-    throw Error("{}: focal lengths {} and {} px must be positive; calibrate again or correct the file", owner, fx, fy);
+    throw Error("{}: focal lengths {} and {} px must be positive; calibrate again or correct the file", owner,
+                fx, fy);
   for (const double value : coefficients)
     if (!std::isfinite(value))
       throw Error("{}: a distortion coefficient is not finite; calibrate again or correct the file", owner);
@@ -155,7 +162,8 @@ std::optional<Vector3d> CameraModel::RayFromImg(const Vector2d& img) const {
       theta -= step;
       converged = std::abs(step) < kTolerance * std::max(1.0, radius);
     }
-    if (!converged || theta < 0 || theta > M_PI || !FisheyeGrowsUpTo(coefficients, theta)) return std::nullopt;
+    if (!converged || theta < 0 || theta > M_PI || !FisheyeGrowsUpTo(coefficients, theta))
+      return std::nullopt;
     const Vector2d unit = distorted / radius;
     return Vector3d(unit.x() * std::sin(theta), unit.y() * std::sin(theta), std::cos(theta));
   }

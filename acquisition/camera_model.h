@@ -1,8 +1,8 @@
 // A camera's intrinsics: pinhole with OpenCV's radial-tangential or fisheye distortion.
 //
-// Pixel centres are at integer + 0.5, as COLMAP and nerfstudio count; a principal point taken from OpenCV, Kalibr
-// or ROS (which count from integer centres) gets 0.5 added where it enters. Lengths are pixels, rays are in the
-// camera frame (x right, y down, z forward).
+// Pixel centres are at integer + 0.5, as COLMAP and nerfstudio count; a principal point taken from OpenCV,
+// Kalibr or ROS (which count from integer centres) gets 0.5 added where it enters. Lengths are pixels, rays
+// are in the camera frame (x right, y down, z forward).
 //   Radial-tangential: Brown 1966 as in OpenCV's calib3d (k1 k2 p1 p2 k3).
 //   Fisheye: Kannala and Brandt 2006 as in OpenCV's fisheye module (k1 k2 k3 k4).
 #pragma once

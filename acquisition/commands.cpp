@@ -1,9 +1,9 @@
 #include "acquisition/commands.h"
 
-#include <CLI/CLI.hpp>
+#include "acquisition/import_command.h"
 
 namespace ulf {
 
-void AddAcquisitionCommands(CLI::App& /*app*/, ChosenCommand& /*chosen*/) {}
+void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) { AddImportCommand(app, chosen); }
 
 }  // namespace ulf

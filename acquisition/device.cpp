@@ -9,7 +9,8 @@ namespace ulf {
 DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string::npos || colon == 0)
-    throw UsageError("'{}' is not a device URI; use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')", uri);
+    throw UsageError("'{}' is not a device URI; use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')",
+                     uri);
   DeviceUri parsed;
   parsed.scheme = uri.substr(0, colon);
   const std::size_t question = uri.find('?', colon);

@@ -1,9 +1,9 @@
 // The one door to every camera: machine-vision, simulated, replayed.
 //
-// A device is opened by URI (`sim:studio?seed=7`, `replay:PATH`, `aravis:ID`), started, and asked for frames one by
-// one. The caller owns the loop; devices that have threads of their own hide them. Faults that belong to the work (a
-// frame that did not come, an incomplete frame, the cable pulled) are values; a device that cannot be opened throws
-// Error with the reason and the way out.
+// A device is opened by URI (`sim:studio?seed=7`, `replay:PATH`, `aravis:ID`), started, and asked for frames
+// one by one. The caller owns the loop; devices that have threads of their own hide them. Faults that belong
+// to the work (a frame that did not come, an incomplete frame, the cable pulled) are values; a device that
+// cannot be opened throws Error with the reason and the way out.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ struct DeviceInfo {
   std::string maker;
   std::string model;
   std::string serial;
-  std::string bus;      // "GigEVision", "USB3Vision", "simulated", "files"
+  std::string bus;  // "GigEVision", "USB3Vision", "simulated", "files"
   bool available = true;
   std::string problem;  // why it cannot be opened and what to do; empty when available
 };

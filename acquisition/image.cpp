@@ -169,7 +169,8 @@ bool ImageFileIsWhole(const std::string& path) {
 }
 
 cv::Mat ReadImageFile(const std::string& path) {
-  if (!std::ifstream(path)) throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
+  if (!std::ifstream(path))
+    throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
   if (!ImageFileIsWhole(path))
     throw Error("{}: the image is truncated; copy it again from where it came, or remove its view", path);
   cv::Mat pixels;
@@ -177,7 +178,8 @@ cv::Mat ReadImageFile(const std::string& path) {
     pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
   }
-  if (pixels.empty()) throw Error("{}: cannot be decoded as an image; copy it again or remove its view", path);
+  if (pixels.empty())
+    throw Error("{}: cannot be decoded as an image; copy it again or remove its view", path);
   if (pixels.channels() == 4) cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
   return pixels;
 }

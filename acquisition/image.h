@@ -36,8 +36,8 @@ cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 float SrgbFromLinear(float linear);
 float LinearFromSrgb(float srgb);
 
-// Reads an image file as it is (8 or 16 bits, colour or grey, or float); throws Error naming the file when it is
-// missing, truncated or not an image.
+// Reads an image file as it is (8 or 16 bits, colour or grey, or float); throws Error naming the file when it
+// is missing, truncated or not an image.
 cv::Mat ReadImageFile(const std::string& path);
 
 // True when the file decodes without loss from truncation (end markers of PNG and JPEG present).

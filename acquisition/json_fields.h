@@ -1,5 +1,5 @@
-// Reading JSON that others wrote: every missing key, wrong type or non-finite number becomes an Error that names the
-// file, the place in it, and the key.
+// Reading JSON that others wrote: every missing key, wrong type or non-finite number becomes an Error that
+// names the file, the place in it, and the key.
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,8 @@ struct JsonPlace {
 
   double Number(const char* key) const {
     const nlohmann::json& value = Raw(key);
-    if (!value.is_number()) throw Error("{}: '{}' must be a number, not {}", where, key, value.dump().substr(0, 40));
+    if (!value.is_number())
+      throw Error("{}: '{}' must be a number, not {}", where, key, value.dump().substr(0, 40));
     const double number = value.get<double>();
     if (!std::isfinite(number)) throw Error("{}: '{}' is not finite", where, key);
     return number;
@@ -35,20 +36,25 @@ struct JsonPlace {
 
   std::string Text(const char* key) const {
     const nlohmann::json& value = Raw(key);
-    if (!value.is_string()) throw Error("{}: '{}' must be text, not {}", where, key, value.dump().substr(0, 40));
+    if (!value.is_string())
+      throw Error("{}: '{}' must be text, not {}", where, key, value.dump().substr(0, 40));
     return value.get<std::string>();
   }
-  std::string Text(const char* key, const std::string& otherwise) const { return Has(key) ? Text(key) : otherwise; }
+  std::string Text(const char* key, const std::string& otherwise) const {
+    return Has(key) ? Text(key) : otherwise;
+  }
 
   // Exactly `count` finite numbers.
   std::vector<double> Numbers(const char* key, std::size_t count) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_array() || value.size() != count)
-      throw Error("{}: '{}' must be a list of {} numbers, not {}", where, key, count, value.dump().substr(0, 40));
+      throw Error("{}: '{}' must be a list of {} numbers, not {}", where, key, count,
+                  value.dump().substr(0, 40));
     std::vector<double> numbers;
     for (const nlohmann::json& entry : value) {
       if (!entry.is_number() || !std::isfinite(entry.get<double>()))
-        throw Error("{}: '{}' holds {}, which is not a finite number", where, key, entry.dump().substr(0, 40));
+        throw Error("{}: '{}' holds {}, which is not a finite number", where, key,
+                    entry.dump().substr(0, 40));
       numbers.push_back(entry.get<double>());
     }
     return numbers;

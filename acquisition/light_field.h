@@ -1,5 +1,6 @@
 // What a light field is: photographs with poses, and a sphere around the subject. Values only; the files are
-// light_field_io's business. (Thesis, section 2.1: a collection of photographs, poses, and the subject's extent.)
+// light_field_io's business. (Thesis, section 2.1: a collection of photographs, poses, and the subject's
+// extent.)
 #pragma once
 
 #include <Eigen/Core>
@@ -64,11 +65,13 @@ struct LightField {
   std::vector<ScenePoint> points;
 
   Eigen::Vector3d UpInWorld() const;
-  const CameraModel& CameraOf(const View& view) const { return cameras[static_cast<std::size_t>(view.camera)]; }
+  const CameraModel& CameraOf(const View& view) const {
+    return cameras[static_cast<std::size_t>(view.camera)];
+  }
 };
 
-// The point nearest to all optical axes with a radius from `width_share` of the median image width at the median
-// distance; none where the axes are nearly parallel or the point lies behind the cameras.
+// The point nearest to all optical axes with a radius from `width_share` of the median image width at the
+// median distance; none where the axes are nearly parallel or the point lies behind the cameras.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
 }  // namespace ulf

@@ -1,11 +1,13 @@
-// The light field on disk: a folder that nerfstudio and instant-ngp open as it is (transforms.json) and COLMAP's
-// readers too (sparse/0). While a capture is open the append-only journal is the truth; transforms.json and sparse/0
-// are derived from it on Close(), on opening for more views, and on reading when they are older than it.
+// The light field on disk: a folder that nerfstudio and instant-ngp open as it is (transforms.json) and
+// COLMAP's readers too (sparse/0). While a capture is open the append-only journal is the truth;
+// transforms.json and sparse/0 are derived from it on Close(), on opening for more views, and on reading when
+// they are older than it.
 //
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  points.ply  unposed/  cache/
 //
-// A view is written to a temporary name, synced, renamed, the folder synced, then the journal line appended and
-// synced: a process killed at any moment loses at most the view being written, and a torn last line is ignored.
+// A view is written to a temporary name, synced, renamed, the folder synced, then the journal line appended
+// and synced: a process killed at any moment loses at most the view being written, and a torn last line is
+// ignored.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +22,9 @@
 
 namespace ulf {
 
-// Reads DIR from its journal where there is one, else from transforms.json (nerfstudio's and instant-ngp's keys).
-// Throws Error naming file, frame and key for anything missing, mistyped, not finite, not a rotation, or outside DIR.
+// Reads DIR from its journal where there is one, else from transforms.json (nerfstudio's and instant-ngp's
+// keys). Throws Error naming file, frame and key for anything missing, mistyped, not finite, not a rotation,
+// or outside DIR.
 LightField ReadLightField(const std::filesystem::path& dir);
 
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
@@ -48,8 +51,8 @@ class LightFieldWriter {
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
   ~LightFieldWriter();  // releases the lock; does not close: an open journal is what a kill leaves, too
 
-  // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and id of
-  // `view` are given here; what was written is returned.
+  // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and
+  // id of `view` are given here; what was written is returned.
   View AddView(const Frame& frame, View view);
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
   void SetSubject(const Subject& subject);
@@ -71,7 +74,8 @@ class LightFieldWriter {
   std::unique_ptr<State> state_;
 };
 
-// A closed light field at light_field.root from values whose images are already in place: journal and derived files.
+// A closed light field at light_field.root from values whose images are already in place: journal and derived
+// files.
 void WriteLightField(const LightField& light_field);
 
 // transforms.json, sparse/0 and points.ply from the values.

@@ -21,7 +21,8 @@ struct Rigid3 {
     return {inverse, -(inverse * translation)};
   }
 
-  // Where the target frame's origin lies in the source frame. For `cam_from_world`: the camera centre in world.
+  // Where the target frame's origin lies in the source frame. For `cam_from_world`: the camera centre in
+  // world.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
 
   // A direction of the target frame, in the source frame. For `cam_from_world`: UnitZ gives the optical axis.

@@ -37,7 +37,8 @@ CommandResult RunUlf(const std::string& arguments) {
   CommandResult result;
   FILE* pipe = popen(command.c_str(), "r");
   char buffer[4096];
-  while (const std::size_t count = std::fread(buffer, 1, sizeof(buffer), pipe)) result.output.append(buffer, count);
+  while (const std::size_t count = std::fread(buffer, 1, sizeof(buffer), pipe))
+    result.output.append(buffer, count);
   const int status = pclose(pipe);
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   std::ifstream errors(errors_path);

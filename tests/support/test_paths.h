@@ -9,7 +9,8 @@
 
 namespace ulf::test {
 
-// A folder of real captures by others: `name` under ULF_TEST_DATA, else under ../shared/data beside the checkout.
+// A folder of real captures by others: `name` under ULF_TEST_DATA, else under ../shared/data beside the
+// checkout.
 std::optional<std::filesystem::path> TestData(const std::string& name);
 
 // An empty folder of this test's own, removed again at the end.
@@ -38,7 +39,7 @@ CommandResult RunUlf(const std::string& arguments);
 }  // namespace ulf::test
 
 // Each test on real pictures has a sibling on the simulator; this one may be skipped.
-#define ULF_NEED_TEST_DATA(variable, name)                     \
-  const auto variable##_found = ::ulf::test::TestData(name);   \
+#define ULF_NEED_TEST_DATA(variable, name)                      \
+  const auto variable##_found = ::ulf::test::TestData(name);    \
   if (!variable##_found) GTEST_SKIP() << "no test data: " name; \
   const std::filesystem::path variable = *variable##_found

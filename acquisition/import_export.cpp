@@ -1,0 +1,83 @@
+#include "acquisition/import_export.h"
+
+#include <cstdio>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/command_line.h"
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// images/a/b.jpg, wherever the source kept it.
+std::string PathUnderImages(const std::string& source_path) {
+  constexpr std::string_view kFolder = "images/";
+  return std::string(kFolder) +
+         (source_path.starts_with(kFolder) ? source_path.substr(kFolder.size()) : source_path);
+}
+
+void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
+  const Image image = ReadViewImage(source, view);
+  const fs::path original = source.root / view.image_path;
+  taken.image_path = PathUnderImages(view.image_path);
+  if (image.pixels.depth() != CV_8U) {
+    taken.master_path = "masters/" + taken.image_path.substr(std::string_view("images/").size());
+    fs::create_directories((dir / taken.master_path).parent_path());
+    WriteFileAtomically(dir / taken.master_path, ReadWholeFile(original));
+    taken.image_path = fs::path(taken.image_path).replace_extension(".png").generic_string();
+  }
+  fs::create_directories((dir / taken.image_path).parent_path());
+  if (taken.master_path.empty()) {
+    WriteFileAtomically(dir / taken.image_path, ReadWholeFile(original));
+  } else {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", Srgb8(image), bytes);
+    WriteFileAtomically(dir / taken.image_path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+}
+
+}  // namespace
+
+Subject ParseSubject(const std::string& text) {
+  Subject subject;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &subject.center_in_world.x(),
+                  &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
+      static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
+      !(subject.radius > 0))
+    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
+  return subject;
+}
+
+LightField Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
+  LightField source = ReadLightField(source_path);
+  if (fs::exists(dir) && !(fs::is_directory(dir) && fs::is_empty(dir)))
+    throw Error("{}: exists already; choose another folder", dir.string());
+  if (options.subject) source.subject = options.subject;
+  if (!source.subject) source.subject = SubjectFromAxes(source);
+  if (!source.subject)
+    throw UsageError(
+        "{}: where the subject is cannot be told from the cameras (their axes are nearly parallel or do not "
+        "meet in "
+        "front of them); give it with --subject x,y,z,radius",
+        source_path.string());
+
+  fs::create_directories(dir);
+  LightField imported = source;
+  imported.root = dir;
+  if (imported.device_uri.empty()) imported.device_uri = "import:" + source_path.filename().string();
+  Progress progress("import");
+  for (std::size_t i = 0; i < source.views.size(); ++i) {
+    TakeImage(source, source.views[i], dir, imported.views[i]);
+    progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()),
+                  source.views[i].image_path);
+  }
+  WriteLightField(imported);
+  return imported;
+}
+
+}  // namespace ulf

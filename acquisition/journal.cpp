@@ -1,0 +1,249 @@
+#include "acquisition/journal.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/camera_json.h"
+#include "acquisition/error.h"
+#include "acquisition/json_fields.h"
+#include "acquisition/transforms_json.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kVersion = 1;
+
+json PoseToJson(const Rigid3& cam_from_world) {
+  const Eigen::Quaterniond& q = cam_from_world.rotation;
+  const Eigen::Vector3d& t = cam_from_world.translation;
+  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> n = place.Numbers(key, 7);
+  const Eigen::Quaterniond rotation(n[0], n[1], n[2], n[3]);
+  if (std::abs(rotation.norm() - 1) > 1e-6)
+    throw Error("{}: the quaternion of '{}' has not unit length", place.where, key);
+  return {rotation, {n[4], n[5], n[6]}};
+}
+
+json Vector3ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> n = place.Numbers(key, 3);
+  return {n[0], n[1], n[2]};
+}
+
+void ApplyHeader(const JsonPlace& event, LightField& light_field) {
+  const int version = static_cast<int>(event.Number("version"));
+  if (version > kVersion)
+    throw Error("{}: journal version {} is newer than this program's {}; use a newer ulf", event.where,
+                version, kVersion);
+  for (const json& camera : event.Raw("cameras"))
+    light_field.cameras.push_back(CameraFromJson({camera, event.where}));
+  light_field.device_uri = event.Text("device_uri", "");
+  light_field.device_serial = event.Text("device_serial", "");
+  light_field.calibration_source = event.Text("calibration_source", "");
+  light_field.units = event.Text("units", "arbitrary");
+  if (event.Has("threshold_px")) light_field.threshold_px = event.Number("threshold_px");
+  light_field.coverage_width_px = static_cast<int>(event.Number("coverage_width_px", 640));
+}
+
+void ApplyView(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  View view;
+  view.id = static_cast<int>(event.Number("id"));
+  if (view.id < contents.next_view_id)
+    throw Error("{}: view {} comes after view {}; the journal was edited or mixed", event.where, view.id,
+                contents.next_view_id - 1);
+  view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
+  if (event.Has("master")) view.master_path = PathInside(light_field.root, event.Text("master"), event.where);
+  view.camera = static_cast<int>(event.Number("camera", 0));
+  if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
+    throw Error("{}: camera {} is not among the header's", event.where, view.camera);
+  view.cam_from_world = PoseFromJson(event, "cam_from_world");
+  view.device_time_s = event.Number("device_time_s", 0);
+  view.host_time_s = event.Number("host_time_s", 0);
+  view.exposure_s = event.Number("exposure_s", 0);
+  view.gain = event.Number("gain", 1);
+  view.black_level = event.Number("black_level", 0);
+  if (event.Has("f_number")) view.f_number = event.Number("f_number");
+  view.tracking_quality = event.Number("tracking_quality", 1);
+  if (event.Has("bound_px")) view.bound_px = event.Number("bound_px");
+  contents.next_view_id = view.id + 1;
+  light_field.views.push_back(std::move(view));
+}
+
+View* FindView(LightField& light_field, int id) {
+  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
+                                      [](const View& view, int wanted) { return view.id < wanted; });
+  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+}
+
+void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  const std::string kind = event.Text("event");
+  contents.closed = kind == "close";
+  if (kind == "header") {
+    ApplyHeader(event, light_field);
+  } else if (kind == "view") {
+    ApplyView(event, contents);
+  } else if (kind == "pose_update") {
+    const JsonPlace poses{event.Raw("poses"), event.where + ", poses"};
+    for (const auto& [id, pose] : poses.object.items())
+      if (View* view = FindView(light_field, std::atoi(id.c_str())))
+        view->cam_from_world = PoseFromJson(poses, id.c_str());
+  } else if (kind == "subject") {
+    light_field.subject = Subject{Vector3FromJson(event, "center"), event.Number("radius")};
+  } else if (kind == "up") {
+    light_field.up_in_world = Vector3FromJson(event, "up").normalized();
+  } else if (kind == "remove") {
+    const int id = static_cast<int>(event.Number("id"));
+    std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
+  } else if (kind == "close") {
+    light_field.capture_s = event.Number("capture_s", 0);
+    if (event.Has("reasons"))
+      light_field.reasons = event.Raw("reasons").get<std::map<std::string, std::uint64_t>>();
+  } else if (kind != "gap") {
+    throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
+  }
+}
+
+}  // namespace
+
+JournalContents ReadJournal(const fs::path& file) {
+  JournalContents contents;
+  contents.light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  const std::string bytes = ReadWholeFile(file);
+  int line_number = 0;
+  for (std::size_t end; (end = bytes.find('\n', contents.whole_bytes)) != std::string::npos;) {
+    const std::string line = bytes.substr(contents.whole_bytes, end - contents.whole_bytes);
+    const std::string where = fmt::format("{}, line {}", file.string(), ++line_number);
+    json object;
+    try {
+      object = json::parse(line);
+    } catch (const json::exception&) {
+      // Blocks of a file can reach the disk out of order: the last line may be damaged though its end is
+      // there.
+      if (end + 1 == bytes.size()) break;
+      throw Error(
+          "{}: damaged; restore the file from a copy, or cut it before this line to keep what came before",
+          where);
+    }
+    const JsonPlace event{object, where};
+    if (line_number == 1 && event.Text("event") != "header")
+      throw Error("{}: a journal begins with its header; this file is none", where);
+    ApplyEvent(event, contents);
+    contents.whole_bytes = end + 1;
+  }
+  if (contents.whole_bytes == 0)
+    throw Error("{}: the journal has no header; the capture was killed before it began, remove the folder",
+                file.string());
+  return contents;
+}
+
+Journal::Journal(const fs::path& file) : file_(file) {
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor_ < 0)
+    throw Error("{}: cannot be opened for writing: {}; check permissions", file.string(),
+                std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    close(descriptor_);
+    descriptor_ = -1;
+    throw Error("{}: another process is recording into this light field; stop it or choose another folder",
+                file.parent_path().string());
+  }
+}
+
+void Journal::CutAt(std::size_t whole_bytes) {
+  if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
+    throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void Journal::Append(const std::string& line) {
+  const std::string text = line + "\n";
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0)
+      throw Error("{}: writing failed: {}; everything before this is safe", file_.string(),
+                  std::strerror(errno));
+    done += static_cast<std::size_t>(written);
+  }
+  if (fsync(descriptor_) != 0)
+    throw Error("{}: syncing to disk failed: {}", file_.string(), std::strerror(errno));
+}
+
+void Journal::Header(const LightField& light_field) {
+  json event = {{"event", "header"},
+                {"version", kVersion},
+                {"device_uri", light_field.device_uri},
+                {"device_serial", light_field.device_serial},
+                {"calibration_source", light_field.calibration_source},
+                {"units", light_field.units},
+                {"coverage_width_px", light_field.coverage_width_px}};
+  if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
+  for (const CameraModel& camera : light_field.cameras) event["cameras"].push_back(CameraToJson(camera));
+  Append(event.dump());
+}
+
+void Journal::AddView(const View& view) {
+  json event = {{"event", "view"},
+                {"id", view.id},
+                {"image", view.image_path},
+                {"camera", view.camera},
+                {"cam_from_world", PoseToJson(view.cam_from_world)},
+                {"device_time_s", view.device_time_s},
+                {"host_time_s", view.host_time_s},
+                {"exposure_s", view.exposure_s},
+                {"gain", view.gain},
+                {"black_level", view.black_level},
+                {"tracking_quality", view.tracking_quality}};
+  if (!view.master_path.empty()) event["master"] = view.master_path;
+  if (view.f_number) event["f_number"] = *view.f_number;
+  if (view.bound_px) event["bound_px"] = *view.bound_px;
+  Append(event.dump());
+}
+
+void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {
+  json poses = json::object();
+  for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
+  Append(json{{"event", "pose_update"}, {"poses", poses}}.dump());
+}
+
+void Journal::SetSubject(const Subject& subject) {
+  Append(json{
+      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}
+             .dump());
+}
+
+void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
+  Append(json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}.dump());
+}
+
+void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
+  Append(json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}.dump());
+}
+
+void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
+
+void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {
+  Append(json{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}}.dump());
+}
+
+}  // namespace ulf

@@ -1,0 +1,286 @@
+#include "acquisition/light_field_io.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/colmap_text.h"
+#include "acquisition/error.h"
+#include "acquisition/journal.h"
+#include "acquisition/point_ply.h"
+#include "acquisition/transforms_json.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kJournal = "journal.jsonl";
+constexpr const char* kTransforms = "transforms.json";
+
+bool IsBeingWritten(const fs::path& journal) {
+  const int descriptor = open(journal.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = flock(descriptor, LOCK_SH | LOCK_NB) != 0;
+  close(descriptor);
+  return locked;
+}
+
+bool DerivedFilesAreOlder(const fs::path& dir) {
+  std::error_code missing;
+  const auto derived = fs::last_write_time(dir / kTransforms, missing);
+  return missing || derived < fs::last_write_time(dir / kJournal);
+}
+
+void RequireImages(const LightField& light_field) {
+  for (const View& view : light_field.views)
+    if (!fs::is_regular_file(light_field.root / view.image_path))
+      throw Error(
+          "{}: the image '{}' of view {} is missing; restore it, or take the view out with a journal "
+          "'remove'",
+          light_field.root.string(), view.image_path, view.id);
+}
+
+JournalContents ReadJournalWithPoints(const fs::path& dir) {
+  JournalContents contents = ReadJournal(dir / kJournal);
+  if (fs::is_regular_file(dir / "points.ply")) contents.light_field.points = ReadPointPly(dir / "points.ply");
+  return contents;
+}
+
+void RemoveLeftovers(const fs::path& dir) {
+  for (const char* folder : {".", "images", "masters", "unposed", "sparse/0"}) {
+    if (!fs::is_directory(dir / folder)) continue;
+    for (const auto& entry : fs::directory_iterator(dir / folder))
+      if (entry.path().string().ends_with(kTemporaryEnding)) fs::remove(entry.path());
+  }
+}
+
+std::string EncodePng(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", pixels, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string LowerCaseExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+// What the frame looks like as a file: bytes and ending.
+struct EncodedImage {
+  std::string bytes;
+  std::string extension;
+};
+
+bool IsPlain8BitSrgb(const Image& image) {
+  return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
+}
+
+// For every tool: 8-bit sRGB. A camera's own JPEG is kept byte for byte.
+EncodedImage ForEveryTool(const Frame& frame) {
+  const std::string extension = LowerCaseExtension(frame.source_path);
+  if ((extension == ".jpg" || extension == ".jpeg") && IsPlain8BitSrgb(frame.image))
+    return {ReadWholeFile(frame.source_path), ".jpg"};
+  return {EncodePng(Srgb8(frame.image)), ".png"};
+}
+
+// What the camera gave beyond that; empty bytes where there is nothing more.
+EncodedImage Master(const Frame& frame) {
+  if (IsPlain8BitSrgb(frame.image)) return {};
+  return {EncodePng(frame.image.pixels), ".png"};
+}
+
+}  // namespace
+
+LightField ReadLightField(const fs::path& path) {
+  if (fs::is_regular_file(path)) return ReadTransformsJson(path);
+  if (!fs::is_directory(path))
+    throw Error("{}: there is no such folder; give the folder of a light field", path.string());
+  if (!fs::is_regular_file(path / kJournal)) {
+    if (fs::is_regular_file(path / kTransforms)) return ReadTransformsJson(path / kTransforms);
+    throw Error("{}: holds no light field: neither {} nor {}; capture or import one", path.string(), kJournal,
+                kTransforms);
+  }
+  LightField light_field = ReadJournalWithPoints(path).light_field;
+  RequireImages(light_field);
+  if (DerivedFilesAreOlder(path) && !IsBeingWritten(path / kJournal) && access(path.c_str(), W_OK) == 0)
+    WriteDerivedFiles(light_field);
+  return light_field;
+}
+
+Image ReadViewImage(const LightField& light_field, const View& view) {
+  const fs::path path = light_field.root / view.image_path;
+  Image image{ReadImageFile(path.string()), Transfer::kSrgb};
+  const CameraModel& camera = light_field.CameraOf(view);
+  if (image.width() != camera.width || image.height() != camera.height)
+    throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
+                path.string(), image.width(), image.height(), camera.width, camera.height);
+  return image;
+}
+
+void WriteDerivedFiles(const LightField& light_field) {
+  const fs::path sparse = light_field.root / "sparse" / "0";
+  fs::create_directories(sparse);
+  const ColmapText colmap = ToColmapText(light_field);
+  WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
+  WriteFileAtomically(sparse / "images.txt", colmap.images);
+  WriteFileAtomically(sparse / "points3D.txt", colmap.points3d);
+  if (!light_field.points.empty())
+    WriteFileAtomically(light_field.root / "points.ply", PointPlyBytes(light_field.points));
+  WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field));
+}
+
+void WriteLightField(const LightField& light_field) {
+  if (light_field.cameras.empty()) throw Error("{}: a light field needs a camera", light_field.root.string());
+  Journal journal(light_field.root / kJournal);
+  journal.CutAt(0);
+  journal.Header(light_field);
+  if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
+  if (light_field.subject) journal.SetSubject(*light_field.subject);
+  for (const View& view : light_field.views) journal.AddView(view);
+  journal.Close(light_field.capture_s, light_field.reasons);
+  WriteDerivedFiles(light_field);
+}
+
+struct LightFieldWriter::State {
+  explicit State(const fs::path& dir) : journal(dir / kJournal) { light_field.root = dir; }
+  Journal journal;
+  LightField light_field;
+  int next_view_id = 1;
+  int next_unposed = 1;
+};
+
+LightFieldWriter::LightFieldWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+LightFieldWriter::LightFieldWriter(LightFieldWriter&&) noexcept = default;
+LightFieldWriter& LightFieldWriter::operator=(LightFieldWriter&&) noexcept = default;
+LightFieldWriter::~LightFieldWriter() = default;
+const LightField& LightFieldWriter::Contents() const { return state_->light_field; }
+
+LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHeader& header) {
+  if (fs::exists(dir) && !fs::is_directory(dir))
+    throw Error("{}: is a file; choose another name", dir.string());
+  if (fs::is_regular_file(dir / kJournal))
+    throw Error("{}: holds a light field already; go on with it (--resume) or choose another folder",
+                dir.string());
+  if (fs::is_directory(dir) && !fs::is_empty(dir))
+    throw Error("{}: the folder is not empty; choose another one", dir.string());
+  header.camera.Validate("the camera of " + dir.string());
+  fs::create_directories(dir / "images");
+  auto state = std::make_unique<State>(dir);
+  LightField& light_field = state->light_field;
+  light_field.cameras = {header.camera};
+  light_field.device_uri = header.device_uri;
+  light_field.device_serial = header.device_serial;
+  light_field.calibration_source = header.calibration_source;
+  light_field.units = header.units;
+  light_field.threshold_px = header.threshold_px;
+  light_field.coverage_width_px = header.coverage_width_px;
+  state->journal.Header(light_field);
+  SyncFolder(dir);
+  return LightFieldWriter(std::move(state));
+}
+
+LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
+  if (!fs::is_regular_file(dir / kJournal))
+    throw Error("{}: holds no capture to go on with (no {}); start a new one without --resume", dir.string(),
+                kJournal);
+  auto state = std::make_unique<State>(dir);
+  JournalContents contents = ReadJournalWithPoints(dir);
+  state->journal.CutAt(contents.whole_bytes);
+  RemoveLeftovers(dir);
+  RequireImages(contents.light_field);
+  state->light_field = std::move(contents.light_field);
+  state->next_view_id = contents.next_view_id;
+  fs::create_directories(dir / "images");
+  WriteDerivedFiles(state->light_field);
+  return LightFieldWriter(std::move(state));
+}
+
+View LightFieldWriter::AddView(const Frame& frame, View view) {
+  const fs::path& root = state_->light_field.root;
+  view.id = state_->next_view_id;
+  const std::string name = fmt::format("{:06}", view.id);
+  const EncodedImage image = ForEveryTool(frame);
+  const EncodedImage master = Master(frame);
+  view.image_path = "images/" + name + image.extension;
+  view.master_path = master.bytes.empty() ? "" : "masters/" + name + master.extension;
+  view.device_time_s = frame.device_time_s;
+  view.host_time_s = frame.host_time_s;
+  view.exposure_s = frame.exposure_s;
+  view.gain = frame.gain;
+  view.black_level = frame.black_level;
+  if (!master.bytes.empty()) {
+    fs::create_directories(root / "masters");
+    WriteFileAtomically(root / view.master_path, master.bytes);
+  }
+  WriteFileAtomically(root / view.image_path, image.bytes);
+  state_->journal.AddView(view);
+  ++state_->next_view_id;
+  state_->light_field.views.push_back(view);
+  return view;
+}
+
+void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {
+  if (cam_from_world_by_view.empty()) return;
+  state_->journal.UpdatePoses(cam_from_world_by_view);
+  for (View& view : state_->light_field.views)
+    if (const auto found = cam_from_world_by_view.find(view.id); found != cam_from_world_by_view.end())
+      view.cam_from_world = found->second;
+}
+
+void LightFieldWriter::SetSubject(const Subject& subject) {
+  state_->journal.SetSubject(subject);
+  state_->light_field.subject = subject;
+}
+
+void LightFieldWriter::SetUp(const Eigen::Vector3d& up_in_world) {
+  state_->journal.SetUp(up_in_world);
+  state_->light_field.up_in_world = up_in_world.normalized();
+}
+
+void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
+  WriteFileAtomically(state_->light_field.root / "points.ply", PointPlyBytes(points));
+  state_->light_field.points = std::move(points);
+}
+
+void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& reason) {
+  state_->journal.NoteGap(from_s, to_s, reason);
+}
+
+void LightFieldWriter::RemoveView(int view_id) {
+  LightField& light_field = state_->light_field;
+  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
+                                 [view_id](const View& candidate) { return candidate.id == view_id; });
+  if (view == light_field.views.end())
+    throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
+  state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
+  fs::create_directories(light_field.root / "unposed");
+  fs::rename(light_field.root / view->image_path,
+             light_field.root / "unposed" / fs::path(view->image_path).filename());
+  light_field.views.erase(view);
+}
+
+void LightFieldWriter::KeepUnposed(const Frame& frame) {
+  const fs::path folder = state_->light_field.root / "unposed";
+  fs::create_directories(folder);
+  const EncodedImage image = ForEveryTool(frame);
+  fs::path path;
+  do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
+  while (fs::exists(path));
+  WriteFileAtomically(path, image.bytes);
+}
+
+void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {
+  state_->journal.Close(capture_s, reasons);
+  state_->light_field.capture_s = capture_s;
+  state_->light_field.reasons = reasons;
+  WriteDerivedFiles(state_->light_field);
+}
+
+}  // namespace ulf

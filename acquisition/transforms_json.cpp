@@ -1,0 +1,304 @@
+#include "acquisition/transforms_json.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/error.h"
+#include "acquisition/image.h"
+#include "acquisition/json_fields.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+
+// Turns camera axes over: y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
+Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
+
+Rigid3 CamFromWorld(const JsonPlace& frame) {
+  const json& rows = frame.Raw("transform_matrix");
+  if (!rows.is_array() || (rows.size() != 4 && rows.size() != 3))
+    throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+  Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (!rows[r].is_array() || rows[r].size() != 4)
+      throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (!rows[r][c].is_number() || !std::isfinite(rows[r][c].get<double>()))
+        throw Error("{}: 'transform_matrix' holds {} in row {}, which is not a finite number", frame.where,
+                    rows[r][c].dump(), r);
+      world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
+    }
+  }
+  if ((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
+    throw Error("{}: the last row of 'transform_matrix' must be 0 0 0 1", frame.where);
+  const Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
+  constexpr double kMaxNonOrthogonality = 1e-3;
+  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
+          kMaxNonOrthogonality ||
+      rotation.determinant() < 0)
+    throw Error(
+        "{}: the upper left of 'transform_matrix' is not a rotation (orthonormal, determinant 1); "
+        "export the set again without scale or mirroring",
+        frame.where);
+  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+}
+
+bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
+
+CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
+  CameraModel camera;
+  if (place.Has("w") && place.Has("h")) {
+    camera.width = static_cast<int>(std::lround(place.Number("w")));
+    camera.height = static_cast<int>(std::lround(place.Number("h")));
+  } else {
+    const cv::Mat pixels = ReadImageFile(example_image.string());
+    camera.width = pixels.cols;
+    camera.height = pixels.rows;
+  }
+  if (place.Has("fl_x")) {
+    camera.fx = place.Number("fl_x");
+    camera.fy = place.Number("fl_y", camera.fx);
+  } else if (place.Has("camera_angle_x")) {
+    camera.fx = 0.5 * camera.width / std::tan(0.5 * place.Number("camera_angle_x"));
+    camera.fy = place.Has("camera_angle_y")
+                    ? 0.5 * camera.height / std::tan(0.5 * place.Number("camera_angle_y"))
+                    : camera.fx;
+  } else {
+    throw Error("{}: neither 'fl_x' nor 'camera_angle_x' is there; add the focal length in pixels as 'fl_x'",
+                place.where);
+  }
+  camera.cx = place.Number("cx", 0.5 * camera.width);
+  camera.cy = place.Number("cy", 0.5 * camera.height);
+
+  const std::string model = place.Text("camera_model", "OPENCV");
+  const bool fisheye =
+      model == "OPENCV_FISHEYE" || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
+  constexpr const char* kPerspective[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
+  if (!fisheye &&
+      std::find(std::begin(kPerspective), std::end(kPerspective), model) == std::end(kPerspective))
+    throw Error(
+        "{}: camera model '{}' is not supported; undistort to PINHOLE, or use OPENCV or OPENCV_FISHEYE",
+        place.where, model);
+  const double k1 = place.Number("k1", 0), k2 = place.Number("k2", 0), k3 = place.Number("k3", 0);
+  const double k4 = place.Number("k4", 0), p1 = place.Number("p1", 0), p2 = place.Number("p2", 0);
+  camera.coefficients =
+      fisheye ? std::array<double, 5>{k1, k2, k3, k4, 0} : std::array<double, 5>{k1, k2, p1, p2, k3};
+  const bool all_zero = camera.coefficients == std::array<double, 5>{};
+  camera.distortion = fisheye    ? Distortion::kFisheye
+                      : all_zero ? Distortion::kNone
+                                 : Distortion::kRadialTangential;
+  if (!fisheye && k4 != 0)
+    throw Error("{}: 'k4' belongs to OPENCV_FISHEYE; the model here is {}", place.where, model);
+  camera.Validate(place.where);
+  return camera;
+}
+
+// nerfstudio writes paths with their ending, Blender's original NeRF sets without.
+std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
+  const std::string given = frame.Text("file_path");
+  for (const char* ending : {"", ".png", ".jpg", ".jpeg"}) {
+    const std::string inside = PathInside(root, given + ending, frame.where);
+    if (fs::is_regular_file(root / inside)) return inside;
+  }
+  throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out", frame.where, given,
+              root.string());
+}
+
+void ReadOurFrameKeys(const JsonPlace& ours, View& view) {
+  view.id = static_cast<int>(ours.Number("id", view.id));
+  view.master_path = ours.Text("master", "");
+  view.device_time_s = ours.Number("device_time_s", 0);
+  view.host_time_s = ours.Number("host_time_s", 0);
+  view.exposure_s = ours.Number("exposure_s", 0);
+  view.gain = ours.Number("gain", 1);
+  view.black_level = ours.Number("black_level", 0);
+  if (ours.Has("f_number")) view.f_number = ours.Number("f_number");
+  view.tracking_quality = ours.Number("tracking_quality", 1);
+  if (ours.Has("bound_px")) view.bound_px = ours.Number("bound_px");
+}
+
+Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
+  const std::vector<double> numbers = place.Numbers(key, 3);
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
+  const int version = static_cast<int>(ours.Number("format_version", kFormatVersion));
+  if (version > kFormatVersion)
+    throw Error("{}: format version {} is newer than this program's {}; use a newer ulf", ours.where, version,
+                kFormatVersion);
+  if (ours.Has("subject")) {
+    const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
+    light_field.subject = Subject{Vector3(subject, "center"), subject.Number("radius")};
+  }
+  if (ours.Has("up")) light_field.up_in_world = Vector3(ours, "up").normalized();
+  light_field.units = ours.Text("units", light_field.units);
+  if (ours.Has("threshold_px")) light_field.threshold_px = ours.Number("threshold_px");
+  light_field.coverage_width_px =
+      static_cast<int>(ours.Number("coverage_width_px", light_field.coverage_width_px));
+  light_field.device_uri = ours.Text("device_uri", "");
+  light_field.device_serial = ours.Text("device_serial", "");
+  light_field.calibration_source = ours.Text("calibration_source", "");
+  light_field.capture_s = ours.Number("capture_s", 0);
+  if (ours.Has("reasons"))
+    for (const auto& [reason, count] : ours.Raw("reasons").items())
+      if (count.is_number_unsigned()) light_field.reasons[reason] = count.get<std::uint64_t>();
+}
+
+void WriteCamera(const CameraModel& camera, json& object) {
+  object["w"] = camera.width;
+  object["h"] = camera.height;
+  object["fl_x"] = camera.fx;
+  object["fl_y"] = camera.fy;
+  object["cx"] = camera.cx;
+  object["cy"] = camera.cy;
+  const auto& c = camera.coefficients;
+  switch (camera.distortion) {
+    case Distortion::kNone:
+      object["camera_model"] = "PINHOLE";
+      break;
+    case Distortion::kRadialTangential:
+      object["camera_model"] = "OPENCV";
+      object["k1"] = c[0];
+      object["k2"] = c[1];
+      object["p1"] = c[2];
+      object["p2"] = c[3];
+      object["k3"] = c[4];
+      break;
+    case Distortion::kFisheye:
+      object["camera_model"] = "OPENCV_FISHEYE";
+      object["is_fisheye"] = true;
+      object["k1"] = c[0];
+      object["k2"] = c[1];
+      object["k3"] = c[2];
+      object["k4"] = c[3];
+      break;
+  }
+}
+
+json OurFrameKeys(const View& view) {
+  json ours = {{"id", view.id},
+               {"device_time_s", view.device_time_s},
+               {"host_time_s", view.host_time_s},
+               {"exposure_s", view.exposure_s},
+               {"gain", view.gain},
+               {"black_level", view.black_level},
+               {"tracking_quality", view.tracking_quality}};
+  if (!view.master_path.empty()) ours["master"] = view.master_path;
+  if (view.f_number) ours["f_number"] = *view.f_number;
+  if (view.bound_px) ours["bound_px"] = *view.bound_px;
+  return ours;
+}
+
+json OurKeys(const LightField& light_field) {
+  json ours = {{"format_version", kFormatVersion},
+               {"units", light_field.units},
+               {"coverage_width_px", light_field.coverage_width_px},
+               {"capture_s", light_field.capture_s}};
+  const Eigen::Vector3d up = light_field.UpInWorld();
+  ours["up"] = {up.x(), up.y(), up.z()};
+  if (light_field.subject) {
+    const Eigen::Vector3d& center = light_field.subject->center_in_world;
+    ours["subject"] = {{"center", {center.x(), center.y(), center.z()}},
+                       {"radius", light_field.subject->radius}};
+  }
+  if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
+  if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
+  if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
+  if (!light_field.calibration_source.empty()) ours["calibration_source"] = light_field.calibration_source;
+  if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
+  return ours;
+}
+
+}  // namespace
+
+std::string PathInside(const fs::path& root, const std::string& relative, const std::string& where) {
+  const fs::path canonical_root = fs::weakly_canonical(root);
+  const fs::path target = fs::weakly_canonical(canonical_root / relative);
+  const fs::path inside = target.lexically_relative(canonical_root);
+  if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
+    throw Error("{}: the path '{}' leaves the folder {}; a light field only holds what lies inside it", where,
+                relative, root.string());
+  return fs::path(relative).lexically_normal().generic_string();
+}
+
+LightField ReadTransformsJson(const fs::path& file) {
+  LightField light_field;
+  light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  json document;
+  try {
+    document = json::parse(ReadWholeFile(file));
+  } catch (const json::exception& error) {
+    throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file.string(),
+                error.what());
+  }
+  const JsonPlace top{document, file.string()};
+  const json& frames = top.Raw("frames");
+  if (!frames.is_array()) throw Error("{}: 'frames' must be a list", file.string());
+  if (frames.empty()) throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
+
+  const bool shared_camera = HasIntrinsics(top);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    JsonPlace frame{frames[i], fmt::format("{}, frame {}", file.string(), i)};
+    View view;
+    view.id = static_cast<int>(i) + 1;
+    frame.where += " (" + frame.Text("file_path") + ")";
+    view.image_path = ImagePath(light_field.root, frame);
+    view.cam_from_world = CamFromWorld(frame);
+    const bool own_camera = HasIntrinsics(frame);
+    if (!own_camera && !shared_camera)
+      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                  frame.where);
+    if (own_camera || light_field.cameras.empty()) {
+      const CameraModel camera = ReadCamera(own_camera ? frame : top, light_field.root / view.image_path);
+      const auto known = std::find(light_field.cameras.begin(), light_field.cameras.end(), camera);
+      view.camera = static_cast<int>(known - light_field.cameras.begin());
+      if (known == light_field.cameras.end()) light_field.cameras.push_back(camera);
+    }
+    if (frame.Has("ulf")) {
+      ReadOurFrameKeys({frame.Raw("ulf"), frame.where + ", ulf"}, view);
+      if (!view.master_path.empty())
+        view.master_path = PathInside(light_field.root, view.master_path, frame.where);
+    }
+    light_field.views.push_back(std::move(view));
+  }
+  std::stable_sort(light_field.views.begin(), light_field.views.end(),
+                   [](const View& a, const View& b) { return a.id < b.id; });
+  for (std::size_t i = 1; i < light_field.views.size(); ++i)
+    if (light_field.views[i].id == light_field.views[i - 1].id)
+      throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
+                  light_field.views[i].id);
+  if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
+  return light_field;
+}
+
+std::string TransformsJsonText(const LightField& light_field) {
+  json document;
+  const bool one_camera = light_field.cameras.size() == 1;
+  if (one_camera) WriteCamera(light_field.cameras.front(), document);
+  document["aabb_scale"] = 16;  // instant-ngp: how far beyond the unit cube it looks; ignored by others
+  if (!light_field.points.empty()) document["ply_file_path"] = "points.ply";
+  document["ulf"] = OurKeys(light_field);
+  json& frames = document["frames"] = json::array();
+  for (const View& view : light_field.views) {
+    const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
+    json rows = json::array();
+    for (int r = 0; r < 4; ++r)
+      rows.push_back(
+          {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
+    json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", OurFrameKeys(view)}};
+    if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
+    frames.push_back(std::move(frame));
+  }
+  return document.dump(1) + "\n";
+}
+
+}  // namespace ulf
