@@ -17,7 +17,10 @@ double SteadySeconds() {
 }  // namespace
 
 Progress::Progress(std::string what, bool quiet)
-    : what_(std::move(what)), quiet_(quiet), terminal_(isatty(fileno(stderr)) != 0) {}
+    : what_(std::move(what)),
+      quiet_(quiet),
+      terminal_(isatty(fileno(stderr)) != 0),
+      started_s_(SteadySeconds()) {}
 
 Progress::~Progress() {
   if (!quiet_ && terminal_ && last_shown_s_ >= 0) std::fputc('\n', stderr);
@@ -26,6 +29,7 @@ Progress::~Progress() {
 void Progress::Show(double share, const std::string& detail) {
   if (quiet_) return;
   const double now_s = SteadySeconds();
+  if (now_s - started_s_ < 1.0) return;
   const double interval_s = terminal_ ? 0.1 : 2.0;
   const bool done = share >= 1 && last_share_ < 1;
   if (!done && last_shown_s_ >= 0 && now_s - last_shown_s_ < interval_s) return;

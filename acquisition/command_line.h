@@ -17,7 +17,7 @@ inline constexpr int kWrongUsage = 2;
 // Filled by the subcommand that the command line names.
 using ChosenCommand = std::function<int()>;
 
-// Progress of anything over a second: a bar on a terminal, plain lines otherwise; on standard error.
+// Progress of what takes over a second: a bar on a terminal, plain lines otherwise; on standard error.
 class Progress {
  public:
   explicit Progress(std::string what, bool quiet = false);
@@ -31,6 +31,7 @@ class Progress {
   std::string what_;
   bool quiet_;
   bool terminal_;
+  double started_s_;
   double last_shown_s_ = -1;
   double last_share_ = -1;
 };
