@@ -50,8 +50,10 @@ struct Extent {
 // A pair of views in their epipolar plane. Coordinates (p, q): origin O, p towards s, q towards n's side.
 class EpipolarPlane {
  public:
+  // `subject`: the sphere's cut with the plane, its centre in the plane. `across` is perpendicular to the
+  // direction from that centre to s.
   EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-                double near_limit);
+                const Vector3d& across, double near_limit);
 
   // False where the answer is infinite whatever the pixel.
   bool usable() const { return usable_; }
@@ -59,21 +61,21 @@ class EpipolarPlane {
   double highest_pixel() const { return highest_; }
   double ErrorAt(double pixel_px) const;
   double WorstPixelError(double give_up_px) const;
+  double Scanned(double give_up_px) const;
 
  private:
-  void BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center, const Vector3d& across);
+  void BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center);
   void FindSilhouette();
   void IncludeRay(double slope, Extent* extent) const;
   double FirstGuess() const;
   double Refined(double guess, double error, double give_up_px) const;
-  double Scanned(double give_up_px) const;
 
   double radius_, near_limit_;
   double recorded_distance_ = 0, candidate_distance_ = 0;
   double cos_ = 1, sin_ = 0;  // of the angle between the views
   std::optional<PlaneCamera> s_, n_;
-  double tangent_slope_ = kInfinity;  // slope of s's tangent rays; infinite with s inside
-  double lowest_ = 0, highest_ = 0;   // pixels of s that see the sphere
+  double tangent_slope_ = kInfinity;                  // slope of s's tangent rays; infinite with s inside
+  double lowest_ = kInfinity, highest_ = -kInfinity;  // pixels of s that see the sphere
   struct SilhouettePoint {
     double pixel_in_s = kInfinity;
     double img_in_n = 0;
@@ -82,21 +84,8 @@ class EpipolarPlane {
   bool usable_ = false;
 };
 
-// Unit vector in the plane, perpendicular to `toward_s`, on n's side. With both views in one line any plane
-// through it will do, and the one that holds the optical axes shows their stretch.
-Vector3d Sideways(const Vector3d& toward_s, const Vector3d& from_center_to_n, double scale,
-                  const CriterionView& recorded, const CriterionView& candidate) {
-  const Vector3d axis_n = candidate.cam_from_world.row(2), axis_s = recorded.cam_from_world.row(2);
-  for (const Vector3d& hint : {Vector3d(from_center_to_n / scale), axis_n, axis_s}) {
-    const Vector3d across = hint - hint.dot(toward_s) * toward_s;
-    const double length = across.norm();
-    if (length > 1e-9) return across / length;
-  }
-  return toward_s.unitOrthogonal();
-}
-
 EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate,
-                             const Subject& subject, double near_limit)
+                             const Subject& subject, const Vector3d& across, double near_limit)
     : radius_(subject.radius), near_limit_(near_limit) {
   const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
   const Vector3d to_n = candidate.center_in_world - subject.center_in_world;
@@ -106,7 +95,7 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   if (candidate_distance_ <= radius_ && near_limit_ <= 0) return;
 
   const Vector3d p = to_s / recorded_distance_;
-  const Vector3d q = Sideways(p, to_n, candidate_distance_, recorded, candidate);
+  const Vector3d q = to_n.dot(across) < 0 ? Vector3d(-across) : across;
   cos_ = to_n.dot(p) / candidate_distance_;
   sin_ = to_n.dot(q) / candidate_distance_;
 
@@ -117,7 +106,7 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   s_.emplace(recorded, s_axis, s_across);
   n_.emplace(candidate, n_axis, n_across);
 
-  BoundPixelsByFrame(recorded, s_axis, s_across);
+  BoundPixelsByFrame(recorded, s_axis);
   if (recorded_distance_ > radius_) {
     tangent_slope_ = radius_ / std::sqrt((recorded_distance_ - radius_) * (recorded_distance_ + radius_));
     const auto limit = [&](double slope) {
@@ -131,27 +120,20 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   usable_ = lowest_ <= highest_;
 }
 
-// The part of the epipolar line inside s's frame, in line coordinates.
-void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center,
-                                       const Vector3d& across) {
-  const double depth = to_center.z();
-  const double start[2] = {recorded.fx * to_center.x() / depth + recorded.cx,
-                           recorded.fy * to_center.y() / depth + recorded.cy};
-  const double step[2] = {
-      recorded.fx * (across.x() * depth - to_center.x() * across.z()) / (depth * s_->scale),
-      recorded.fy * (across.y() * depth - to_center.y() * across.z()) / (depth * s_->scale)};
-  const double size[2] = {recorded.width, recorded.height};
-  lowest_ = -kInfinity;
-  highest_ = kInfinity;
-  for (int i = 0; i < 2; ++i) {
-    if (std::abs(step[i]) < 1e-12) {
-      if (start[i] < 0 || start[i] > size[i]) lowest_ = kInfinity;
-      continue;
-    }
-    const double at_zero = -start[i] / step[i], at_size = (size[i] - start[i]) / step[i];
-    lowest_ = std::max(lowest_, std::min(at_zero, at_size));
-    highest_ = std::min(highest_, std::max(at_zero, at_size));
+// Only pixels in s's frame count. Where the frame cuts the sphere's image, the disc around O's image that
+// holds the frame stands for it: the frame's corners may lie farther out than its edge does along the
+// epipolar line.
+void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center) {
+  const double x = recorded.fx * to_center.x() / to_center.z() + recorded.cx;
+  const double y = recorded.fy * to_center.y() / to_center.z() + recorded.cy;
+  const double near_x = std::clamp(x, 0.0, recorded.width), near_y = std::clamp(y, 0.0, recorded.height);
+  if (near_x != x || near_y != y) {
+    // O itself is out of the frame: does the frame's nearest pixel still see the sphere?
+    const Vector3d ray((near_x - recorded.cx) / recorded.fx, (near_y - recorded.cy) / recorded.fy, 1);
+    if (recorded_distance_ * ray.cross(to_center).norm() > radius_ * ray.norm()) return;
   }
+  highest_ = std::hypot(std::max(x, recorded.width - x), std::max(y, recorded.height - y));
+  lowest_ = -highest_;
 }
 
 // Where n's tangent rays touch the sphere: the only points of the arcs at which the region's image can end.
@@ -272,17 +254,66 @@ double EpipolarPlane::Scanned(double give_up_px) const {
 double EpipolarPlane::WorstPixelError(double give_up_px) const {
   double best = ErrorAt(std::clamp(0.0, lowest_, highest_));
   if (best >= give_up_px || best == kInfinity) return best;
-  // The guess holds near the shell; elsewhere the error's maximum wanders, and inside the sphere there is no
-  // guess.
-  constexpr double kShell = 0.25;
+  // The guess holds near the shell and at angles at which the denominator hardly changes over the sphere;
+  // elsewhere the maximum wanders, and inside the sphere there is no guess.
+  constexpr double kShell = 0.25, kDenominatorChange = 0.03;
   const double ratio = candidate_distance_ / recorded_distance_;
-  if (recorded_distance_ <= radius_ || std::abs(ratio - 1) > kShell)
+  if (recorded_distance_ <= radius_ || std::abs(ratio - 1) > kShell ||
+      std::abs(sin_) * radius_ > kDenominatorChange * recorded_distance_ || cos_ < 0)
     return std::max(best, Scanned(give_up_px));
   const double guess = FirstGuess();
   const double error = ErrorAt(guess);
   best = std::max(best, error);
   if (best >= give_up_px || best == kInfinity) return best;
   return std::max(best, Refined(guess, error, give_up_px));
+}
+
+// Unit vector perpendicular to `toward_s`, in the plane through the centre and both views. With both in one
+// line any plane through it will do, and the one that holds the optical axes shows their stretch.
+Vector3d Across(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject) {
+  const Vector3d toward_s = (recorded.center_in_world - subject.center_in_world).normalized();
+  const Vector3d toward_n = (candidate.center_in_world - subject.center_in_world).normalized();
+  for (const Vector3d& hint :
+       {toward_n, Vector3d(candidate.cam_from_world.row(2)), Vector3d(recorded.cam_from_world.row(2))}) {
+    const Vector3d across = hint - hint.dot(toward_s) * toward_s;
+    const double length = across.norm();
+    if (length > 1e-9) return across / length;
+  }
+  return toward_s.unitOrthogonal();
+}
+
+// Where the line through both views pierces the sphere, every plane through that line cuts it wide, and a
+// candidate that looks past the centre may show another plane's radial motion larger than the one through the
+// centre.
+bool OtherPlanesMatter(const CriterionView& recorded, const CriterionView& candidate,
+                       const Subject& subject) {
+  constexpr double kAimed = 0.9994;  // cosine of two degrees
+  const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
+  const Vector3d to_n = candidate.center_in_world - subject.center_in_world;
+  if (-candidate.cam_from_world.row(2).dot(to_n) > kAimed * to_n.norm()) return false;
+  const double line_to_center_squared = to_s.cross(to_n).squaredNorm();
+  return line_to_center_squared < subject.radius * subject.radius * (to_n - to_s).squaredNorm();
+}
+
+double WorstOfOtherPlanes(const CriterionView& recorded, const CriterionView& candidate,
+                          const Subject& subject, const Vector3d& across, const CriterionOptions& options) {
+  constexpr int kPlanes = 6;
+  const Vector3d line = (candidate.center_in_world - recorded.center_in_world).normalized();
+  const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
+  const Vector3d first_normal = to_s.cross(across).normalized();
+  double worst = 0;
+  for (int i = 1; i < kPlanes && worst < options.give_up_px; ++i) {
+    const double turn = M_PI * i / kPlanes;
+    const Vector3d normal = std::cos(turn) * first_normal + std::sin(turn) * line.cross(first_normal);
+    const double height = normal.dot(to_s);
+    const double squared = subject.radius * subject.radius - height * height;
+    if (squared <= 0) continue;
+    const Subject cut{subject.center_in_world + height * normal, std::sqrt(squared)};
+    const Vector3d cut_across = normal.cross(recorded.center_in_world - cut.center_in_world).normalized();
+    const EpipolarPlane plane(recorded, candidate, cut, cut_across, options.near_limit);
+    if (plane.usable()) worst = std::max(worst, plane.Scanned(options.give_up_px));
+  }
+  return worst;
 }
 
 CriterionView Aimed(const CriterionSetup& setup, double angle, double distance) {
@@ -339,13 +370,18 @@ CriterionView CriterionView::AimedAt(const Vector3d& target_in_world, const Vect
 
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                const CriterionOptions& options) {
-  const EpipolarPlane plane(recorded, candidate, subject, options.near_limit);
-  return plane.usable() ? plane.WorstPixelError(options.give_up_px) : kInfinity;
+  const Vector3d across = Across(recorded, candidate, subject);
+  const EpipolarPlane plane(recorded, candidate, subject, across, options.near_limit);
+  if (!plane.usable()) return kInfinity;
+  const double bound = plane.WorstPixelError(options.give_up_px);
+  if (bound >= options.give_up_px || !OtherPlanesMatter(recorded, candidate, subject)) return bound;
+  return std::max(bound, WorstOfOtherPlanes(recorded, candidate, subject, across, options));
 }
 
 double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                       double pixel_px, const CriterionOptions& options) {
-  const EpipolarPlane plane(recorded, candidate, subject, options.near_limit);
+  const EpipolarPlane plane(recorded, candidate, subject, Across(recorded, candidate, subject),
+                            options.near_limit);
   if (!plane.usable() || pixel_px < plane.lowest_pixel() || pixel_px > plane.highest_pixel())
     return kInfinity;
   return plane.ErrorAt(pixel_px);

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "tests/support/bound_oracle.h"
@@ -62,7 +61,9 @@ Pair RandomPair(std::mt19937& random, double lowest_ratio, double highest_ratio,
   const double focal_px = uniform(300, 2000);
   Pair pair;
   pair.ratio = std::exp(uniform(std::log(lowest_ratio), std::log(highest_ratio)));
-  pair.angle = Radians(uniform(lowest_deg, highest_deg));
+  // Small angles, at which captures live, as often as large ones.
+  pair.angle = Radians(lowest_deg > 0 ? std::exp(uniform(std::log(lowest_deg), std::log(highest_deg)))
+                                      : uniform(0, highest_deg));
   pair.radius = uniform(0.03, 0.45);
   const double roll = uniform(0, 2 * M_PI);
   pair.recorded = At(focal_px, 0, 1, roll);
@@ -70,8 +71,14 @@ Pair RandomPair(std::mt19937& random, double lowest_ratio, double highest_ratio,
   return pair;
 }
 
-// Everyday runs take a share of the configurations; ULF_LONG_TESTS all of them.
-int Configurations(int everyday) { return std::getenv("ULF_LONG_TESTS") ? 10'000 : everyday; }
+// Built twice: every day with a share of the configurations, as a long test with all of them.
+int Configurations(int everyday) {
+#ifdef ULF_ALL_CONFIGURATIONS
+  return 10'000 + 0 * everyday;
+#else
+  return everyday;
+#endif
+}
 
 double Percentile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
@@ -167,7 +174,7 @@ TEST(Criterion, NearTheShellTheCentralPixelIsSeldomFarOff) {
   }
   EXPECT_NEAR(Percentile(of_central, 0.5), 1.006, 0.01);
   EXPECT_LT(Percentile(of_central, 0.9), 1.2);
-  EXPECT_LT(Percentile(of_central, 1.0), 2.0);
+  EXPECT_LT(Percentile(of_central, 0.99), 2.0);
 }
 
 TEST(Criterion, SearchMissesLessThanATenthPercentOfTheFullScan) {
@@ -203,6 +210,7 @@ TEST(Criterion, CountsTheAimOfBothCameras) {
     misses.push_back(truth / BoundPx(pair.recorded, pair.candidate, Sphere(pair.radius)));
   }
   EXPECT_LT(Percentile(misses, 0.9), 1.015);
+  EXPECT_LT(Percentile(misses, 0.99), 1.05);
   EXPECT_LT(Percentile(misses, 1.0), 1.10);
   EXPECT_GT(Percentile(misses, 0.0), 0.998);  // and never above the truth by more than the oracle's own steps
 }
@@ -242,7 +250,8 @@ TEST(CriterionSpecialCase, RecordedViewInsideTheSphereIsJudgedOverItsWholeFrame)
   for (int x = 0; x <= 640; x += 10)
     for (int y = 0; y <= 480; y += 10)
       truth = std::max(truth, OraclePixelErrorPx(s, n, Sphere(0.3), {x, y}, 48));
-  EXPECT_NEAR(bound, truth, 0.01 * truth);
+  EXPECT_GE(bound, 0.999 * truth);
+  EXPECT_LT(bound, 1.25 * truth);  // the disc around the frame stands for the frame
   // A near limit shortens every ray.
   EXPECT_LT(BoundPx(s, n, Sphere(0.3), {.near_limit = 0.1}), bound);
 }
@@ -271,26 +280,25 @@ TEST(CriterionSpecialCase, OnlyPixelsInTheFrameCount) {
   s.cx = s.cy = 20;
   const double cut = BoundPx(s, n, Sphere(0.3));
   EXPECT_LT(cut, 0.4 * whole);
-  EXPECT_NEAR(cut, OracleBoundPx(s, n, Sphere(0.3), {.rings = 200, .pixels_on_a_ring = 64}), 0.35)
-      << "the frame's corner lies farther out than its side";
+  EXPECT_NEAR(cut, OracleBoundPx(s, n, Sphere(0.3), {.rings = 200, .pixels_on_a_ring = 64}), 0.02 * cut);
   // A frame that the sphere has left knows nothing.
   s.cx = -500;
   EXPECT_EQ(BoundPx(s, n, Sphere(0.3)), kInfinity);
 }
 
 TEST(CriterionSpecialCase, ConePastTheSphereEndsAtItsTangent) {
-  const CriterionView s = At(600, 0, 1), n = At(600, Radians(3), 0.9);
+  const CriterionView s = At(600, 0, 1);
   const Subject sphere = Sphere(0.3);
   const double rim = 600 * 0.3 / std::sqrt(1 - 0.09);
-  for (const double inward : {0.0, 0.3, 0.9}) {
-    const double bound = BoundAtPixelPx(s, n, sphere, rim - inward - 1e-9);
-    ASSERT_LT(bound, kInfinity);
-    const Eigen::Vector2d img = Eigen::Vector2d(s.cx, s.cy) + (rim - inward - 1e-9) * Eigen::Vector2d(1, 0);
-    const CriterionView flat_n = At(600, Radians(3), 0.9, 0);  // epipolar line along x
-    EXPECT_NEAR(BoundAtPixelPx(s, flat_n, sphere, rim - inward - 1e-9),
-                OraclePixelErrorPx(s, flat_n, sphere, img, 360), 0.05 * bound)
-        << inward;
-  }
+  for (const double angle : {0.05, 0.5, 1.3})
+    for (const double inward : {1e-9, 0.3, 0.9, 1.5})
+      for (const double side : {-1.0, 1.0}) {
+        const CriterionView n = At(600, angle, 0.9, 0);  // its epipolar line runs along x
+        const double pixel_px = side * (rim - inward);
+        const double truth = OracleLineErrorPx(s, n, sphere, {s.cx + pixel_px, s.cy}, {1, 0}, 2000);
+        EXPECT_NEAR(BoundAtPixelPx(s, n, sphere, pixel_px), truth, 0.02 * truth)
+            << inward << " px inside the rim, side " << side << ", angle " << angle;
+      }
 }
 
 TEST(CriterionSpecialCase, ConeWiderThanTheSphereSeesAllOfIt) {

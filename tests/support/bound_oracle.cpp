@@ -92,6 +92,25 @@ double OraclePixelErrorPx(const CriterionView& recorded, const CriterionView& ca
   return LongestDistance(images);
 }
 
+double OracleLineErrorPx(const CriterionView& recorded, const CriterionView& candidate,
+                         const Subject& subject, const Vector2d& img, const Vector2d& step, int samples) {
+  const Vector3d to_center = subject.center_in_world - recorded.center_in_world;
+  std::vector<Vector2d> images;
+  for (int i = 0; i <= samples; ++i) {
+    const Vector2d pixel = img + (2.0 * i / samples - 1) * step;
+    const double half_squared = HalfChordSquared(recorded, subject, pixel);
+    if (half_squared < 0) continue;
+    const Vector3d ray = Ray(recorded, pixel);
+    for (const double side : {-1.0, 1.0}) {
+      const double t = ray.dot(to_center) + side * std::sqrt(half_squared);
+      const auto image = Project(candidate, recorded.center_in_world + std::max(0.0, t) * ray);
+      if (!image) return kInfinity;
+      images.push_back(*image);
+    }
+  }
+  return LongestDistance(images);
+}
+
 double OracleBoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                      const BoundOracleOptions& options) {
   const Vector3d to_center = subject.center_in_world - recorded.center_in_world;

@@ -19,7 +19,13 @@ struct BoundOracleOptions {
 double OraclePixelErrorPx(const CriterionView& recorded, const CriterionView& candidate,
                           const Subject& subject, const Eigen::Vector2d& img, int cone_rays);
 
-// The largest of them over the pixels in the frame that see the sphere; infinite when there is none.
+// The same with the cone thinned to rays in one plane: `samples` pixels from `img` - `step` to `img` +
+// `step`.
+double OracleLineErrorPx(const CriterionView& recorded, const CriterionView& candidate,
+                         const Subject& subject, const Eigen::Vector2d& img, const Eigen::Vector2d& step,
+                         int samples);
+
+// The largest error over the pixels in the frame that see the sphere; infinite when there is none.
 double OracleBoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                      const BoundOracleOptions& options = {});
 
