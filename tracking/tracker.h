@@ -1,0 +1,125 @@
+// The tracker: frames in, camera poses out, in real time, without markers.
+//
+// Frame: the world is the first keyframe's camera until something metric says otherwise; its unit is the median depth
+// of the first two-view map (so scale is arbitrary and the first median depth is 1). Poses are cam_from_world.
+// Times are seconds, image quantities are pixels of the tracked image, angles are degrees where the name says so.
+//
+// How it works: ORB features spread over the image; two views start the map (homography or essential matrix, and a
+// parallax test; rotation alone never starts it); every frame is matched against the map under a motion model and its
+// pose refined robustly; keyframes go to the mapper, which triangulates, merges and adjusts in a second thread; a lost
+// camera is found again by descriptors, P3P and guided verification. (Klein and Murray 2007 for the two threads;
+// Mur-Artal, Montiel and Tardos 2015 for one descriptor through all stages; Forster et al. 2014 for aligning patches.)
+//
+// A live pose is the best known at its frame. Bundle adjustment moves keyframes later: whoever keeps a pose keeps its
+// anchor (a keyframe and the rigid transform from it) and asks PoseOf() again at the end.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/frame.h"
+#include "acquisition/light_field.h"
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+struct TrackerOptions {
+  bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
+  unsigned seed = 1;           // of every random draw
+  int features = 1000;         // per frame; twice as many while the map is being started
+  // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
+  bool wait_for_mapper = false;
+  double min_initial_parallax_deg = 1.0;  // median over the two views that start the map
+  int min_tracked_points = 25;            // fewer is lost
+  int min_relocalized_points = 35;        // support that a pose found by descriptors alone must have
+};
+
+enum class TrackState { kInitializing, kTracking, kLost };
+
+// A pose relative to a keyframe, which later adjustment may move.
+struct Anchored {
+  int keyframe_id = -1;
+  Rigid3 cam_from_keyframe;
+};
+
+// What became of one frame.
+struct Track {
+  TrackState state = TrackState::kInitializing;
+  bool skipped = false;                  // incomplete or empty frame: nothing was tried, the state stays
+  bool relocalized = false;              // found again in this frame after being lost
+  std::optional<Rigid3> cam_from_world;  // none unless tracking
+  std::optional<Anchored> anchor;        // the same pose, for PoseOf(); set whenever cam_from_world is
+  double quality = 0;                    // 0 to 1: share of expected map points found, damped when they are few
+  int matched_points = 0;                // map points that support the pose
+  // One standard deviation of the camera centre (world units) as the matches' geometry predicts it.
+  std::optional<double> center_sigma;
+  double median_parallax_deg = 0;  // while initialising: between the reference frame and this one
+  double sharpness = 1;            // fine detail relative to the recent frames' median: well below 1 is blurred
+  double speed_px = 0;             // median image motion of the tracked points since the frame before; 0: unknown
+  bool keyframe = false;           // this frame was handed to the mapper
+  double cpu_s = 0;                // CPU time of tracking, without mapping even where it ran inside Step()
+};
+
+// A map point found in the last frame.
+struct VisiblePoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();  // where it was seen, pixel centres at integer + 0.5
+  double depth = 0;                               // along the optical axis, world units
+};
+
+// A recorded view whose pose is known, to rebuild a map from.
+struct SeedView {
+  Image image;
+  Rigid3 cam_from_world;
+};
+
+struct TrackerStatistics {
+  int keyframes = 0;  // alive
+  int map_points = 0;
+  int keyframes_left_out = 0;  // the mapper was behind
+};
+
+class Tracker {
+ public:
+  // Throws Error when the camera's intrinsics are out of range.
+  explicit Tracker(const CameraModel& camera, const TrackerOptions& options = {});
+  ~Tracker();
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+
+  // Follows one frame. Throws Error when its size is not the camera's.
+  Track Step(const Frame& frame);
+
+  // Waits for the mapper and adjusts the whole map. Frames may follow; call it again then.
+  void Finish();
+
+  // The pose that `anchor` means now. Any anchor ever given remains valid.
+  Rigid3 PoseOf(const Anchored& anchor) const;
+
+  // Map points that support the last frame's pose; empty unless tracking.
+  std::vector<VisiblePoint> VisiblePoints() const;
+
+  // All map points with the colour they were seen in.
+  std::vector<ScenePoint> Points() const;
+
+  // Anchors of all living keyframes, in order of time (each anchored to itself).
+  std::vector<Anchored> Keyframes() const;
+
+  // Builds a map from views with known poses (at least two that see the same things), keeping their world. The tracker
+  // is then lost and finds itself with the next frame that sees the map. False, with the tracker as it was before,
+  // when too few points could be triangulated.
+  bool SeedMap(std::span<const SeedView> views);
+
+  TrackerStatistics Statistics() const;
+  const CameraModel& camera() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ulf
