@@ -1,0 +1,221 @@
+#include "acquisition/simulator/hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kRoundingS = 0.35;      // corners of the path are rounded over twice this
+constexpr double kGlanceS = 1.5;         // a look away, there and back
+constexpr double kPauseRampS = 0.3;      // the hand comes to rest before, and sets off again after
+constexpr double kPlannedS = 3 * 3600;   // afterwards the hand rests where it is
+enum WaveStream { kPositionX, kPositionY, kPositionZ, kYaw, kPitch, kRoll, kDistance, kRowWobble, kSpeed, kStreams };
+
+double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
+
+}  // namespace
+
+Hand::Hand(const HandOptions& options) : options_(options) {
+  forward_ = options.first_direction.normalized();
+  up_ = (options.up_in_world - options.up_in_world.dot(forward_) * forward_).normalized();
+  side_ = up_.cross(forward_);
+
+  // Heights are the sum of all waves' heights: the most that can occur. Positions in metres, angles in radians.
+  const double still = options.trembles ? 1 : 0;
+  waves_.resize(kStreams);
+  for (const int stream : {kPositionX, kPositionY, kPositionZ}) {
+    waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.15, 0.8, 0.008 * still);
+    const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.0007 * still);
+    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(), tremor.begin(),
+                                                    tremor.end());
+  }
+  for (const int stream : {kYaw, kPitch, kRoll}) {
+    const double drift = stream == kRoll ? 2.5 : 1.6;
+    waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.1, 0.5, drift * kDegree * still);
+    const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.12 * kDegree * still);
+    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(), tremor.begin(),
+                                                    tremor.end());
+  }
+  waves_[kDistance] = DrawWaves(kDistance, 3, 0.02, 0.12, options.distance_change);
+  waves_[kRowWobble] = DrawWaves(kRowWobble, 3, 0.1, 0.4, 0.35 * kDegree * still);
+  waves_[kSpeed] = DrawWaves(kSpeed, 2, 0.08, 0.2, 0.15 * still);
+  PlanPath();
+  PlanGlances();
+}
+
+std::vector<Hand::Wave> Hand::DrawWaves(int stream, int count, double low_hz, double high_hz, double height) const {
+  std::mt19937_64 random(options_.seed * 1000003u + static_cast<std::uint64_t>(stream));
+  std::vector<Wave> waves;
+  for (int i = 0; i < count; ++i) {
+    const double share = (i + Uniform(random)) / count;
+    waves.push_back({height / count, low_hz * std::pow(high_hz / low_hz, share), 2 * M_PI * Uniform(random)});
+  }
+  return waves;
+}
+
+void Hand::AddStop(double seconds, const Vector2d& angles) {
+  if (stops_.empty()) {
+    stops_.push_back({0, angles, Vector2d::Zero()});
+    return;
+  }
+  const Stop& last = stops_.back();
+  stops_.push_back(
+      {last.time_s + seconds, angles, last.integral + 0.5 * seconds * (last.angles + angles)});
+}
+
+void Hand::PlanPath() {
+  const double half_azimuth = 0.5 * options_.cap_azimuth + options_.margin;
+  const double half_elevation = 0.5 * options_.cap_elevation + options_.margin;
+  const auto go_to = [&](const Vector2d& angles, double speed_share) {
+    AddStop(std::max(0.15, (angles - stops_.back().angles).norm() / (options_.speed * speed_share)), angles);
+  };
+  // Sideways first: translation, which looking around alone would not give.
+  AddStop(0, {0, 0});
+  AddStop(0.3, {0, 0});
+  go_to({4 * kDegree, 0}, 0.75);
+  go_to({-4 * kDegree, 1.5 * kDegree}, 0.75);
+  go_to({0, 0}, 0.75);
+  const int rows = static_cast<int>(std::ceil(2 * half_elevation / options_.row_spacing)) + 1;
+  double shift = 0;
+  bool downwards = true, rightwards = false;
+  for (int pass = 0; stops_.back().time_s < kPlannedS; ++pass) {
+    for (int i = 0; i < rows; ++i) {
+      const int row = downwards ? rows - 1 - i : i;
+      const double elevation =
+          std::min(half_elevation, -half_elevation + (row + shift) * 2 * half_elevation / (rows - 1));
+      const double start = rightwards ? -half_azimuth : half_azimuth;
+      go_to({start, elevation}, i == 0 ? 1.2 : 0.5);
+      go_to({-start, elevation}, 1);
+      rightwards = !rightwards;
+    }
+    if (pass == 0) first_pass_end_path_s_ = stops_.back().time_s;
+    downwards = !downwards;
+    // 1/2, 1/4, 3/4, 1/8, ...: halves what is left between the rows so far (van der Corput's sequence).
+    shift = 0;
+    for (int bits = pass + 1, step = 2; bits > 0; bits >>= 1, step *= 2) shift += (bits & 1) / static_cast<double>(step);
+  }
+}
+
+void Hand::PlanGlances() {
+  if (!options_.looks_away) return;
+  std::mt19937_64 random(options_.seed * 1000003u + 7777u);
+  double start = 14;
+  while (start < 2 * kPlannedS) {
+    start += 6 + 22 * Uniform(random);
+    const double side = Uniform(random) < 0.5 ? -1 : 1;
+    glances_.push_back({start, side * (40 + 8 * Uniform(random)) * kDegree, (10 * Uniform(random) - 2) * kDegree});
+    start += kGlanceS;
+  }
+}
+
+// The angles of the plan integrated over path time: piecewise parabolas.
+Vector2d Hand::PathIntegral(double path_s) const {
+  if (path_s <= stops_.front().time_s) return path_s * stops_.front().angles;
+  if (path_s >= stops_.back().time_s)
+    return stops_.back().integral + (path_s - stops_.back().time_s) * stops_.back().angles;
+  const auto next = std::upper_bound(stops_.begin(), stops_.end(), path_s,
+                                     [](double t, const Stop& stop) { return t < stop.time_s; });
+  const auto from = next - 1;
+  const double since = path_s - from->time_s;
+  const Vector2d rate = (next->angles - from->angles) / (next->time_s - from->time_s);
+  return from->integral + since * from->angles + 0.5 * since * since * rate;
+}
+
+// A mean over a window turns the plan's corners into parabolas: position and velocity are continuous.
+Vector2d Hand::PathAngles(double path_s) const {
+  return (PathIntegral(path_s + kRoundingS) - PathIntegral(path_s - kRoundingS)) / (2 * kRoundingS);
+}
+
+namespace {
+
+// Integral from the start of a pause until `since`: how much path time it has cost. The path's speed falls along a
+// cosine, rests, and rises again.
+double PauseSpent(double since, double rest_s) {
+  const double ramp = kPauseRampS;
+  const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
+  double spent = lost_in_ramp(std::clamp(since, 0.0, ramp));
+  spent += std::clamp(since - ramp, 0.0, rest_s);
+  const double after = std::clamp(since - ramp - rest_s, 0.0, ramp);
+  return spent + after - lost_in_ramp(after);
+}
+
+double SumOfWaves(const auto& waves, double time_s) {
+  double sum = 0;
+  for (const auto& wave : waves) sum += wave.height * std::sin(2 * M_PI * wave.frequency_hz * time_s + wave.phase);
+  return sum;
+}
+
+}  // namespace
+
+double Hand::PathTime(double time_s) const {
+  double path_s = time_s;
+  for (const Glance& glance : glances_) {
+    const double pause_start = glance.start_s - kPauseRampS;
+    if (time_s <= pause_start) break;
+    path_s -= PauseSpent(time_s - pause_start, kGlanceS);
+  }
+  // A hand is not a motor: its speed swings by the sum of these waves, and never turns back.
+  for (const Wave& wave : waves_[kSpeed]) {
+    const double rate = 2 * M_PI * wave.frequency_hz;
+    path_s += wave.height / rate * (std::cos(wave.phase) - std::cos(rate * path_s + wave.phase));
+  }
+  return path_s;
+}
+
+double Hand::GlanceShare(double time_s, const Glance& glance) const {
+  const double since = (time_s - glance.start_s) / kGlanceS;
+  if (since <= 0 || since >= 1) return 0;
+  const double rise = std::sin(M_PI * since);
+  return rise * rise;
+}
+
+bool Hand::LooksAway(double time_s) const {
+  return std::any_of(glances_.begin(), glances_.end(),
+                     [&](const Glance& glance) { return GlanceShare(time_s, glance) > 0.1; });
+}
+
+double Hand::FirstPassEndS() const {
+  double low = 0, high = first_pass_end_path_s_ * 2 + 60;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (PathTime(middle) < first_pass_end_path_s_ ? low : high) = middle;
+  }
+  return high;
+}
+
+Rigid3 Hand::CamFromWorld(double time_s) const {
+  Vector2d angles = PathAngles(PathTime(time_s));
+  angles.y() += SumOfWaves(waves_[kRowWobble], time_s);
+  const Vector3d direction = std::cos(angles.y()) * (std::cos(angles.x()) * forward_ + std::sin(angles.x()) * side_) +
+                             std::sin(angles.y()) * up_;
+  const double distance = options_.distance_m * (1 + SumOfWaves(waves_[kDistance], time_s));
+  const Vector3d sway(SumOfWaves(waves_[kPositionX], time_s), SumOfWaves(waves_[kPositionY], time_s),
+                      SumOfWaves(waves_[kPositionZ], time_s));
+  const Vector3d center = options_.subject_in_world + distance * direction + sway;
+  const Rigid3 aimed = LookAt(center, options_.subject_in_world, options_.up_in_world);
+
+  double yaw = SumOfWaves(waves_[kYaw], time_s), pitch = SumOfWaves(waves_[kPitch], time_s);
+  for (const Glance& glance : glances_) {
+    if (glance.start_s > time_s) break;
+    const double share = GlanceShare(time_s, glance);
+    yaw += share * glance.yaw;
+    pitch += share * glance.pitch;
+  }
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(SumOfWaves(waves_[kRoll], time_s), Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(pitch, Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(yaw, Vector3d::UnitY());
+  return Rigid3{turn, Vector3d::Zero()} * aimed;
+}
+
+Vector2d Hand::CapAngles(const Vector3d& center_in_world) const {
+  const Vector3d direction = (center_in_world - options_.subject_in_world).normalized();
+  return {std::atan2(direction.dot(side_), direction.dot(forward_)), std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
+}
+
+}  // namespace ulf

@@ -1,0 +1,84 @@
+// A hand that scans: where the camera is at every moment, smooth (once continuously differentiable) and the same for
+// the same seed.
+//
+// It starts before the subject, moves sideways so that a tracker with one camera can initialise, then sweeps rows
+// over a cap, azimuth +-H/2 and elevation +-V/2 about the first direction (and `margin` beyond, because what a
+// capture counts as its first direction is known only once it has begun). When the rows are done it comes back with
+// rows shifted by half a spacing, then a quarter, and so on: every pass fills what the earlier ones left. On the way
+// the hand trembles, drifts, comes nearer and goes farther, and now and then looks away for about a second, during
+// which it stays where it is.
+//
+// World frame metres, time in seconds from the start. Cap angles are those of docs/architecture.md: longitude and
+// latitude about the first direction, with the scene's up straightened to be perpendicular to it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+struct HandOptions {
+  Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();  // from the subject to the camera, unit
+  double distance_m = 1;
+  double cap_azimuth = 60 * M_PI / 180;
+  double cap_elevation = 40 * M_PI / 180;
+  double row_spacing = 2.2 * M_PI / 180;
+  double margin = 4 * M_PI / 180;
+  double speed = 11 * M_PI / 180;   // of azimuth, per second, along a row
+  double distance_change = 0.05;    // at most, as a share of distance_m
+  bool trembles = true;             // tremor and drift
+  bool looks_away = true;
+  std::uint64_t seed = 7;
+};
+
+class Hand {
+ public:
+  explicit Hand(const HandOptions& options);
+
+  Rigid3 CamFromWorld(double time_s) const;
+
+  // Direction from the subject towards the camera as (azimuth, elevation) about the first direction, radians.
+  Eigen::Vector2d CapAngles(const Eigen::Vector3d& center_in_world) const;
+
+  // When the first pass over the cap is complete (not counting time spent looking away afterwards).
+  double FirstPassEndS() const;
+  // True while the hand looks away from the subject.
+  bool LooksAway(double time_s) const;
+  const HandOptions& options() const { return options_; }
+
+ private:
+  struct Stop {
+    double time_s;  // of the path, which pauses while looking away
+    Eigen::Vector2d angles;
+    Eigen::Vector2d integral;  // of the angles from the first stop to this one
+  };
+  struct Glance {
+    double start_s, yaw, pitch;
+  };
+  struct Wave {
+    double height, frequency_hz, phase;
+  };
+
+  void PlanPath();
+  void PlanGlances();
+  std::vector<Wave> DrawWaves(int stream, int count, double low_hz, double high_hz, double height) const;
+  void AddStop(double seconds, const Eigen::Vector2d& angles);
+  Eigen::Vector2d PathIntegral(double path_s) const;
+  Eigen::Vector2d PathAngles(double path_s) const;
+  double PathTime(double time_s) const;
+  double GlanceShare(double time_s, const Glance& glance) const;
+
+  HandOptions options_;
+  Eigen::Vector3d forward_, side_, up_;  // of the cap: first direction, towards larger azimuth, larger elevation
+  std::vector<Stop> stops_;
+  std::vector<Glance> glances_;
+  double first_pass_end_path_s_ = 0;
+  std::vector<std::vector<Wave>> waves_;
+};
+
+}  // namespace ulf

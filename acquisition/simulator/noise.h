@@ -1,0 +1,50 @@
+// Hashes and noise for the simulator's procedural surfaces. Pure functions of position and seed; nothing tiles.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+
+namespace ulf {
+
+// A well-mixed 32-bit number from a lattice point.
+inline std::uint32_t HashLattice(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t seed) {
+  std::uint32_t h = seed * 0x9E3779B1u ^ 0x85EBCA6Bu;
+  for (const std::int32_t v : {x, y, z}) {
+    h ^= static_cast<std::uint32_t>(v) * 0xC2B2AE35u;
+    h = (h << 13 | h >> 19) * 5u + 0xE6546B64u;
+  }
+  h ^= h >> 16;
+  h *= 0x7FEB352Du;
+  h ^= h >> 15;
+  h *= 0x846CA68Bu;
+  return h ^ h >> 16;
+}
+
+inline std::uint32_t Rehash(std::uint32_t h) {
+  h ^= h >> 16;
+  h *= 0x7FEB352Du;
+  h ^= h >> 15;
+  h *= 0x846CA68Bu;
+  return h ^ h >> 16;
+}
+
+// 0 to 1, from a hash.
+inline float UnitFloat(std::uint32_t hash) { return static_cast<float>(hash >> 8) * (1.0f / 16777216.0f); }
+
+// Smooth noise, 0 to 1, one lattice cell per unit.
+float ValueNoise(const Eigen::Vector3f& p, std::uint32_t seed);
+
+// Sum of `octaves` of it, each at twice the frequency and half the height; 0 to 1.
+float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed);
+
+// The Voronoi cell of scattered sites, one per unit cell: whose it is and how far its border.
+struct Cell {
+  std::uint32_t hash = 0;   // of the site
+  float to_site = 0;        // distance to it
+  float to_border = 0;      // about the distance to the border with the next cell
+};
+Cell ScatteredCell2(float x, float y, std::uint32_t seed);
+Cell ScatteredCell3(const Eigen::Vector3f& p, std::uint32_t seed);
+
+}  // namespace ulf

@@ -1,0 +1,195 @@
+#include "acquisition/simulator/scene.h"
+
+#include <map>
+#include <mutex>
+
+#include "acquisition/error.h"
+#include "acquisition/simulator/bake.h"
+#include "acquisition/simulator/materials.h"
+
+namespace ulf {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+// Puts solids into place, then bakes their charts.
+class SceneBuilder {
+ public:
+  struct Solid {
+    Shape shape;
+    std::array<float, 3> size;
+    Vector3d position;
+    int material;
+    float texel_m = 0.001f;
+    bool of_subject = true;
+    bool glossy = false;
+    Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();
+  };
+
+  SceneBuilder() : scene_(new Scene) {}
+
+  void Add(const Solid& solid) {
+    Primitive primitive;
+    primitive.shape = solid.shape;
+    primitive.size = solid.size;
+    primitive.local_from_world = Rigid3{solid.world_from_local, solid.position}.Inverse();
+    primitive.material = solid.material;
+    primitive.texel_m = solid.texel_m;
+    primitive.of_subject = solid.of_subject;
+    primitive.glossy = solid.glossy;
+    scene_->primitives_.push_back(primitive);
+  }
+
+  void AddLight(const Vector3f& center, const Vector3f& at, float half_width, float half_height, float power) {
+    const Vector3f normal = (at - center).normalized();
+    const Vector3f u = normal.cross(Vector3f::UnitZ()).normalized(), v = u.cross(normal);
+    scene_->lights_.push_back({center, half_width * u, half_height * v, normal, power});
+  }
+
+  void SetSubject(const Vector3d& center, double radius) { scene_->subject_ = {center, radius}; }
+
+  void EncloseSubject(const Vector3d& center) {
+    double radius = 0;
+    for (const Primitive& primitive : scene_->primitives_)
+      if (primitive.of_subject) radius = std::max(radius, primitive.FarthestFrom(center));
+    scene_->subject_ = {center, radius};
+  }
+
+  std::shared_ptr<const Scene> Finish(const Vector3d& first_direction) {
+    scene_->first_direction_ = first_direction.normalized();
+    int charts = 0;
+    for (Primitive& primitive : scene_->primitives_) {
+      primitive.first_chart = charts;
+      charts += primitive.ChartCount();
+    }
+    scene_->charts_ = BakeCharts(*scene_);
+    return scene_;
+  }
+
+ private:
+  std::shared_ptr<Scene> scene_;
+};
+
+namespace {
+
+Eigen::Quaterniond TurnedAbout(const Vector3d& axis, double degrees) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
+}
+
+void AddRoom(SceneBuilder& builder, double wall_y) {
+  // x -2.3..2.3, z -0.75..2.35; the wall is a solid of its own, finer than the rest of the room.
+  builder.Add({Shape::kRoom, {2.3f, 2.2f, 1.55f}, {0, wall_y - 2.15, 0.8}, material::kPlaster, 0.012f, false});
+}
+
+std::shared_ptr<const Scene> BuildStudio() {
+  SceneBuilder builder;
+  constexpr double kWallY = 0.55, kPlinth = 0.026;
+  AddRoom(builder, kWallY);
+  builder.Add({Shape::kBox, {2.2f, 0.02f, 1.5f}, {0, kWallY + 0.02, 0.78}, material::kFieldstone, 0.0024f, false});
+  builder.Add({Shape::kBox, {1.15f, 0.75f, 0.02f}, {0, kWallY - 0.75, -0.02}, material::kTerrazzo, 0.0015f, false});
+
+  const Vector3d z = Vector3d::UnitZ();
+  builder.Add({Shape::kFrustum, {0.142f, 0.136f, kPlinth}, {0, 0, 0}, material::kMosaic});
+  builder.Add({Shape::kBox, {0.036f, 0.03f, 0.054f}, {-0.052, 0.048, kPlinth + 0.054}, material::kPrinted, 0.001f,
+               true, false, TurnedAbout(z, 24)});
+  builder.Add({Shape::kSphere, {0.026f, 0, 0}, {-0.05, 0.046, kPlinth + 0.108 + 0.026}, material::kRedTerrazzo});
+  builder.Add({Shape::kSphere, {0.05f, 0, 0}, {0.055, 0.035, kPlinth + 0.05}, material::kMarbled, 0.001f, true,
+               false, TurnedAbout({1, 2, 0.5}, 40)});
+  builder.Add({Shape::kFrustum, {0.026f, 0.026f, 0.11f}, {0.005, 0.093, kPlinth}, material::kLabel, 0.001f, true,
+               false, TurnedAbout(z, 70)});
+  builder.Add({Shape::kFrustum, {0.03f, 0.006f, 0.095f}, {0.088, -0.042, kPlinth}, material::kPatchwork});
+  builder.Add({Shape::kSphere, {0.034f, 0, 0}, {0.008, -0.045, kPlinth + 0.034}, material::kGlaze, 0.001f, true, true});
+  // The ring leans against the carton.
+  builder.Add({Shape::kTorus, {0.034f, 0.0115f, 0}, {-0.078, -0.034, kPlinth + 0.04}, material::kBanded, 0.001f, true,
+               false, TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 68)});
+  builder.EncloseSubject({0, 0, 0.07});
+  builder.AddLight({-1.15f, -1.25f, 1.95f}, {0, 0, 0.1f}, 0.36f, 0.36f, 3.6f);
+  builder.AddLight({1.7f, -0.9f, 1.2f}, {0, 0, 0.1f}, 0.18f, 0.5f, 0.55f);
+  constexpr double kElevation = 33 * M_PI / 180;
+  return builder.Finish({0, -std::cos(kElevation), std::sin(kElevation)});
+}
+
+std::shared_ptr<const Scene> BuildWall() {
+  SceneBuilder builder;
+  AddRoom(builder, 0.1);
+  builder.Add({Shape::kBox, {2.0f, 0.02f, 1.45f}, {0, 0.02, 0.78}, material::kPosters, 0.0022f});
+  builder.SetSubject({0, 0, 0.85}, 0.16);
+  builder.AddLight({-1.0f, -1.8f, 2.1f}, {0, 0, 0.8f}, 0.4f, 0.4f, 4.0f);
+  return builder.Finish({0, -1, 0});
+}
+
+struct NamedScene {
+  const char* name;
+  std::shared_ptr<const Scene> (*build)();
+};
+constexpr NamedScene kScenes[] = {{"studio", BuildStudio}, {"wall", BuildWall}};
+
+struct Meeting {
+  double distance = std::numeric_limits<double>::infinity();
+  int part = -1;
+};
+Meeting FirstMeeting(const std::vector<Primitive>& primitives, const Vector3d& origin, const Vector3d& direction) {
+  Meeting first;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Vector3d o = primitives[i].local_from_world * origin;
+    const Vector3d d = primitives[i].local_from_world.rotation * direction;
+    const double distance = Intersect<double>(primitives[i], {o.x(), o.y(), o.z()}, {d.x(), d.y(), d.z()});
+    if (distance < first.distance) first = {distance, static_cast<int>(i)};
+  }
+  return first;
+}
+
+}  // namespace
+
+std::vector<std::string> Scene::Names() {
+  std::vector<std::string> names;
+  for (const NamedScene& scene : kScenes) names.emplace_back(scene.name);
+  return names;
+}
+
+std::shared_ptr<const Scene> Scene::Named(const std::string& name) {
+  static std::mutex mutex;
+  static std::map<std::string, std::shared_ptr<const Scene>> built;
+  const std::lock_guard lock(mutex);
+  if (const auto found = built.find(name); found != built.end()) return found->second;
+  for (const NamedScene& scene : kScenes)
+    if (name == scene.name) return built[name] = scene.build();
+  std::string list;
+  for (const NamedScene& scene : kScenes) list += (list.empty() ? "" : ", ") + std::string(scene.name);
+  throw UsageError("there is no scene '{}' to simulate; there are: {}", name, list);
+}
+
+double Scene::DepthAlong(const Vector3d& origin_in_world, const Vector3d& direction_in_world) const {
+  return FirstMeeting(primitives_, origin_in_world, direction_in_world).distance;
+}
+
+int Scene::PartAlong(const Vector3d& origin_in_world, const Vector3d& direction_in_world) const {
+  return FirstMeeting(primitives_, origin_in_world, direction_in_world).part;
+}
+
+F4 Scene::GlossRadiance(const Vector3f& point, const Vector3f& normal, const Vector3f& direction) const {
+  const float facing = std::max(0.0f, -normal.dot(direction));
+  const float grazing = 1 - facing, grazing2 = grazing * grazing;
+  const float fresnel = 0.045f + 0.955f * grazing2 * grazing2 * grazing;  // Schlick 1994, refractive index 1.54
+  const Vector3f mirrored = direction + 2 * facing * normal;
+  // The room: bright above, the table below.
+  const float up = std::clamp(0.5f + 2 * mirrored.z(), 0.0f, 1.0f);
+  float light = 0.22f + up * (0.16f + 0.24f * std::max(0.0f, mirrored.z()));
+  for (const AreaLight& lamp : lights_) {
+    const float towards = -mirrored.dot(lamp.normal);
+    if (towards <= 0.01f) continue;
+    const float distance = (point - lamp.center).dot(lamp.normal) / towards;
+    if (distance <= 0) continue;
+    const Vector3f at = point + distance * mirrored - lamp.center;
+    const float u = std::abs(at.dot(lamp.half_u)) / lamp.half_u.squaredNorm();
+    const float v = std::abs(at.dot(lamp.half_v)) / lamp.half_v.squaredNorm();
+    // Radiance from irradiance at one metre: divided by the lamp's area; its cloth fades towards the rim.
+    const float area = 4 * lamp.half_u.norm() * lamp.half_v.norm();
+    const float rim = std::clamp((1.05f - std::max(u, v)) / 0.1f, 0.0f, 1.0f);
+    light += rim * (1 - 0.3f * std::max(u, v)) * lamp.power / area;
+  }
+  const float radiance = fresnel * light;
+  return F4{radiance, radiance, radiance, 0};
+}
+
+}  // namespace ulf
