@@ -1,9 +1,13 @@
 #include "acquisition/commands.h"
 
+#include "acquisition/devices_command.h"
 #include "acquisition/import_command.h"
 
 namespace ulf {
 
-void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) { AddImportCommand(app, chosen); }
+void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
+  AddDevicesCommand(app, chosen);
+  AddImportCommand(app, chosen);
+}
 
 }  // namespace ulf

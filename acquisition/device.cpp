@@ -1,6 +1,8 @@
 #include "acquisition/device.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "acquisition/error.h"
 
@@ -33,6 +35,16 @@ std::optional<std::string> DeviceUri::Option(const std::string& key) const {
   for (const auto& [name, value] : options)
     if (name == key) return value;
   return std::nullopt;
+}
+
+std::optional<double> DeviceUri::Number(const std::string& key) const {
+  const auto text = Option(key);
+  if (!text) return std::nullopt;
+  char* end = nullptr;
+  const double number = std::strtod(text->c_str(), &end);
+  if (text->empty() || *end != '\0' || !std::isfinite(number))
+    throw UsageError("'{}': {} must be a number, not '{}'", Text(), key, *text);
+  return number;
 }
 
 void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {

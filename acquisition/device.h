@@ -65,12 +65,18 @@ struct DeviceUri {
 
   static DeviceUri Parse(const std::string& uri);  // throws UsageError
   std::optional<std::string> Option(const std::string& key) const;
+  // The option as a finite number; throws UsageError naming it when it is something else.
+  std::optional<double> Number(const std::string& key) const;
   // Throws UsageError naming the first option that is not in `known`.
   void AllowOnly(const std::vector<std::string>& known) const;
   std::string Text() const;
 };
 
-// Opens by scheme. Throws UsageError for a URI that means nothing, Error for a device that cannot be opened.
+// Opens by scheme; an empty URI means the first real camera found. Throws UsageError for a URI that means
+// nothing, Error for a device that cannot be opened.
 std::unique_ptr<Device> OpenDevice(const std::string& uri);
+
+// Every camera in reach, real ones first, then the simulated one that is always there. Takes about a second.
+std::vector<DeviceInfo> ListDevices();
 
 }  // namespace ulf

@@ -1,0 +1,707 @@
+#include "acquisition/aravis_device.h"
+
+#include <arv.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+#include "acquisition/error.h"
+#include "acquisition/frame_id_counter.h"
+#include "acquisition/frame_queue.h"
+#include "acquisition/gige_vision_probe.h"
+#include "acquisition/pixel_format.h"
+
+namespace ulf {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kDefaultQueue = 4;
+constexpr int kLocalPacketSize = 9000;
+
+// ---------------------------------------------------------------------------------------------------------------
+// The library's errors
+
+// Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
+template <typename Call>
+auto Must(const std::string& who, const std::string& what, Call&& call) {
+  GError* error = nullptr;
+  const auto check = [&] {
+    if (!error) return;
+    const std::string reason = error->message;
+    g_clear_error(&error);
+    throw Error("{}: {}: {}", who, what, reason);
+  };
+  if constexpr (std::is_void_v<decltype(call(&error))>) {
+    call(&error);
+    check();
+  } else {
+    auto result = call(&error);
+    check();
+    return result;
+  }
+}
+
+// For what a camera may lack: the result, or `otherwise`.
+template <typename Call, typename Value>
+Value Maybe(Call&& call, Value otherwise) {
+  GError* error = nullptr;
+  const auto result = call(&error);
+  if (!error) return static_cast<Value>(result);
+  g_clear_error(&error);
+  return otherwise;
+}
+
+template <typename Call>
+void Try(Call&& call) {
+  GError* error = nullptr;
+  call(&error);
+  g_clear_error(&error);
+}
+
+std::string Text(const char* text) { return text ? text : ""; }
+
+// ---------------------------------------------------------------------------------------------------------------
+// Discovery
+
+struct Discovered {
+  std::string id, physical_id, address, vendor, model, serial, protocol;
+
+  bool IsGige() const { return protocol == "GigEVision"; }
+  // GigE Vision opens by address: at once, and through the network that leads there.
+  std::string OpenBy() const { return IsGige() && !address.empty() ? address : id; }
+  bool Answers(const std::string& name) const {
+    return name == id || name == serial || name == physical_id || name == address ||
+           name == vendor + "-" + serial || name == vendor + "-" + model + "-" + serial;
+  }
+};
+
+std::vector<Discovered> Discover() {
+  static std::mutex mutex;  // the library's list is one for the process
+  const std::lock_guard lock(mutex);
+  arv_update_device_list();
+  std::vector<Discovered> found;
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+    found.push_back({Text(arv_get_device_id(i)), Text(arv_get_device_physical_id(i)),
+                     Text(arv_get_device_address(i)), Text(arv_get_device_vendor(i)),
+                     Text(arv_get_device_model(i)), Text(arv_get_device_serial_nbr(i)),
+                     Text(arv_get_device_protocol(i))});
+  return found;
+}
+
+bool IsIpv4(const std::string& text) {
+  if (text.find('.') == std::string::npos || !g_hostname_is_ip_address(text.c_str())) return false;
+  return text.find(':') == std::string::npos;
+}
+
+// What to open for the ID of a URI.
+std::string Resolve(const std::string& uri, const std::string& id) {
+  if (IsIpv4(id)) return id;
+  const std::vector<Discovered> found = Discover();
+  if (found.empty())
+    throw Error(
+        "{}: no camera answers; looked for GigE Vision on every network and for USB3 Vision. Check power, "
+        "cable "
+        "and firewall (UDP port 3956), name the camera's address if it is behind a router, or use sim:studio",
+        uri);
+  if (id.empty()) return found.front().OpenBy();
+  std::vector<Discovered> matching;
+  std::string list;
+  for (const Discovered& camera : found) {
+    if (camera.Answers(id)) matching.push_back(camera);
+    list += fmt::format("{}{} (serial {}, {})", list.empty() ? "" : "; ", camera.id, camera.serial,
+                        camera.OpenBy());
+  }
+  if (matching.empty()) throw Error("{}: no camera is named '{}'; found are: {}", uri, id, list);
+  const bool ambiguous = std::any_of(matching.begin(), matching.end(), [&](const Discovered& camera) {
+    return camera.physical_id != matching.front().physical_id;
+  });
+  if (ambiguous) throw Error("{}: '{}' names more than one camera; say which by address: {}", uri, id, list);
+  return matching.front().OpenBy();
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// What the URI asks for
+
+struct Region {
+  int width = 0, height = 0, x = 0, y = 0;
+};
+
+struct Settings {
+  std::optional<double> exposure_us, gain_db, fps;
+  std::optional<std::string> format;
+  std::optional<Region> region;
+  std::optional<int> packet_size;
+  std::size_t queue = kDefaultQueue;
+};
+
+std::optional<int> PositiveInt(const DeviceUri& uri, const std::string& key) {
+  const auto number = uri.Number(key);
+  if (!number) return std::nullopt;
+  if (*number < 1 || *number > 1e6 || *number != std::floor(*number))
+    throw UsageError("'{}': {} must be a whole number above 0", uri.Text(), key);
+  return static_cast<int>(*number);
+}
+
+Settings SettingsOf(const DeviceUri& uri) {
+  uri.AllowOnly({"exposure_us", "gain_db", "fps", "format", "roi", "packet_size", "queue"});
+  Settings settings{.exposure_us = uri.Number("exposure_us"),
+                    .gain_db = uri.Number("gain_db"),
+                    .fps = uri.Number("fps"),
+                    .format = uri.Option("format"),
+                    .region = {},
+                    .packet_size = PositiveInt(uri, "packet_size")};
+  if (const auto queue = PositiveInt(uri, "queue")) settings.queue = static_cast<std::size_t>(*queue);
+  if (settings.format && !PixelFormatByName(*settings.format))
+    throw UsageError("'{}': the pixel format {} is not supported; supported are {}", uri.Text(),
+                     *settings.format, SupportedPixelFormats());
+  if (const auto roi = uri.Option("roi")) {
+    Region region;
+    char rest = 0;
+    if (std::sscanf(roi->c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
+                    &rest) != 4 ||
+        region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
+      throw UsageError("'{}': roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0", uri.Text());
+    settings.region = region;
+  }
+  return settings;
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// Writing the configuration
+
+// What the camera says it does after everything was written.
+struct Configured {
+  PixelFormat format;
+  int width = 0, height = 0;
+  double exposure_s = 0;  // 0: unknown
+  double gain = 1;        // linear
+  double period_s = 0;    // 0: unknown
+  std::size_t payload_bytes = 0;
+};
+
+class Configurator {
+ public:
+  Configurator(ArvCamera* camera, std::string who) : camera_(camera), who_(std::move(who)) {}
+
+  Configured Write(const Settings& settings) {
+    arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
+    arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
+    Try([&](GError** e) {
+      arv_camera_stop_acquisition(camera_, e);
+    });  // a killed program may have left it running
+    Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
+    if (Has("AcquisitionMode"))
+      Must(who_, "continuous acquisition",
+           [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
+    Configured configured;
+    configured.format = WriteFormat(settings.format);
+    WriteRegion(settings.region);
+    WriteExposure(settings.exposure_us);
+    WriteGain(settings.gain_db);
+    WriteFrameRate(settings.fps);
+    if (arv_camera_is_gv_device(camera_)) WritePackets(settings.packet_size);
+    ReadBack(configured);
+    return configured;
+  }
+
+ private:
+  bool Has(const char* feature) {
+    return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
+  }
+
+  void CheckRange(const char* option, double value, double low, double high) {
+    if (value < low || value > high)
+      throw Error("{}: {}={} is outside what the camera can do, {} to {}", who_, option, value, low, high);
+  }
+
+  PixelFormat WriteFormat(const std::optional<std::string>& asked) {
+    guint count = 0;
+    const char** names = Must(who_, "pixel formats", [&](GError** e) {
+      return arv_camera_dup_available_pixel_formats_as_strings(camera_, &count, e);
+    });
+    const std::vector<std::string> offered(names, names + count);
+    g_free(names);
+    std::string list;
+    for (const std::string& name : offered) list += (list.empty() ? "" : ", ") + name;
+
+    const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
+    if (!format)
+      throw Error("{}: none of the camera's pixel formats ({}) is supported; supported are {}", who_, list,
+                  SupportedPixelFormats());
+    const auto name = std::find_if(offered.begin(), offered.end(), [&](const std::string& candidate) {
+      const auto known = PixelFormatByName(candidate);
+      return known && known->code == format->code;
+    });
+    if (name == offered.end())
+      throw Error("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
+    Must(who_, "pixel format " + *name,
+         [&](GError** e) { arv_camera_set_pixel_format_from_string(camera_, name->c_str(), e); });
+    return *format;
+  }
+
+  void WriteRegion(const std::optional<Region>& asked) {
+    if (Maybe([&](GError** e) { return arv_camera_is_binning_available(camera_, e); }, false))
+      Try([&](GError** e) { arv_camera_set_binning(camera_, 1, 1, e); });
+    // Offsets first to zero: they limit what the sizes may be.
+    if (Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera_, e); }, false)) {
+      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetX", 0, e); });
+      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetY", 0, e); });
+    }
+    gint low = 0, max_width = 0, max_height = 0;
+    Must(who_, "width", [&](GError** e) { arv_camera_get_width_bounds(camera_, &low, &max_width, e); });
+    Must(who_, "height", [&](GError** e) { arv_camera_get_height_bounds(camera_, &low, &max_height, e); });
+    if (!asked) {
+      Must(who_, "whole sensor",
+           [&](GError** e) { arv_camera_set_region(camera_, -1, -1, max_width, max_height, e); });
+      return;
+    }
+    if (asked->x + asked->width > max_width || asked->y + asked->height > max_height)
+      throw Error("{}: roi={}x{}+{}+{} reaches beyond the sensor of {}x{}", who_, asked->width, asked->height,
+                  asked->x, asked->y, max_width, max_height);
+    Must(who_, "roi", [&](GError** e) {
+      arv_camera_set_region(camera_, asked->x, asked->y, asked->width, asked->height, e);
+    });
+  }
+
+  void WriteExposure(std::optional<double> exposure_us) {
+    if (!exposure_us) return;
+    if (!Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera_, e); }, false))
+      throw Error("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
+    if (Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false))
+      Must(who_, "auto exposure off",
+           [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
+    double low = 0, high = 0;
+    Must(who_, "exposure", [&](GError** e) { arv_camera_get_exposure_time_bounds(camera_, &low, &high, e); });
+    CheckRange("exposure_us", *exposure_us, low, high);
+    Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
+  }
+
+  void WriteGain(std::optional<double> gain_db) {
+    if (!gain_db) return;
+    if (!Has("Gain"))
+      throw Error("{}: the camera has no gain in dB (at most a raw number of its own); leave gain_db out",
+                  who_);
+    if (Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false))
+      Must(who_, "auto gain off", [&](GError** e) { arv_camera_set_gain_auto(camera_, ARV_AUTO_OFF, e); });
+    double low = 0, high = 0;
+    Must(who_, "gain", [&](GError** e) { arv_camera_get_gain_bounds(camera_, &low, &high, e); });
+    CheckRange("gain_db", *gain_db, low, high);
+    Must(who_, "gain", [&](GError** e) { arv_camera_set_gain(camera_, *gain_db, e); });
+  }
+
+  void WriteFrameRate(std::optional<double> fps) {
+    if (!fps) return;
+    if (!Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera_, e); }, false))
+      throw Error("{}: the camera's frame rate cannot be set; leave fps out", who_);
+    double low = 0, high = 0;
+    Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
+    CheckRange("fps", *fps, low, high);
+    Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
+  }
+
+  std::string GigeAddress() {
+    GSocketAddress* address = arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera_)));
+    char* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address)));
+    std::string result = Text(text);
+    g_free(text);
+    return result;
+  }
+
+  void WritePackets(std::optional<int> packet_size) {
+    const std::string address = GigeAddress();
+    if (PacketSocketWouldMishear(address))
+      arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
+    if (packet_size) {
+      arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+      Must(who_, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera_, *packet_size, e); });
+    } else {
+      Try([&](GError** e) {
+        arv_camera_gv_auto_packet_size(camera_, e);
+      });  // not every camera sends test packets
+    }
+  }
+
+  void ReadBack(Configured& configured) {
+    gint x = 0, y = 0;
+    Must(who_, "region", [&](GError** e) {
+      arv_camera_get_region(camera_, &x, &y, &configured.width, &configured.height, e);
+    });
+    configured.payload_bytes =
+        Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
+    const bool auto_exposure =
+        Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false) &&
+        Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
+            ARV_AUTO_OFF;
+    const double exposure_s =
+        1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
+    if (!auto_exposure) configured.exposure_s = exposure_s;
+    const bool auto_gain =
+        Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false) &&
+        Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
+    if (Has("Gain") && !auto_gain)
+      configured.gain =
+          std::pow(10.0, Maybe([&](GError** e) { return arv_camera_get_gain(camera_, e); }, 0.0) / 20.0);
+    const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
+    configured.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
+  }
+
+  ArvCamera* camera_;
+  std::string who_;
+};
+
+// ---------------------------------------------------------------------------------------------------------------
+// Holding and letting go of the library's objects
+
+// The signal handler may run in the library's heartbeat thread while another thread lets go: if the last
+// reference then falls inside the emission, the library waits for its own thread and aborts. So the handler
+// only sets a flag, and letting go disconnects it, waits until it is out, and gives the emission time to
+// return.
+class Session {
+ public:
+  explicit Session(ArvCamera* camera) : camera_(camera) {
+    if (ARV_IS_GV_DEVICE(Device()) || ARV_IS_UV_DEVICE(Device()))
+      handler_ = g_signal_connect(Device(), "control-lost", G_CALLBACK(&Session::OnControlLost), this);
+  }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  ~Session() {
+    if (handler_) g_signal_handler_disconnect(Device(), handler_);
+    while (inside_handler_.load() > 0) std::this_thread::sleep_for(milliseconds(1));
+    std::this_thread::sleep_for(milliseconds(50));
+    ReleaseStream();
+    g_object_unref(camera_);
+  }
+
+  ArvCamera* Camera() const { return camera_; }
+  ArvDevice* Device() const { return arv_camera_get_device(camera_); }
+  ArvStream* Stream() const { return stream_; }
+  void TakeStream(ArvStream* stream) { stream_ = stream; }
+  void ReleaseStream() { g_clear_object(&stream_); }
+  bool ControlLost() const { return control_lost_.load(); }
+  bool IsController() const {
+    return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
+  }
+
+ private:
+  static void OnControlLost(ArvDevice* /*device*/, gpointer self) {
+    auto* session = static_cast<Session*>(self);
+    ++session->inside_handler_;
+    session->control_lost_ = true;
+    --session->inside_handler_;
+  }
+
+  ArvCamera* camera_;
+  ArvStream* stream_ = nullptr;
+  gulong handler_ = 0;
+  std::atomic<bool> control_lost_{false};
+  std::atomic<int> inside_handler_{0};
+};
+
+// Lets go of cameras that are gone: each call to them waits out its retries, seconds in all.
+class Reaper {
+ public:
+  static Reaper& Instance() {
+    static Reaper reaper;
+    return reaper;
+  }
+  ~Reaper() {
+    for (std::thread& thread : threads_) thread.join();
+  }
+  void Bury(std::unique_ptr<Session> session) {
+    const std::lock_guard lock(mutex_);
+    threads_.emplace_back([session = std::move(session)]() mutable { session.reset(); });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::thread> threads_;
+};
+
+// ---------------------------------------------------------------------------------------------------------------
+// The device
+
+class AravisDevice : public Device {
+ public:
+  explicit AravisDevice(const DeviceUri& uri) : settings_(SettingsOf(uri)) {
+    const std::string open_by = Resolve(uri.Text(), uri.path);
+    info_.uri = uri.Text();
+    if (uri.path.empty()) {
+      DeviceUri named = uri;
+      named.path = open_by;
+      info_.uri = named.Text();
+    }
+    Open(open_by);
+    configured_ = Configurator(session_->Camera(), info_.uri).Write(settings_);
+    spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", info_.uri, info_.maker,
+                  info_.model, configured_.width, configured_.height, configured_.format.name,
+                  configured_.exposure_s, configured_.gain, configured_.period_s);
+  }
+
+  ~AravisDevice() override { Stop(); }
+
+  DeviceInfo Info() const override {
+    const std::lock_guard lock(mutex_);
+    return info_;
+  }
+  bool IsLive() const override { return true; }
+
+  void Start() override {
+    if (running_) return;
+    if (!session_) throw Error("{}: {}; open the device again", info_.uri, info_.problem);
+    CreateStream();
+    queue_ = std::make_unique<FrameQueue>(settings_.queue, WhenFull::kDropOldest);
+    {
+      const std::lock_guard lock(mutex_);
+      statistics_ = {};
+      ids_ = {};
+    }
+    state_ = DeviceState::kStreaming;
+    Must(info_.uri, "start of acquisition",
+         [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+    stop_ = false;
+    running_ = true;
+    thread_ = std::thread([this] { Capture(); });
+  }
+
+  std::optional<Frame> Next(milliseconds timeout) override {
+    if (!queue_) return std::nullopt;
+    std::optional<Frame> frame = queue_->Pop(timeout);
+    if (frame && frame->status == FrameStatus::kComplete) {
+      const std::lock_guard lock(mutex_);
+      ++statistics_.delivered;
+    }
+    return frame;
+  }
+
+  void Stop() override {
+    if (!running_) return;
+    running_ = false;
+    stop_ = true;
+    thread_.join();
+    queue_->Close();
+    if (state_ == DeviceState::kLost) {
+      Reaper::Instance().Bury(std::move(session_));
+      return;
+    }
+    state_ = DeviceState::kEnded;
+    Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+    session_->ReleaseStream();
+  }
+
+  DeviceState State() const override { return state_; }
+
+  DeviceStatistics Statistics() const override {
+    const std::lock_guard lock(mutex_);
+    DeviceStatistics statistics = statistics_;
+    statistics.missing = ids_.Missing();
+    return statistics;
+  }
+
+ private:
+  void Open(const std::string& open_by) {
+    ArvCamera* camera =
+        Must(info_.uri, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
+             [&](GError** e) { return arv_camera_new(open_by.c_str(), e); });
+    session_ = std::make_unique<Session>(camera);
+    if (!session_->IsController()) {
+      // A program that was killed keeps control until its heartbeat has run out, three seconds after.
+      Try([&](GError** e) { arv_gv_device_take_control(ARV_GV_DEVICE(session_->Device()), e); });
+      if (!session_->IsController())
+        throw Error(
+            "{}: another program controls this camera; close it (its control ends some seconds later), then "
+            "try "
+            "again",
+            info_.uri);
+    }
+    info_.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera, e); }, ""));
+    info_.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera, e); }, ""));
+    info_.serial =
+        Text(Maybe([&](GError** e) { return arv_camera_get_device_serial_number(camera, e); }, ""));
+    info_.bus = arv_camera_is_gv_device(camera)        ? "GigEVision"
+                : ARV_IS_UV_DEVICE(session_->Device()) ? "USB3Vision"
+                                                       : "";
+  }
+
+  void CreateStream() {
+    session_->TakeStream(
+        Must(info_.uri, "stream (does another program control this camera?)",
+             [&](GError** e) { return arv_camera_create_stream(session_->Camera(), nullptr, nullptr, e); }));
+    ArvStream* stream = session_->Stream();
+    if (ARV_IS_GV_STREAM(stream))  // the default receive buffer of the system loses packets even on loopback
+      g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
+    constexpr std::size_t kPoolBytes = 64 << 20;
+    const std::size_t count =
+        std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(configured_.payload_bytes, 1), 4, 24);
+    for (std::size_t i = 0; i < count; ++i)
+      arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured_.payload_bytes));
+  }
+
+  // The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
+  void Capture() {
+    const double stall_s = std::max(0.5, 3 * configured_.period_s);
+    const double lost_s = std::max(5.5, 10 * configured_.period_s);
+    auto last_frame = Clock::now();
+    bool stalled = false;
+    while (!stop_) {
+      ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), 50'000);
+      if (buffer) {
+        Take(buffer);
+        arv_stream_push_buffer(session_->Stream(), buffer);
+        if (stalled) spdlog::warn("{}: frames come again", info_.uri);
+        stalled = false;
+        last_frame = Clock::now();
+      }
+      if (session_->ControlLost()) {
+        Lose("the camera no longer answers, or another program took control of it; check power and cable");
+        break;
+      }
+      const double silence_s = std::chrono::duration<double>(Clock::now() - last_frame).count();
+      if (silence_s > stall_s && !stalled) {
+        stalled = true;
+        spdlog::warn("{}: no frame for {:.1f} s", info_.uri, silence_s);
+      }
+      if (silence_s > lost_s) {
+        Lose(fmt::format(
+            "no frame for {:.1f} s although the control channel is open; check the firewall, the packet "
+            "size (?packet_size=1400) and that no trigger is awaited",
+            silence_s));
+        break;
+      }
+    }
+  }
+
+  void Lose(const std::string& problem) {
+    {
+      const std::lock_guard lock(mutex_);
+      info_.available = false;
+      info_.problem = problem;
+    }
+    state_ = DeviceState::kLost;
+    queue_->Close();
+  }
+
+  void Take(ArvBuffer* buffer) {
+    const ArvBufferStatus status = arv_buffer_get_status(buffer);
+    if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
+      return;  // stopping, not a loss
+    const double host_time_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
+    Frame frame;
+    frame.id = arv_buffer_get_frame_id(buffer);
+    frame.device_time_s = 1e-9 * static_cast<double>(arv_buffer_get_timestamp(buffer));
+    frame.host_time_s = host_time_s;
+    if (frame.device_time_s == 0) frame.device_time_s = host_time_s;  // a camera without a clock
+    frame.exposure_s = configured_.exposure_s;
+    frame.gain = configured_.gain;
+    if (status == ARV_BUFFER_STATUS_SUCCESS && FillComplete(buffer, frame)) {
+      frame.status = FrameStatus::kComplete;
+    } else {
+      frame.status = FrameStatus::kIncomplete;
+      FillIncomplete(buffer, frame);
+    }
+    Count(frame);
+    Queue(std::move(frame));
+  }
+
+  // False when the buffer does not hold the image that was configured.
+  bool FillComplete(ArvBuffer* buffer, Frame& frame) {
+    const auto format = PixelFormatByCode(arv_buffer_get_image_pixel_format(buffer));
+    const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+    std::size_t size = 0;
+    const void* data = arv_buffer_get_image_data(buffer, &size);
+    gint x_padding = 0, y_padding = 0;
+    arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
+    if (!data || !format || width != configured_.width || height != configured_.height || x_padding != 0 ||
+        size < ImageBytes(*format, width, height)) {
+      if (!std::exchange(said_unexpected_, true))
+        spdlog::warn(
+            "{}: the camera sends {}x{} with format {:#010x} and row padding {}, but was set to {}x{} {}: "
+            "its frames count as incomplete",
+            info_.uri, width, height, arv_buffer_get_image_pixel_format(buffer), x_padding, configured_.width,
+            configured_.height, configured_.format.name);
+      return false;
+    }
+    frame.image = ImageFromBytes(*format, width, height, data, size);
+    return true;
+  }
+
+  // For the eye only: what arrived, over what the buffer held before. Its own description cannot be trusted.
+  void FillIncomplete(ArvBuffer* buffer, Frame& frame) {
+    std::size_t received = 0;
+    const void* data = arv_buffer_get_data(buffer, &received);
+    const std::size_t needed = ImageBytes(configured_.format, configured_.width, configured_.height);
+    if (data && needed <= configured_.payload_bytes)
+      frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, data, needed);
+  }
+
+  void Count(const Frame& frame) {
+    const std::lock_guard lock(mutex_);
+    // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
+    if (frame.status == FrameStatus::kIncomplete && frame.id == 0)
+      ids_.ArrivedWithoutId();
+    else
+      ids_.Arrived(frame.id);
+    if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
+  }
+
+  void Queue(Frame frame) {
+    std::optional<Frame> made_room;
+    queue_->Push(std::move(frame), &made_room);
+    if (made_room && made_room->status == FrameStatus::kComplete) {
+      const std::lock_guard lock(mutex_);
+      ++statistics_.dropped;
+    }
+  }
+
+  Settings settings_;
+  DeviceInfo info_;  // problem and available under mutex_ while the thread runs
+  std::unique_ptr<Session> session_;
+  Configured configured_;
+  std::unique_ptr<FrameQueue> queue_;
+  std::thread thread_;
+  std::atomic<bool> stop_{false};
+  std::atomic<DeviceState> state_{DeviceState::kStreaming};
+  bool running_ = false;
+  bool said_unexpected_ = false;
+  mutable std::mutex mutex_;
+  DeviceStatistics statistics_;
+  FrameIdCounter ids_;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri) { return std::make_unique<AravisDevice>(uri); }
+
+std::vector<DeviceInfo> ListAravisDevices() {
+  std::vector<DeviceInfo> list;
+  for (const Discovered& camera : Discover()) {
+    DeviceInfo info{.uri = "aravis:" + camera.OpenBy(),
+                    .maker = camera.vendor,
+                    .model = camera.model,
+                    .serial = camera.serial,
+                    .bus = camera.protocol,
+                    .problem = ""};
+    if (camera.IsGige()) {
+      const GigeControl control = AskGigeControl(camera.address);
+      if (control == GigeControl::kControlled)
+        info.problem = "another program controls it; close that program, its control ends some seconds later";
+      if (control == GigeControl::kNoAnswer)
+        info.problem = "answers discovery but not at its own address " + camera.address +
+                       "; give the camera and this computer's network interface addresses in one network";
+    }
+    info.available = info.problem.empty();
+    list.push_back(info);
+  }
+  return list;
+}
+
+}  // namespace ulf

@@ -1,0 +1,76 @@
+#include "acquisition/image_header.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+
+namespace ulf {
+namespace {
+
+using Bytes8 = std::array<std::uint8_t, 8>;
+
+template <std::size_t N>
+bool Read(std::ifstream& file, std::array<std::uint8_t, N>& bytes) {
+  return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes.data()), N));
+}
+
+int BigEndian(const std::uint8_t* bytes, int count) {
+  int value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8 | bytes[i];
+  return value;
+}
+
+// ISO 15948: the signature, then IHDR with width, height, depth and colour type.
+std::optional<ImageHeader> ReadPng(std::ifstream& file) {
+  std::array<std::uint8_t, 26> head{};
+  file.seekg(0);
+  if (!Read(file, head)) return std::nullopt;
+  // Grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
+  constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
+  const int color_type = head[25];
+  if (color_type >= static_cast<int>(kChannels.size())) return std::nullopt;
+  return ImageHeader{"PNG", BigEndian(&head[16], 4), BigEndian(&head[20], 4),
+                     kChannels[static_cast<std::size_t>(color_type)], head[24] < 8 ? 8 : head[24]};
+}
+
+// ITU T.81: segments up to the start of frame, which says precision, height, width and components.
+std::optional<ImageHeader> ReadJpeg(std::ifstream& file) {
+  file.seekg(2);
+  for (;;) {
+    std::array<std::uint8_t, 4> segment{};
+    if (!Read(file, segment) || segment[0] != 0xFF) return std::nullopt;
+    const int marker = segment[1];
+    if (marker == 0xFF) {  // fill byte before a marker
+      file.seekg(-3, std::ios::cur);
+      continue;
+    }
+    const bool is_start_of_frame =
+        marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (is_start_of_frame) {
+      std::array<std::uint8_t, 6> frame{};
+      if (!Read(file, frame)) return std::nullopt;
+      return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0]};
+    }
+    file.seekg(BigEndian(&segment[2], 2) - 2, std::ios::cur);
+  }
+}
+
+}  // namespace
+
+std::string ImageHeader::Text() const {
+  return fmt::format("{} {}x{}, {} {} of {} bits", kind, width, height, channels,
+                     channels == 1 ? "channel" : "channels", bits);
+}
+
+std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  Bytes8 signature{};
+  if (!file || !Read(file, signature)) return std::nullopt;
+  if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPng(file);
+  if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpeg(file);
+  return std::nullopt;
+}
+
+}  // namespace ulf

@@ -1,0 +1,24 @@
+// The size and format of a PNG or JPEG file from its first bytes, without decoding it: a folder of a thousand
+// photographs is checked in milliseconds before the first of them is used.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace ulf {
+
+struct ImageHeader {
+  std::string kind;  // "PNG" or "JPEG"
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  int bits = 0;  // per channel
+
+  bool operator==(const ImageHeader&) const = default;
+  std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"
+};
+
+// None for other kinds of files and for headers that are cut off.
+std::optional<ImageHeader> ReadImageHeader(const std::string& path);
+
+}  // namespace ulf

@@ -1,0 +1,391 @@
+#include "acquisition/replay_device.h"
+
+#include <fnmatch.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/videoio.hpp>
+
+#include "acquisition/error.h"
+#include "acquisition/image_header.h"
+#include "acquisition/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDefaultFps = 30;
+
+struct ReplayOptions {
+  std::string uri;
+  fs::path path;
+  std::optional<double> fps;
+  std::optional<std::string> glob;
+  std::optional<Transfer> transfer;
+
+  double TimeOf(std::size_t index) const { return static_cast<double>(index) / fps.value_or(kDefaultFps); }
+  Transfer TransferOf(const cv::Mat& pixels) const {
+    return transfer.value_or(pixels.depth() == CV_32F ? Transfer::kLinear : Transfer::kSrgb);
+  }
+};
+
+// Where frames come from, one after the other.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual std::string Describe() const = 0;
+  virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
+  virtual void Rewind() = 0;
+  virtual std::optional<Frame> Next() = 0;
+};
+
+bool IsImageName(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  static const std::vector<std::string> known = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
+                                                 ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
+}
+
+bool IsJpegName(const fs::path& path) {
+  const auto header = ReadImageHeader(path.string());
+  return header && header->kind == "JPEG";
+}
+
+std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
+  std::vector<fs::path> files;
+  std::size_t others = 0;
+  for (const auto& entry : fs::directory_iterator(options.path)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = entry.path().filename().string();
+    const bool chosen = options.glob ? fnmatch(options.glob->c_str(), name.c_str(), 0) == 0
+                                     : IsImageName(entry.path()) && name[0] != '.';
+    if (chosen)
+      files.push_back(entry.path());
+    else
+      ++others;
+  }
+  if (files.empty()) {
+    if (options.glob)
+      throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
+                  options.uri, others, *options.glob);
+    throw Error(
+        "{}: the folder holds no images ({} other files); name a folder of photographs, a video or a light "
+        "field",
+        options.uri, others);
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NameOrder(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+class FolderSource : public Source {
+ public:
+  explicit FolderSource(const ReplayOptions& options) : options_(options), files_(ImagesOf(options)) {
+    header_ = ReadImageHeader(files_.front().string());
+    for (const fs::path& file : files_) {
+      if (!ImageFileIsWhole(file.string()))
+        throw Error("{}: the image is truncated; copy it again from where it came, or remove it",
+                    file.string());
+      const auto header = ReadImageHeader(file.string());
+      if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
+    }
+    first_ = ReadImageFile(files_.front().string());
+  }
+
+  std::string Describe() const override {
+    return fmt::format("{} images{}, {}x{}", files_.size(), header_ ? " (" + header_->kind + ")" : "",
+                       first_.cols, first_.rows);
+  }
+  void Rewind() override { next_ = 0; }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= files_.size()) return std::nullopt;
+    const fs::path& file = files_[next_];
+    Frame frame;
+    frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
+    const cv::Mat& pixels = frame.image.pixels;
+    if (pixels.size() != first_.size() || pixels.type() != first_.type())
+      ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
+    frame.image.transfer = options_.TransferOf(pixels);
+    frame.id = next_;
+    frame.device_time_s = options_.TimeOf(next_);
+    if (header_ && header_->kind == "JPEG") frame.source_path = file.string();
+    ++next_;
+    return frame;
+  }
+
+ private:
+  [[noreturn]] void ThrowMixed(const fs::path& file, const std::string& what) const {
+    const std::string first =
+        header_ ? header_->Text()
+                : fmt::format("{}x{}, {} channels", first_.cols, first_.rows, first_.channels());
+    throw Error("{}: mixed images: {} is {}, but {} is {}; choose one kind with ?glob=", options_.uri,
+                files_.front().string(), first, file.string(), what);
+  }
+
+  ReplayOptions options_;
+  std::vector<fs::path> files_;
+  std::optional<ImageHeader> header_;
+  cv::Mat first_;
+  std::size_t next_ = 0;
+};
+
+class VideoSource : public Source {
+ public:
+  explicit VideoSource(const ReplayOptions& options) : options_(options) {
+    Open();
+    if (!Decode())
+      throw Error(
+          "{}: no picture could be decoded from the video; play it once in a viewer, or export it again",
+          options_.uri);
+    width_ = picture_.cols;
+    height_ = picture_.rows;
+    frame_rate_ = video_.get(cv::CAP_PROP_FPS);
+    announced_ = video_.get(cv::CAP_PROP_FRAME_COUNT);
+    Rewind();
+  }
+
+  std::string Describe() const override {
+    return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
+  }
+  void Rewind() override {
+    Open();
+    next_ = 0;
+    first_time_s_.reset();
+    last_time_s_ = -1;
+  }
+
+  std::optional<Frame> Next() override {
+    if (!Decode()) {
+      NoteShort();
+      return std::nullopt;
+    }
+    Frame frame;
+    frame.image.pixels = picture_.clone();
+    frame.image.transfer = options_.TransferOf(picture_);
+    frame.id = next_;
+    frame.device_time_s = options_.fps ? options_.TimeOf(next_) : ContainerTime();
+    last_time_s_ = frame.device_time_s;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  void Open() {
+    bool opened = false;
+    try {
+      opened = video_.open(options_.path.string(), cv::CAP_FFMPEG);
+    } catch (const cv::Exception&) {
+    }
+    if (!opened)
+      throw Error(
+          "{}: is neither a folder nor a video that can be opened; name a folder of images, a video or a "
+          "light field",
+          options_.uri);
+  }
+
+  bool Decode() {
+    try {
+      return video_.read(picture_) && !picture_.empty();
+    } catch (const cv::Exception&) {
+      return false;
+    }
+  }
+
+  // The container's time of the picture, from the first one on; by the frame rate where it does not increase.
+  double ContainerTime() {
+    const double time_s = 1e-3 * video_.get(cv::CAP_PROP_POS_MSEC);
+    if (!first_time_s_) first_time_s_ = time_s;
+    const double since_first_s = time_s - *first_time_s_;
+    if (next_ == 0 || since_first_s > last_time_s_) return since_first_s;
+    return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
+  }
+
+  // Containers estimate their number of frames: a small difference is none.
+  void NoteShort() {
+    if (announced_ > 0 && static_cast<double>(next_) < 0.98 * announced_ - 1)
+      spdlog::warn("{}: the video ends after {} of {:.0f} frames: it is truncated or damaged there",
+                   options_.uri, next_, announced_);
+    announced_ = 0;
+  }
+
+  ReplayOptions options_;
+  cv::VideoCapture video_;
+  cv::Mat picture_;
+  int width_ = 0, height_ = 0;
+  double frame_rate_ = 0;
+  double announced_ = 0;
+  std::size_t next_ = 0;
+  std::optional<double> first_time_s_;
+  double last_time_s_ = -1;
+};
+
+class LightFieldSource : public Source {
+ public:
+  explicit LightFieldSource(const ReplayOptions& options)
+      : options_(options), light_field_(ReadLightField(options.path)) {
+    const auto& views = light_field_.views;
+    if (views.empty()) throw Error("{}: the light field has no views to replay", options_.uri);
+    for (const View& view : views)
+      if (!(light_field_.CameraOf(view) == light_field_.CameraOf(views.front())))
+        throw Error(
+            "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
+            "--calibration instead",
+            options_.uri, views.front().id, view.id);
+    times_increase_ = !options_.fps;
+    for (std::size_t i = 1; i < views.size(); ++i)
+      if (!(views[i].device_time_s > views[i - 1].device_time_s)) times_increase_ = false;
+  }
+
+  std::string Describe() const override {
+    const CameraModel& camera = light_field_.CameraOf(light_field_.views.front());
+    return fmt::format("light field of {} views, {}x{}", light_field_.views.size(), camera.width,
+                       camera.height);
+  }
+  std::optional<CameraModel> Camera() const override {
+    return light_field_.CameraOf(light_field_.views.front());
+  }
+  void Rewind() override { next_ = 0; }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= light_field_.views.size()) return std::nullopt;
+    const View& view = light_field_.views[next_];
+    Frame frame;
+    frame.image = ReadViewImage(light_field_, view);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    frame.id = static_cast<std::uint64_t>(view.id);
+    frame.device_time_s = times_increase_ ? view.device_time_s : options_.TimeOf(next_);
+    frame.host_time_s = view.host_time_s;
+    frame.exposure_s = view.exposure_s;
+    frame.gain = view.gain;
+    frame.black_level = view.black_level;
+    const fs::path file = light_field_.root / view.image_path;
+    if (IsJpegName(file)) frame.source_path = file.string();
+    frame.known_cam_from_world = view.cam_from_world;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  ReplayOptions options_;
+  LightField light_field_;
+  bool times_increase_ = true;
+  std::size_t next_ = 0;
+};
+
+class ReplayDevice : public Device {
+ public:
+  ReplayDevice(std::string uri, std::unique_ptr<Source> source)
+      : uri_(std::move(uri)), source_(std::move(source)) {}
+
+  // No serial: the files are not the camera, and a calibration stored since for the camera is not theirs.
+  DeviceInfo Info() const override {
+    return {
+        .uri = uri_, .maker = "", .model = source_->Describe(), .serial = "", .bus = "files", .problem = ""};
+  }
+  std::optional<CameraModel> Camera() const override { return source_->Camera(); }
+  bool IsLive() const override { return false; }
+
+  void Start() override {
+    source_->Rewind();
+    running_ = true;
+    state_ = DeviceState::kStreaming;
+    statistics_ = {};
+  }
+
+  std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
+    if (!running_) return std::nullopt;
+    std::optional<Frame> frame = source_->Next();
+    if (frame)
+      ++statistics_.delivered;
+    else
+      state_ = DeviceState::kEnded;
+    running_ = frame.has_value();
+    return frame;
+  }
+
+  void Stop() override {
+    running_ = false;
+    state_ = DeviceState::kEnded;
+  }
+  DeviceState State() const override { return state_; }
+  DeviceStatistics Statistics() const override { return statistics_; }
+
+ private:
+  std::string uri_;
+  std::unique_ptr<Source> source_;
+  bool running_ = false;
+  DeviceState state_ = DeviceState::kStreaming;
+  DeviceStatistics statistics_;
+};
+
+bool IsLightField(const fs::path& folder) {
+  return fs::exists(folder / "journal.jsonl") || fs::exists(folder / "transforms.json");
+}
+
+ReplayOptions OptionsOf(const DeviceUri& uri) {
+  uri.AllowOnly({"fps", "glob", "transfer"});
+  ReplayOptions options{.uri = uri.Text(),
+                        .path = uri.path,
+                        .fps = uri.Number("fps"),
+                        .glob = uri.Option("glob"),
+                        .transfer = {}};
+  if (uri.path.empty())
+    throw UsageError("'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
+  if (options.fps && *options.fps <= 0) throw UsageError("{}: fps must be positive", options.uri);
+  if (const auto transfer = uri.Option("transfer")) {
+    if (*transfer != "linear" && *transfer != "srgb")
+      throw UsageError("{}: transfer must be 'linear' or 'srgb'", options.uri);
+    options.transfer = *transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  }
+  return options;
+}
+
+}  // namespace
+
+bool NameOrder(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!is_digit(a[i]) || !is_digit(b[j])) {
+      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+      ++i, ++j;
+      continue;
+    }
+    const auto number_at = [&](const std::string& text, std::size_t& at) {
+      while (at + 1 < text.size() && text[at] == '0' && is_digit(text[at + 1])) ++at;
+      const std::size_t start = at;
+      while (at < text.size() && is_digit(text[at])) ++at;
+      return text.substr(start, at - start);
+    };
+    const std::string number_a = number_at(a, i), number_b = number_at(b, j);
+    if (number_a.size() != number_b.size()) return number_a.size() < number_b.size();
+    if (number_a != number_b) return number_a < number_b;
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;  // equal by value: 01 and 1
+}
+
+std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
+  const ReplayOptions options = OptionsOf(uri);
+  if (!fs::exists(options.path))
+    throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
+  std::unique_ptr<Source> source;
+  if (!fs::is_directory(options.path)) {
+    if (options.glob) throw UsageError("{}: glob chooses files of a folder, and this is a file", options.uri);
+    source = std::make_unique<VideoSource>(options);
+  } else if (!options.glob && IsLightField(options.path)) {
+    source = std::make_unique<LightFieldSource>(options);
+  } else {
+    source = std::make_unique<FolderSource>(options);
+  }
+  return std::make_unique<ReplayDevice>(options.uri, std::move(source));
+}
+
+}  // namespace ulf

@@ -1,0 +1,30 @@
+// Recorded frames as a device: `replay:PATH?fps=30&glob=*.color.jpg&transfer=linear`.
+//
+//   a folder of images   in name order (numbers by value), the first at time 0, frame k at k/fps; mixed sizes
+//   or
+//                        formats, a truncated file and an empty folder are errors when it is opened;
+//   a video file         at the times of its container;
+//   a light field        (a folder with journal.jsonl or transforms.json, no glob) the photographs of its
+//   views with
+//                        their device times, exposures and poses, and its camera; times that do not increase,
+//                        as in imported sets, are replaced by k/fps.
+//
+// Nothing is live: frames wait until they are asked for, none is dropped, and the same path gives the same
+// frames. host_time_s is 0 except in a light field: these frames did not reach this machine now. JPEG files
+// are named in Frame::source_path, so that a recording keeps them byte for byte. 8 and 16 bits are taken as
+// sRGB and float as linear unless `transfer` says otherwise.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "acquisition/device.h"
+
+namespace ulf {
+
+std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
+
+// Name order as people count: frame_2 before frame_10.
+bool NameOrder(const std::string& a, const std::string& b);
+
+}  // namespace ulf

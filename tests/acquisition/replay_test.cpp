@@ -1,0 +1,303 @@
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "acquisition/device.h"
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/replay_device.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// A picture that is its own number: its grey value.
+cv::Mat Numbered(int number, cv::Size size = {64, 48}) {
+  return cv::Mat(size, CV_8UC3, cv::Scalar::all(10.0 + 20.0 * number));
+}
+
+int NumberOf(const Frame& frame) {
+  return static_cast<int>(std::lround((cv::mean(frame.image.pixels)[0] - 10.0) / 20.0));
+}
+
+std::vector<Frame> ReadAll(Device& device) {
+  std::vector<Frame> frames;
+  while (auto frame = device.Next(100ms)) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+std::vector<Frame> Replay(const std::string& uri) {
+  const auto device = OpenDevice(uri);
+  device->Start();
+  auto frames = ReadAll(*device);
+  EXPECT_EQ(device->State(), DeviceState::kEnded);
+  return frames;
+}
+
+template <typename Thrown = Error>
+std::string ErrorOf(const std::string& uri) {
+  try {
+    Replay(uri);
+  } catch (const Thrown& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << uri << ": no error";
+  return "";
+}
+
+TEST(ReplayFolder, GivesImagesInNameOrderAtTheirTimes) {
+  test::ScratchFolder scratch;
+  // Written in another order than their names, and counted without leading zeros.
+  for (const int number : {10, 2, 0, 9, 1})
+    cv::imwrite((scratch / ("view_" + std::to_string(number) + ".png")).string(), Numbered(number));
+  const auto frames = Replay("replay:" + scratch.path().string() + "?fps=10");
+  ASSERT_EQ(frames.size(), 5u);
+  const int expected[] = {0, 1, 2, 9, 10};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(NumberOf(frames[i]), expected[i]);
+    EXPECT_EQ(frames[i].id, i);
+    EXPECT_DOUBLE_EQ(frames[i].device_time_s, 0.1 * static_cast<double>(i));
+    EXPECT_EQ(frames[i].status, FrameStatus::kComplete);
+    EXPECT_EQ(frames[i].image.transfer, Transfer::kSrgb);
+    EXPECT_FALSE(frames[i].known_cam_from_world);
+    EXPECT_TRUE(frames[i].source_path.empty()) << "only a camera's JPEG is kept as the file it is";
+  }
+}
+
+TEST(ReplayFolder, ThirtyFramesASecondUnlessSaid) {
+  test::ScratchFolder scratch;
+  for (const int number : {0, 1, 2})
+    cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  const auto frames = Replay("replay:" + scratch.path().string());
+  EXPECT_DOUBLE_EQ(frames.at(0).device_time_s, 0);
+  EXPECT_DOUBLE_EQ(frames.at(2).device_time_s, 2.0 / 30);
+}
+
+TEST(ReplayFolder, NamesTheJpegFileBehindAFrame) {
+  test::ScratchFolder scratch;
+  const fs::path file = scratch / "a.jpg";
+  cv::imwrite(file.string(), Numbered(3));
+  EXPECT_EQ(Replay("replay:" + scratch.path().string()).at(0).source_path, file.string());
+}
+
+TEST(ReplayFolder, IsNotLiveAndStartsAgainFromTheBeginning) {
+  test::ScratchFolder scratch;
+  for (const int number : {0, 1, 2})
+    cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  const auto device = OpenDevice("replay:" + scratch.path().string());
+  EXPECT_FALSE(device->IsLive());
+  EXPECT_EQ(device->Info().bus, "files");
+  EXPECT_FALSE(device->Camera());
+  EXPECT_FALSE(device->Next(0ms)) << "not started";
+  device->Start();
+  EXPECT_EQ(NumberOf(device->Next(0ms).value()), 0);
+  EXPECT_EQ(device->State(), DeviceState::kStreaming);
+  device->Stop();
+  EXPECT_FALSE(device->Next(0ms));
+  device->Start();
+  EXPECT_EQ(ReadAll(*device).size(), 3u);
+  EXPECT_EQ(device->Statistics().delivered, 3u);
+}
+
+TEST(ReplayFolder, GlobChooses) {
+  test::ScratchFolder scratch;
+  cv::imwrite((scratch / "0.color.jpg").string(), Numbered(0));
+  cv::imwrite((scratch / "1.color.jpg").string(), Numbered(1));
+  cv::imwrite((scratch / "0.depth.png").string(), cv::Mat(24, 32, CV_16UC1, cv::Scalar(7)));
+  std::ofstream(scratch / "0.pose.txt") << "not an image\n";
+  const std::string folder = "replay:" + scratch.path().string();
+  EXPECT_EQ(Replay(folder + "?glob=*.color.jpg").size(), 2u);
+  EXPECT_EQ(Replay(folder + "?glob=0.*.png").at(0).image.pixels.type(), CV_16UC1);
+  EXPECT_THAT(ErrorOf(folder + "?glob=*.tif"), AllOf(HasSubstr("*.tif"), HasSubstr(scratch.path().string())));
+  // Without a choice the two kinds are mixed.
+  EXPECT_THAT(ErrorOf(folder), AllOf(HasSubstr("0.color.jpg"), HasSubstr("0.depth.png"), HasSubstr("glob")));
+}
+
+TEST(ReplayFolder, MixedSizesNameBothFiles) {
+  for (const char* kind : {"png", "jpg", "bmp"}) {
+    test::ScratchFolder scratch;
+    cv::imwrite((scratch / fmt::format("a.{}", kind)).string(), Numbered(0));
+    cv::imwrite((scratch / fmt::format("b.{}", kind)).string(), Numbered(1));
+    cv::imwrite((scratch / fmt::format("c.{}", kind)).string(), Numbered(2, {65, 48}));
+    EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()),
+                AllOf(HasSubstr(fmt::format("a.{}", kind)), HasSubstr(fmt::format("c.{}", kind)),
+                      HasSubstr("64x48"), HasSubstr("65x48")));
+  }
+}
+
+TEST(ReplayFolder, MixedFormatsNameBothFiles) {
+  test::ScratchFolder scratch;
+  cv::imwrite((scratch / "a.png").string(), Numbered(0));
+  cv::imwrite((scratch / "b.png").string(), cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), AllOf(HasSubstr("a.png"), HasSubstr("b.png")));
+}
+
+TEST(ReplayFolder, AnEmptyFolderAndAMissingOneAreErrors) {
+  test::ScratchFolder scratch;
+  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("no images"));
+  EXPECT_THAT(ErrorOf("replay:" + (scratch / "nowhere").string()), HasSubstr("nowhere"));
+  EXPECT_THAT(ErrorOf<UsageError>("replay:"), HasSubstr("path"));
+}
+
+TEST(ReplayFolder, ATruncatedImageIsFoundOnOpening) {
+  for (const char* kind : {"png", "jpg"}) {
+    test::ScratchFolder scratch;
+    cv::Mat noise(48, 64, CV_8UC3);
+    cv::randu(noise, 0, 255);
+    for (const char* name : {"a", "b", "c"})
+      cv::imwrite((scratch / fmt::format("{}.{}", name, kind)).string(), noise);
+    const fs::path middle = scratch / fmt::format("b.{}", kind);
+    fs::resize_file(middle, fs::file_size(middle) / 2);
+    try {
+      OpenDevice("replay:" + scratch.path().string());
+      FAIL() << kind << ": opened";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr(middle.string()), HasSubstr("truncated")));
+    }
+  }
+}
+
+TEST(ReplayFolder, AFileThatIsNoImageIsAnError) {
+  test::ScratchFolder scratch;
+  std::ofstream(scratch / "a.png") << "this is text, whatever its name says";
+  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("a.png"));
+}
+
+TEST(ReplayFolder, OptionsAreChecked) {
+  test::ScratchFolder scratch;
+  cv::imwrite((scratch / "a.png").string(), Numbered(0));
+  const std::string folder = "replay:" + scratch.path().string();
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=0"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=fast"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?speed=2"), HasSubstr("speed"));
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?transfer=gamma"), HasSubstr("transfer"));
+  EXPECT_EQ(Replay(folder + "?transfer=linear").at(0).image.transfer, Transfer::kLinear);
+}
+
+TEST(ReplayVideo, GivesEveryPictureAtItsTime) {
+  test::ScratchFolder scratch;
+  const std::string file = (scratch / "video.avi").string();
+  {
+    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, {64, 48});
+    ASSERT_TRUE(writer.isOpened());
+    for (int number = 0; number < 10; ++number) writer.write(Numbered(number));
+  }
+  for (const auto& [uri, fps] :
+       {std::pair{"replay:" + file, 25.0}, std::pair{"replay:" + file + "?fps=5", 5.0}}) {
+    const auto frames = Replay(uri);
+    ASSERT_EQ(frames.size(), 10u) << uri;
+    for (int i = 0; i < 10; ++i) {
+      const Frame& frame = frames[static_cast<std::size_t>(i)];
+      EXPECT_EQ(NumberOf(frame), i) << uri;
+      EXPECT_NEAR(frame.device_time_s, i / fps, 1e-6) << uri;
+      EXPECT_EQ(frame.id, static_cast<std::uint64_t>(i));
+    }
+  }
+}
+
+TEST(ReplayVideo, WhatIsNoVideoIsAnError) {
+  test::ScratchFolder scratch;
+  std::ofstream(scratch / "video.mp4") << "no video at all";
+  EXPECT_THAT(ErrorOf("replay:" + (scratch / "video.mp4").string()), HasSubstr("video.mp4"));
+}
+
+fs::path WriteLightField(const fs::path& dir, const std::vector<double>& times_s) {
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(64, 48, 70);
+  header.device_serial = "S1";
+  auto writer = LightFieldWriter::Create(dir, header);
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    Frame frame;
+    frame.image.pixels = Numbered(static_cast<int>(i));
+    View view;
+    view.cam_from_world = LookAt({0.1 * static_cast<double>(i), 0, -1}, {0, 0, 0}, {0, -1, 0});
+    frame.device_time_s = times_s[i];
+    frame.host_time_s = 1e9 + times_s[i];
+    frame.exposure_s = 0.004;
+    frame.gain = 2;
+    writer.AddView(frame, view);
+  }
+  writer.SetSubject({{0, 0, 0}, 0.2});
+  writer.Close(1);
+  return dir;
+}
+
+TEST(ReplayLightField, GivesViewsWithTimesExposuresPosesAndCamera) {
+  test::ScratchFolder scratch;
+  const fs::path dir = WriteLightField(scratch / "lf", {3.5, 3.7, 4.4});
+  const auto device = OpenDevice("replay:" + dir.string());
+  ASSERT_TRUE(device->Camera());
+  EXPECT_EQ(*device->Camera(), CameraModel::Pinhole(64, 48, 70));
+  EXPECT_TRUE(device->Info().serial.empty())
+      << "a calibration made since for the camera is not the recording's";
+  device->Start();
+  const auto frames = ReadAll(*device);
+  const LightField light_field = ReadLightField(dir);
+  ASSERT_EQ(frames.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const View& view = light_field.views[i];
+    EXPECT_EQ(NumberOf(frames[i]), static_cast<int>(i));
+    EXPECT_DOUBLE_EQ(frames[i].device_time_s, view.device_time_s);
+    EXPECT_DOUBLE_EQ(frames[i].host_time_s, view.host_time_s);
+    EXPECT_DOUBLE_EQ(frames[i].exposure_s, 0.004);
+    EXPECT_DOUBLE_EQ(frames[i].gain, 2);
+    ASSERT_TRUE(frames[i].known_cam_from_world);
+    EXPECT_LT((frames[i].known_cam_from_world->Matrix() - view.cam_from_world.Matrix()).norm(), 1e-12);
+  }
+  EXPECT_DOUBLE_EQ(frames[2].device_time_s, 4.4);
+}
+
+TEST(ReplayLightField, TimesThatDoNotIncreaseAreReplaced) {
+  test::ScratchFolder scratch;
+  const fs::path dir = WriteLightField(scratch / "lf", {0, 0, 0});
+  const auto frames = Replay("replay:" + dir.string() + "?fps=4");
+  EXPECT_DOUBLE_EQ(frames.at(2).device_time_s, 0.5);
+  EXPECT_DOUBLE_EQ(Replay("replay:" + dir.string()).at(1).device_time_s, 1.0 / 30);
+}
+
+TEST(ReplayOfRealData, HandheldKitchenFolderAndVideo) {
+  ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
+  const auto folder = OpenDevice("replay:" + kitchen.string() + "?glob=*.color.jpg");
+  folder->Start();
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = folder->Next(1s);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->image.pixels.size(), cv::Size(640, 480));
+    EXPECT_EQ(fs::path(frame->source_path).filename(), fmt::format("frame-{:06}.color.jpg", i));
+    EXPECT_DOUBLE_EQ(frame->device_time_s, i / 30.0);
+  }
+  const auto video = OpenDevice("replay:" + (kitchen / "first300.mp4").string());
+  video->Start();
+  int count = 0;
+  double last_s = -1;
+  while (const auto frame = video->Next(1s)) {
+    EXPECT_GT(frame->device_time_s, last_s);
+    last_s = frame->device_time_s;
+    EXPECT_EQ(frame->image.pixels.size(), cv::Size(640, 480));
+    ++count;
+  }
+  EXPECT_EQ(count, 300);
+  EXPECT_NEAR(last_s, 299 / 30.0, 0.01);
+}
+
+TEST(NameOrder, CountsAsPeopleDo) {
+  EXPECT_TRUE(NameOrder("a2", "a10"));
+  EXPECT_FALSE(NameOrder("a10", "a2"));
+  EXPECT_TRUE(NameOrder("frame-000009.color", "frame-000010.color"));
+  EXPECT_TRUE(NameOrder("a", "b"));
+  EXPECT_TRUE(NameOrder("a", "a1"));
+  EXPECT_TRUE(NameOrder("a01", "a1"));
+  EXPECT_FALSE(NameOrder("a1", "a01"));
+  EXPECT_FALSE(NameOrder("a1", "a1"));
+}
+
+}  // namespace
+}  // namespace ulf
