@@ -12,7 +12,8 @@ namespace {
 
 std::string ReadText(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path))
-    throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)", path.string());
+    throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)",
+                path.string());
   return ReadWholeFile(path);
 }
 
@@ -30,17 +31,17 @@ CameraModel FromNumbers(const std::string& text, const std::string& where) {
         used = 0;
       }
       if (used != word.size())
-        throw Error("{}: neither JSON nor numbers: '{}'; expected fx fy cx cy k1 k2 p1 p2 width height", where,
-                    word.substr(0, 40));
+        throw Error("{}: neither JSON nor numbers: '{}'; expected fx fy cx cy k1 k2 p1 p2 width height",
+                    where, word.substr(0, 40));
       numbers.push_back(value);
     }
   }
   if (numbers.size() != 10 && numbers.size() != 11)
-    throw Error("{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]", where,
-                numbers.size());
-  CameraModel camera = CameraModel::FromOpenCv(static_cast<int>(numbers[8]), static_cast<int>(numbers[9]), numbers[0],
-                                               numbers[1], numbers[2], numbers[3], Distortion::kRadialTangential,
-                                               {numbers[4], numbers[5], numbers[6], numbers[7], 0});
+    throw Error("{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]",
+                where, numbers.size());
+  CameraModel camera = CameraModel::FromOpenCv(
+      static_cast<int>(numbers[8]), static_cast<int>(numbers[9]), numbers[0], numbers[1], numbers[2],
+      numbers[3], Distortion::kRadialTangential, {numbers[4], numbers[5], numbers[6], numbers[7], 0});
   camera.Validate(where);
   return camera;
 }

@@ -5,7 +5,8 @@
 //                       "pixel_centers": "half"}},
 //    "serial": "...", "source": "how it was obtained"}
 //
-// Read as well: a text file with one line of numbers, `fx fy cx cy k1 k2 p1 p2 width height [fps]`, comments behind
+// Read as well: a text file with one line of numbers, `fx fy cx cy k1 k2 p1 p2 width height [fps]`, comments
+// behind
 // '#', whose principal point counts from integer pixel centres as OpenCV does (0.5 is added on reading).
 #pragma once
 

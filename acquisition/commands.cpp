@@ -2,11 +2,13 @@
 
 #include "acquisition/devices_command.h"
 #include "acquisition/import_command.h"
+#include "acquisition/simulator/simulate_command.h"
 
 namespace ulf {
 
 void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddDevicesCommand(app, chosen);
+  AddSimulateCommand(app, chosen);
   AddImportCommand(app, chosen);
 }
 

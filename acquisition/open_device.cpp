@@ -6,6 +6,7 @@
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/replay_device.h"
+#include "acquisition/simulator/simulated_device.h"
 
 namespace ulf {
 namespace {
@@ -31,7 +32,8 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
   const DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
-  constexpr std::array kLater = {"sim", "v4l2", "gphoto2"};
+  if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
+  constexpr std::array kLater = {"v4l2", "gphoto2"};
   if (std::find(kLater.begin(), kLater.end(), uri.scheme) != kLater.end())
     throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", text, uri.scheme, kWhatWorks);
   throw UsageError("'{}': there is no kind of device called '{}'; there are {}", text, uri.scheme,

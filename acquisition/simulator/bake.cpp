@@ -8,10 +8,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr F4 kSky{0.46f, 0.43f, 0.41f, 0};     // blue-ish fill from above
-constexpr F4 kBounce{0.17f, 0.19f, 0.21f, 0};  // warm, from table and floor
+constexpr F4 kSky{0.27f, 0.245f, 0.23f, 0};     // blue-ish fill from above
+constexpr F4 kBounce{0.085f, 0.1f, 0.115f, 0};  // warm, from table and floor
 constexpr F4 kKeyColor{0.93f, 0.98f, 1.03f, 0};
-constexpr int kLampGrid = 6;   // samples per side of a lamp
+constexpr int kLampGrid = 6;  // samples per side of a lamp
 constexpr int kAmbientRays = 32;
 static_assert(kLampGrid * kLampGrid % 4 == 0 && kAmbientRays % kLanes == 0);
 
@@ -19,7 +19,8 @@ class Illumination {
  public:
   explicit Illumination(const Scene& scene) : scene_(scene) {
     for (int i = 0; i < kAmbientRays; ++i) {  // a spiral over the hemisphere, cosine-weighted
-      const float share = (static_cast<float>(i) + 0.5f) / kAmbientRays, angle = 2.39996323f * static_cast<float>(i);
+      const float share = (static_cast<float>(i) + 0.5f) / kAmbientRays,
+                  angle = 2.39996323f * static_cast<float>(i);
       const float across = std::sqrt(share);
       hemisphere_.emplace_back(across * std::cos(angle), across * std::sin(angle), std::sqrt(1 - share));
     }
@@ -57,7 +58,8 @@ class Illumination {
       const Vector3f to_center = occluder.center - from;
       const float distance2 = to_center.squaredNorm();
       if (distance2 > occluder.radius * occluder.radius) {
-        const F8 along = directions.x * to_center.x() + directions.y * to_center.y() + directions.z * to_center.z();
+        const F8 along =
+            directions.x * to_center.x() + directions.y * to_center.y() + directions.z * to_center.z();
         const I8 passes =
             (along < 0.0f) | (F8{} + distance2 - along * along > F8{} + occluder.radius * occluder.radius);
         if (!Any(~passes)) continue;
@@ -91,9 +93,10 @@ class Illumination {
         directions.y[lane] = d.y();
         directions.z[lane] = d.z();
         reach[lane] = distance;
-        gain[lane] = first + lane >= kSamples ? 0.0f
-                                              : std::max(0.0f, d.dot(normal)) *
-                                                    std::max(0.0f, -d.dot(lamp.normal)) / (distance * distance);
+        gain[lane] =
+            first + lane >= kSamples
+                ? 0.0f
+                : std::max(0.0f, d.dot(normal)) * std::max(0.0f, -d.dot(lamp.normal)) / (distance * distance);
       }
       if (!Any(gain > 0.0f)) continue;
       const F8 visible = Select(Blocked(from, directions, reach), F8{}, gain);
@@ -169,9 +172,11 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
     }
 
   constexpr int kMultiple = 32;  // so that halving never leaves an odd texel over
-  const bool unseen = primitive.shape == Shape::kFrustum && chart == 2;
+  const bool unseen = (primitive.shape == Shape::kFrustum && chart == 2) ||
+                      (primitive.main_chart >= 0 && primitive.main_chart != chart);
   const float texel_m = unseen ? 0.02f : primitive.texel_m;
-  const int width = RoundedUp(size.width_m, texel_m, kMultiple), height = RoundedUp(size.height_m, texel_m, kMultiple);
+  const int width = RoundedUp(size.width_m, texel_m, kMultiple),
+            height = RoundedUp(size.height_m, texel_m, kMultiple);
   std::vector<F4> bgr;
   bgr.reserve(static_cast<std::size_t>(width) * height);
   for (int y = 0; y < height; ++y)
@@ -179,8 +184,8 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
       const float u = (static_cast<float>(x) + 0.5f) / static_cast<float>(width);
       const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
       const ChartPoint at = PointOnChart(primitive, chart, u, v);
-      bgr.push_back(map.At(u, v) * Reflectance(primitive.material, {at.local, u * size.width_m, v * size.height_m,
-                                                                    chart, texel_m}));
+      bgr.push_back(map.At(u, v) * Reflectance(primitive.material, {at.local, u * size.width_m,
+                                                                    v * size.height_m, chart, texel_m}));
     }
   return {width, height, size.wrap_u, size.wrap_v, bgr};
 }
@@ -191,7 +196,8 @@ std::vector<MipTexture> BakeCharts(const Scene& scene) {
   const Illumination light(scene);
   std::vector<MipTexture> charts;
   for (const Primitive& primitive : scene.primitives())
-    for (int chart = 0; chart < primitive.ChartCount(); ++chart) charts.push_back(BakeChart(light, primitive, chart));
+    for (int chart = 0; chart < primitive.ChartCount(); ++chart)
+      charts.push_back(BakeChart(light, primitive, chart));
   return charts;
 }
 

@@ -11,11 +11,22 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kRoundingS = 0.35;      // corners of the path are rounded over twice this
-constexpr double kGlanceS = 1.5;         // a look away, there and back
-constexpr double kPauseRampS = 0.3;      // the hand comes to rest before, and sets off again after
-constexpr double kPlannedS = 3 * 3600;   // afterwards the hand rests where it is
-enum WaveStream { kPositionX, kPositionY, kPositionZ, kYaw, kPitch, kRoll, kDistance, kRowWobble, kSpeed, kStreams };
+constexpr double kRoundingS = 0.35;     // corners of the path are rounded over twice this
+constexpr double kGlanceS = 1.5;        // a look away, there and back
+constexpr double kPauseRampS = 0.3;     // the hand comes to rest before, and sets off again after
+constexpr double kPlannedS = 3 * 3600;  // afterwards the hand rests where it is
+enum WaveStream {
+  kPositionX,
+  kPositionY,
+  kPositionZ,
+  kYaw,
+  kPitch,
+  kRoll,
+  kDistance,
+  kRowWobble,
+  kSpeed,
+  kStreams
+};
 
 double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
@@ -26,21 +37,22 @@ Hand::Hand(const HandOptions& options) : options_(options) {
   up_ = (options.up_in_world - options.up_in_world.dot(forward_) * forward_).normalized();
   side_ = up_.cross(forward_);
 
-  // Heights are the sum of all waves' heights: the most that can occur. Positions in metres, angles in radians.
+  // Heights are the sum of all waves' heights: the most that can occur. Positions in metres, angles in
+  // radians.
   const double still = options.trembles ? 1 : 0;
   waves_.resize(kStreams);
   for (const int stream : {kPositionX, kPositionY, kPositionZ}) {
     waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.15, 0.8, 0.008 * still);
     const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.0007 * still);
-    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(), tremor.begin(),
-                                                    tremor.end());
+    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(),
+                                                    tremor.begin(), tremor.end());
   }
   for (const int stream : {kYaw, kPitch, kRoll}) {
     const double drift = stream == kRoll ? 2.5 : 1.6;
     waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.1, 0.5, drift * kDegree * still);
     const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.12 * kDegree * still);
-    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(), tremor.begin(),
-                                                    tremor.end());
+    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(),
+                                                    tremor.begin(), tremor.end());
   }
   waves_[kDistance] = DrawWaves(kDistance, 3, 0.02, 0.12, options.distance_change);
   waves_[kRowWobble] = DrawWaves(kRowWobble, 3, 0.1, 0.4, 0.35 * kDegree * still);
@@ -49,7 +61,8 @@ Hand::Hand(const HandOptions& options) : options_(options) {
   PlanGlances();
 }
 
-std::vector<Hand::Wave> Hand::DrawWaves(int stream, int count, double low_hz, double high_hz, double height) const {
+std::vector<Hand::Wave> Hand::DrawWaves(int stream, int count, double low_hz, double high_hz,
+                                        double height) const {
   std::mt19937_64 random(options_.seed * 1000003u + static_cast<std::uint64_t>(stream));
   std::vector<Wave> waves;
   for (int i = 0; i < count; ++i) {
@@ -65,8 +78,7 @@ void Hand::AddStop(double seconds, const Vector2d& angles) {
     return;
   }
   const Stop& last = stops_.back();
-  stops_.push_back(
-      {last.time_s + seconds, angles, last.integral + 0.5 * seconds * (last.angles + angles)});
+  stops_.push_back({last.time_s + seconds, angles, last.integral + 0.5 * seconds * (last.angles + angles)});
 }
 
 void Hand::PlanPath() {
@@ -78,9 +90,9 @@ void Hand::PlanPath() {
   // Sideways first: translation, which looking around alone would not give.
   AddStop(0, {0, 0});
   AddStop(0.3, {0, 0});
-  go_to({4 * kDegree, 0}, 0.75);
-  go_to({-4 * kDegree, 1.5 * kDegree}, 0.75);
-  go_to({0, 0}, 0.75);
+  go_to({3.5 * kDegree, 0}, 0.6);
+  go_to({-3.5 * kDegree, 1.5 * kDegree}, 0.6);
+  go_to({0, 0}, 0.6);
   const int rows = static_cast<int>(std::ceil(2 * half_elevation / options_.row_spacing)) + 1;
   double shift = 0;
   bool downwards = true, rightwards = false;
@@ -98,7 +110,8 @@ void Hand::PlanPath() {
     downwards = !downwards;
     // 1/2, 1/4, 3/4, 1/8, ...: halves what is left between the rows so far (van der Corput's sequence).
     shift = 0;
-    for (int bits = pass + 1, step = 2; bits > 0; bits >>= 1, step *= 2) shift += (bits & 1) / static_cast<double>(step);
+    for (int bits = pass + 1, step = 2; bits > 0; bits >>= 1, step *= 2)
+      shift += (bits & 1) / static_cast<double>(step);
   }
 }
 
@@ -109,7 +122,8 @@ void Hand::PlanGlances() {
   while (start < 2 * kPlannedS) {
     start += 6 + 22 * Uniform(random);
     const double side = Uniform(random) < 0.5 ? -1 : 1;
-    glances_.push_back({start, side * (40 + 8 * Uniform(random)) * kDegree, (10 * Uniform(random) - 2) * kDegree});
+    glances_.push_back(
+        {start, side * (40 + 8 * Uniform(random)) * kDegree, (10 * Uniform(random) - 2) * kDegree});
     start += kGlanceS;
   }
 }
@@ -134,8 +148,8 @@ Vector2d Hand::PathAngles(double path_s) const {
 
 namespace {
 
-// Integral from the start of a pause until `since`: how much path time it has cost. The path's speed falls along a
-// cosine, rests, and rises again.
+// Integral from the start of a pause until `since`: how much path time it has cost. The path's speed falls
+// along a cosine, rests, and rises again.
 double PauseSpent(double since, double rest_s) {
   const double ramp = kPauseRampS;
   const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
@@ -147,7 +161,8 @@ double PauseSpent(double since, double rest_s) {
 
 double SumOfWaves(const auto& waves, double time_s) {
   double sum = 0;
-  for (const auto& wave : waves) sum += wave.height * std::sin(2 * M_PI * wave.frequency_hz * time_s + wave.phase);
+  for (const auto& wave : waves)
+    sum += wave.height * std::sin(2 * M_PI * wave.frequency_hz * time_s + wave.phase);
   return sum;
 }
 
@@ -192,8 +207,9 @@ double Hand::FirstPassEndS() const {
 Rigid3 Hand::CamFromWorld(double time_s) const {
   Vector2d angles = PathAngles(PathTime(time_s));
   angles.y() += SumOfWaves(waves_[kRowWobble], time_s);
-  const Vector3d direction = std::cos(angles.y()) * (std::cos(angles.x()) * forward_ + std::sin(angles.x()) * side_) +
-                             std::sin(angles.y()) * up_;
+  const Vector3d direction =
+      std::cos(angles.y()) * (std::cos(angles.x()) * forward_ + std::sin(angles.x()) * side_) +
+      std::sin(angles.y()) * up_;
   const double distance = options_.distance_m * (1 + SumOfWaves(waves_[kDistance], time_s));
   const Vector3d sway(SumOfWaves(waves_[kPositionX], time_s), SumOfWaves(waves_[kPositionY], time_s),
                       SumOfWaves(waves_[kPositionZ], time_s));
@@ -215,7 +231,8 @@ Rigid3 Hand::CamFromWorld(double time_s) const {
 
 Vector2d Hand::CapAngles(const Vector3d& center_in_world) const {
   const Vector3d direction = (center_in_world - options_.subject_in_world).normalized();
-  return {std::atan2(direction.dot(side_), direction.dot(forward_)), std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
+  return {std::atan2(direction.dot(side_), direction.dot(forward_)),
+          std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
 }
 
 }  // namespace ulf

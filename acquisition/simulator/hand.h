@@ -1,15 +1,15 @@
-// A hand that scans: where the camera is at every moment, smooth (once continuously differentiable) and the same for
-// the same seed.
+// A hand that scans: where the camera is at every moment, smooth (once continuously differentiable) and the
+// same for the same seed.
 //
-// It starts before the subject, moves sideways so that a tracker with one camera can initialise, then sweeps rows
-// over a cap, azimuth +-H/2 and elevation +-V/2 about the first direction (and `margin` beyond, because what a
-// capture counts as its first direction is known only once it has begun). When the rows are done it comes back with
-// rows shifted by half a spacing, then a quarter, and so on: every pass fills what the earlier ones left. On the way
-// the hand trembles, drifts, comes nearer and goes farther, and now and then looks away for about a second, during
-// which it stays where it is.
+// It starts before the subject, moves sideways so that a tracker with one camera can initialise, then sweeps
+// rows over a cap, azimuth +-H/2 and elevation +-V/2 about the first direction (and `margin` beyond, because
+// what a capture counts as its first direction is known only once it has begun). When the rows are done it
+// comes back with rows shifted by half a spacing, then a quarter, and so on: every pass fills what the
+// earlier ones left. On the way the hand trembles, drifts, comes nearer and goes farther, and now and then
+// looks away for about a second, during which it stays where it is.
 //
-// World frame metres, time in seconds from the start. Cap angles are those of docs/architecture.md: longitude and
-// latitude about the first direction, with the scene's up straightened to be perpendicular to it.
+// World frame metres, time in seconds from the start. Cap angles are those of docs/architecture.md: longitude
+// and latitude about the first direction, with the scene's up straightened to be perpendicular to it.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,10 +28,10 @@ struct HandOptions {
   double cap_azimuth = 60 * M_PI / 180;
   double cap_elevation = 40 * M_PI / 180;
   double row_spacing = 2.2 * M_PI / 180;
-  double margin = 4 * M_PI / 180;
-  double speed = 11 * M_PI / 180;   // of azimuth, per second, along a row
-  double distance_change = 0.05;    // at most, as a share of distance_m
-  bool trembles = true;             // tremor and drift
+  double margin = 3 * M_PI / 180;
+  double speed = 13 * M_PI / 180;  // of azimuth, per second, along a row
+  double distance_change = 0.05;   // at most, as a share of distance_m
+  bool trembles = true;            // tremor and drift
   bool looks_away = true;
   std::uint64_t seed = 7;
 };
@@ -74,7 +74,8 @@ class Hand {
   double GlanceShare(double time_s, const Glance& glance) const;
 
   HandOptions options_;
-  Eigen::Vector3d forward_, side_, up_;  // of the cap: first direction, towards larger azimuth, larger elevation
+  Eigen::Vector3d forward_, side_,
+      up_;  // of the cap: first direction, towards larger azimuth, larger elevation
   std::vector<Stop> stops_;
   std::vector<Glance> glances_;
   double first_pass_end_path_s_ = 0;

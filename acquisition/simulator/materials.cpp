@@ -43,11 +43,11 @@ F4 WithChips3(F4 base, const Vector3f& p, float cell_m, float share, const F4 (&
 }
 
 F4 Terrazzo(const PaintedPoint& at) {
-  static const F4 kStone[] = {Rgb(.09f, .10f, .11f), Rgb(.34f, .20f, .12f), Rgb(.20f, .24f, .22f),
-                              Rgb(.72f, .66f, .54f), Rgb(.13f, .17f, .22f), Rgb(.42f, .33f, .24f)};
-  static const F4 kGrit[] = {Rgb(.12f, .11f, .10f), Rgb(.80f, .76f, .68f), Rgb(.36f, .22f, .15f)};
+  static const F4 kStone[] = {Rgb(.05f, .06f, .07f), Rgb(.30f, .19f, .13f), Rgb(.16f, .19f, .18f),
+                              Rgb(.48f, .43f, .36f), Rgb(.10f, .13f, .16f), Rgb(.36f, .31f, .26f)};
+  static const F4 kGrit[] = {Rgb(.06f, .06f, .06f), Rgb(.52f, .48f, .42f), Rgb(.28f, .18f, .13f)};
   const float cloud = FractalNoise({9 * at.u_m, 9 * at.v_m, 0}, 3, 11);
-  F4 color = Rgb(.56f, .52f, .45f) * (0.75f + 0.5f * cloud);
+  F4 color = Rgb(.21f, .20f, .19f) * (0.7f + 0.6f * cloud);
   color = WithChips(color, at.u_m, at.v_m, 0.009f, 0.45f, kGrit, at.texel_m, 12);
   color = WithChips(color, at.u_m, at.v_m, 0.021f, 0.5f, kStone, at.texel_m, 13);
   return WithChips(color, at.u_m, at.v_m, 0.046f, 0.36f, kStone, at.texel_m, 14);
@@ -126,7 +126,8 @@ F4 Printed(const PaintedPoint& at) {
   for (const float cell_m : {0.0125f, 0.0068f}) {
     const float x = at.u_m / cell_m, y = at.v_m / cell_m;
     const float fx = std::floor(x), fy = std::floor(y);
-    const std::uint32_t h = HashLattice(static_cast<int>(fx), static_cast<int>(fy), cell_m > 0.01f ? 1 : 2, seed);
+    const std::uint32_t h =
+        HashLattice(static_cast<int>(fx), static_cast<int>(fy), cell_m > 0.01f ? 1 : 2, seed);
     if (UnitFloat(h) < 0.42f) continue;
     const float cx = x - fx - 0.5f, cy = y - fy - 0.5f;
     const float angle = 6.2831853f * UnitFloat(Rehash(h + 3)), c = std::cos(angle), s = std::sin(angle);
@@ -145,7 +146,7 @@ F4 Label(const PaintedPoint& at) {
                               Rgb(.90f, .55f, .06f)};
   const float z = at.local.z();
   const float metal = 0.42f + 0.25f * ValueNoise({at.u_m * 40, at.v_m * 400, 0}, 81);
-  if (at.chart != 0 || z < 0.008f || z > 0.102f) {
+  if (at.chart != 0 || z < 0.008f || z > 0.122f) {
     static const F4 kDent[] = {Rgb(.16f, .16f, .17f), Rgb(.66f, .66f, .66f)};
     return WithChips(Rgb(metal, metal, metal * 1.02f), at.u_m, at.v_m, 0.012f, 0.4f, kDent, at.texel_m, 82);
   }
@@ -196,7 +197,8 @@ F4 Posters(const PaintedPoint& at) {
                               Rgb(.80f, .76f, .68f), Rgb(.14f, .30f, .18f), Rgb(.06f, .06f, .08f)};
   F4 color = Fieldstone(at);
   constexpr float kGrid = 0.24f;
-  const int gx = static_cast<int>(std::floor(at.u_m / kGrid)), gy = static_cast<int>(std::floor(at.v_m / kGrid));
+  const int gx = static_cast<int>(std::floor(at.u_m / kGrid)),
+            gy = static_cast<int>(std::floor(at.v_m / kGrid));
   std::uint32_t top = 0;
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {

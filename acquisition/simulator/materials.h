@@ -1,6 +1,6 @@
-// What the scenes' surfaces are painted with: reflectances (linear B, G, R, 0 to 1) as functions of a point on the
-// solid, in metres of its own frame. Every pattern is scattered by hashes over the whole surface: rich in corners at
-// several scales, and nowhere repeating, so that a place can be told from every other.
+// What the scenes' surfaces are painted with: reflectances (linear B, G, R, 0 to 1) as functions of a point
+// on the solid, in metres of its own frame. Every pattern is scattered by hashes over the whole surface: rich
+// in corners at several scales, and nowhere repeating, so that a place can be told from every other.
 #pragma once
 
 #include "acquisition/simulator/lanes.h"
@@ -10,18 +10,18 @@ namespace ulf {
 
 namespace material {
 enum Name : int {
-  kTerrazzo,  // table top
-  kFieldstone,  // wall
-  kPlaster,     // the rest of the room
-  kMosaic,      // plinth
-  kMarbled,     // large sphere
-  kGlaze,       // glossy sphere
-  kPrinted,     // carton
-  kLabel,       // can
-  kPatchwork,   // cone
-  kBanded,      // torus
-  kRedTerrazzo, // small sphere
-  kPosters,     // the flat scene's wall
+  kTerrazzo,     // table top
+  kFieldstone,   // wall
+  kPlaster,      // the rest of the room
+  kMosaic,       // plinth
+  kMarbled,      // large sphere
+  kGlaze,        // glossy sphere
+  kPrinted,      // carton
+  kLabel,        // can
+  kPatchwork,    // cone
+  kBanded,       // torus
+  kRedTerrazzo,  // small sphere
+  kPosters,      // the flat scene's wall
 };
 }
 
@@ -29,7 +29,7 @@ struct PaintedPoint {
   Eigen::Vector3f local;
   float u_m, v_m;  // along the chart
   int chart;
-  float texel_m;   // edges are softened over this width
+  float texel_m;  // edges are softened over this width
 };
 
 F4 Reflectance(int material, const PaintedPoint& point);

@@ -11,8 +11,7 @@ struct Nearest {
   float site[3] = {0, 0, 0}, next[3] = {0, 0, 0};
 
   void Offer(const float (&candidate)[3], std::uint32_t candidate_hash) {
-    const float d2 =
-        candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
+    const float d2 = candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
     if (d2 < first2) {
       second2 = first2;
       std::copy(site, site + 3, next);
@@ -25,7 +24,8 @@ struct Nearest {
     }
   }
 
-  // The bisector between the two nearest sites, seen from the origin: (second^2 - first^2) / (2 |second - first|).
+  // The bisector between the two nearest sites, seen from the origin: (second^2 - first^2) / (2 |second -
+  // first|).
   Cell Result() const {
     const float dx = next[0] - site[0], dy = next[1] - site[1], dz = next[2] - site[2];
     const float apart = std::sqrt(std::max(1e-12f, dx * dx + dy * dy + dz * dz));
@@ -41,7 +41,9 @@ float ValueNoise(const Eigen::Vector3f& p, std::uint32_t seed) {
              iz = static_cast<std::int32_t>(fz);
   const auto fade = [](float t) { return t * t * t * (t * (t * 6 - 15) + 10); };
   const float u = fade(p.x() - fx), v = fade(p.y() - fy), w = fade(p.z() - fz);
-  const auto at = [&](int dx, int dy, int dz) { return UnitFloat(HashLattice(ix + dx, iy + dy, iz + dz, seed)); };
+  const auto at = [&](int dx, int dy, int dz) {
+    return UnitFloat(HashLattice(ix + dx, iy + dy, iz + dz, seed));
+  };
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
   const float low = mix(mix(at(0, 0, 0), at(1, 0, 0), u), mix(at(0, 1, 0), at(1, 1, 0), u), v);
   const float high = mix(mix(at(0, 0, 1), at(1, 0, 1), u), mix(at(0, 1, 1), at(1, 1, 1), u), v);

@@ -1,4 +1,5 @@
-// Hashes and noise for the simulator's procedural surfaces. Pure functions of position and seed; nothing tiles.
+// Hashes and noise for the simulator's procedural surfaces. Pure functions of position and seed; nothing
+// tiles.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,9 +41,9 @@ float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed);
 
 // The Voronoi cell of scattered sites, one per unit cell: whose it is and how far its border.
 struct Cell {
-  std::uint32_t hash = 0;   // of the site
-  float to_site = 0;        // distance to it
-  float to_border = 0;      // about the distance to the border with the next cell
+  std::uint32_t hash = 0;  // of the site
+  float to_site = 0;       // distance to it
+  float to_border = 0;     // about the distance to the border with the next cell
 };
 Cell ScatteredCell2(float x, float y, std::uint32_t seed);
 Cell ScatteredCell3(const Eigen::Vector3f& p, std::uint32_t seed);

@@ -10,8 +10,9 @@ T Infinity() {
   return Splat<T>(0) + Splat<T>(std::numeric_limits<float>::infinity());
 }
 
-// All solids but the room are met from near their own frame's origin: first walk to the point of the ray closest
-// to it, so that single precision works on numbers of the solid's size and not of the camera's distance.
+// All solids but the room are met from near their own frame's origin: first walk to the point of the ray
+// closest to it, so that single precision works on numbers of the solid's size and not of the camera's
+// distance.
 template <typename T>
 T Approach(const Vec3<T>& o, const Vec3<T>& d) {
   return -Dot(o, d);
@@ -155,8 +156,6 @@ SurfacePoint OnBox(const std::array<float, 3>& half, const Eigen::Vector3f& p, f
   surface.v = 0.5f + 0.5f * p[face.v] / half[static_cast<std::size_t>(face.v)];
   surface.normal = {0, 0, 0};
   (axis == 0 ? surface.normal.x : axis == 1 ? surface.normal.y : surface.normal.z) = face.sign * outward;
-  surface.axis_u = face.u;
-  surface.axis_v = face.v;
   return surface;
 }
 
@@ -166,7 +165,8 @@ SurfacePoint OnSphere(const Eigen::Vector3f& p) {
   const int chart = 2 * axis + (p[axis] < 0 ? 1 : 0);
   const Face face = FaceOf(chart);
   const float inverse = 1 / std::max(1e-9f, std::abs(p[axis]));
-  return {chart, 0.5f + 0.5f * p[face.u] * inverse, 0.5f + 0.5f * p[face.v] * inverse, ToVec3(p.normalized())};
+  return {chart, 0.5f + 0.5f * p[face.u] * inverse, 0.5f + 0.5f * p[face.v] * inverse,
+          ToVec3(p.normalized())};
 }
 
 float Turn(float y, float x) {  // the angle as a share of a whole turn, 0 to 1
@@ -176,9 +176,7 @@ float Turn(float y, float x) {  // the angle as a share of a whole turn, 0 to 1
 
 }  // namespace
 
-int Primitive::ChartCount() const {
-  return shape == Shape::kTorus ? 1 : shape == Shape::kFrustum ? 3 : 6;
-}
+int Primitive::ChartCount() const { return shape == Shape::kTorus ? 1 : shape == Shape::kFrustum ? 3 : 6; }
 
 Vec3<float> Primitive::BoundCenter() const {
   return shape == Shape::kFrustum ? Vec3<float>{0, 0, 0.5f * size[2]} : Vec3<float>{0, 0, 0};
@@ -229,7 +227,9 @@ SurfacePoint SurfaceAt(const Primitive& primitive, const Vec3<float>& local) {
       const float off_top = std::abs(p.z() - size[2]), off_bottom = std::abs(p.z());
       if (off_side <= std::min(off_top, off_bottom)) {
         const float scale = 1 / (std::max(across, 1e-9f) * std::sqrt(1 + slope * slope));
-        return {0, Turn(p.y(), p.x()), p.z() / size[2],
+        return {0,
+                Turn(p.y(), p.x()),
+                p.z() / size[2],
                 {p.x() * scale, p.y() * scale, -slope / std::sqrt(1 + slope * slope)}};
       }
       const bool top = off_top < off_bottom;
@@ -291,7 +291,8 @@ ChartSize SizeOfChart(const Primitive& primitive, int chart) {
     case Shape::kBox:
     case Shape::kRoom: {
       const Face face = FaceOf(chart);
-      return {2 * size[static_cast<std::size_t>(face.u)], 2 * size[static_cast<std::size_t>(face.v)], false, false};
+      return {2 * size[static_cast<std::size_t>(face.u)], 2 * size[static_cast<std::size_t>(face.v)], false,
+              false};
     }
     case Shape::kSphere:
       return {2 * size[0], 2 * size[0], false, false};  // a cube's face; its middle is as wide as that

@@ -1,12 +1,12 @@
-// The solids that scenes are built of: where a ray meets them, and how their surface unrolls into flat charts that
-// textures are baked on.
+// The solids that scenes are built of: where a ray meets them, and how their surface unrolls into flat charts
+// that textures are baked on.
 //
 // Each primitive lives in its own frame ("local", metres):
 //   sphere   centre at the origin, radius size[0]
 //   box      centred at the origin, half sizes size[0..2]
 //   room     the same, seen from inside: the last thing that any ray meets
-//   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal: a cylinder)
-//   torus    round the z axis, radius size[0], tube radius size[1]
+//   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal: a
+//   cylinder) torus    round the z axis, radius size[0], tube radius size[1]
 #pragma once
 
 #include <array>
@@ -24,7 +24,8 @@ struct Primitive {
   Rigid3 local_from_world;
   std::array<float, 3> size{};
   int material = 0;
-  float texel_m = 0.002f;   // side of a texel on the surface
+  float texel_m = 0.002f;  // side of a texel on the surface
+  int main_chart = -1;     // the only chart that is looked at closely; -1: all of them
   bool glossy = false;
   bool of_subject = false;  // part of what is captured, not of its surroundings
   int first_chart = 0;      // into the scene's charts
@@ -42,8 +43,6 @@ struct SurfacePoint {
   int chart = 0;  // within the primitive
   float u = 0, v = 0;
   Vec3<float> normal{0, 0, 1};
-  // Texture axes in local space where the chart is flat: du/dm and dv/dm as unit directions with lengths in metres.
-  int axis_u = -1, axis_v = -1;
 };
 SurfacePoint SurfaceAt(const Primitive& primitive, const Vec3<float>& local);
 

@@ -24,8 +24,8 @@ void Store(float* to, F8 value) { std::memcpy(to, &value, sizeof(value)); }
 
 }  // namespace
 
-// Directions in the camera frame, and how they change by one pixel to the right and downwards; rows are padded to
-// whole groups of lanes.
+// Directions in the camera frame, and how they change by one pixel to the right and downwards; rows are
+// padded to whole groups of lanes.
 struct RayCaster::Rays {
   int stride = 0;
   float pixel_angle = 0;
@@ -57,6 +57,8 @@ struct RayCaster::Pose {
     Vector3f origin;        // the camera centre, local
     Vector3f bound_in_cam;  // direction to the bounding sphere
     float bound_angle;      // and its angular radius
+    bool flat;              // box or room
+    Vector3f inverse_half;  // of their sizes
   };
   struct Chart {
     const MipTexture* texture;
@@ -69,7 +71,8 @@ struct RayCaster::Pose {
   Eigen::Matrix3f world_from_cam;
   Vector3f center;
 
-  Pose(const Scene& of_scene, const Rigid3& cam_from_world, float angle) : scene(&of_scene), pixel_angle(angle) {
+  Pose(const Scene& of_scene, const Rigid3& cam_from_world, float angle)
+      : scene(&of_scene), pixel_angle(angle) {
     const Rigid3 inverse = cam_from_world.Inverse();
     world_from_cam = inverse.RotationMatrix().cast<float>();
     center = inverse.translation.cast<float>();
@@ -80,7 +83,9 @@ struct RayCaster::Pose {
       const double distance = in_cam.norm(), radius = primitive.BoundRadius();
       parts.push_back({&primitive, local_from_cam.RotationMatrix().cast<float>(),
                        local_from_cam.translation.cast<float>(), in_cam.normalized().cast<float>(),
-                       distance <= radius ? 4.0f : static_cast<float>(std::asin(radius / distance))});
+                       distance <= radius ? 4.0f : static_cast<float>(std::asin(radius / distance)),
+                       primitive.shape == Shape::kBox || primitive.shape == Shape::kRoom,
+                       Vector3f(1 / primitive.size[0], 1 / primitive.size[1], 1 / primitive.size[2])});
       for (int chart = 0; chart < primitive.ChartCount(); ++chart) {
         const ChartSize size = SizeOfChart(primitive, chart);
         const MipTexture& texture = scene->Chart(primitive.first_chart + chart);
@@ -132,30 +137,41 @@ struct RayCaster::Pose {
     const Part& part = parts[static_cast<std::size_t>(index)];
     const Vector3f d = part.local_from_cam * direction_in_cam;
     const Vector3f p = part.origin + t * d;
+    return part.flat ? OnFlat(part, t, p, d, key) : OnCurved(part, t, p, d, direction_in_cam, key);
+  }
+
+  // A wall, table or carton, mostly seen at a slant: up to four looks along the pixel's long shadow on it.
+  F4 OnFlat(const Part& part, float t, const Vector3f& p, const Vector3f& d, int& key) const {
+    const Vector3f share = p.cwiseProduct(part.inverse_half), away = share.cwiseAbs();
+    const int axis = away.x() >= away.y() ? (away.x() >= away.z() ? 0 : 2) : (away.y() >= away.z() ? 1 : 2);
+    const int axis_u = axis == 2 ? 0 : axis + 1, axis_v = axis == 0 ? 2 : axis - 1;
+    key = part.primitive->first_chart + 2 * axis + (p[axis] < 0 ? 1 : 0);
+    const Chart& chart = charts[static_cast<std::size_t>(key)];
+    const float u = 0.5f + 0.5f * share[axis_u], v = 0.5f + 0.5f * share[axis_v];
+    const float facing = std::max(0.04f, std::abs(d[axis]));
+    const float width_m = t * pixel_angle, width = width_m * chart.texels_per_m;
+    const int looks = std::min(4, static_cast<int>(1 / facing + 0.4f));
+    if (looks <= 1) return chart.texture->Sample(u, v, width / std::sqrt(facing));
+    const float each = 1.0f / static_cast<float>(looks);
+    const float step = each * width_m / (facing * std::sqrt(std::max(1e-6f, 1 - d[axis] * d[axis])));
+    const float du = d[axis_u] * step * chart.inverse_width_m, dv = d[axis_v] * step * chart.inverse_height_m;
+    const float footprint = width * std::max(1.0f, each / facing);
+    F4 color{};
+    for (int i = 0; i < looks; ++i) {
+      const float place = static_cast<float>(i) - 0.5f * static_cast<float>(looks - 1);
+      color += chart.texture->Sample(u + place * du, v + place * dv, footprint);
+    }
+    return each * color;
+  }
+
+  F4 OnCurved(const Part& part, float t, const Vector3f& p, const Vector3f& d,
+              const Vector3f& direction_in_cam, int& key) const {
     const SurfacePoint at = SurfaceAt(*part.primitive, {p.x(), p.y(), p.z()});
     key = part.primitive->first_chart + at.chart;
     const Chart& chart = charts[static_cast<std::size_t>(key)];
     const Vector3f normal(at.normal.x, at.normal.y, at.normal.z);
     const float facing = std::max(0.04f, std::abs(normal.dot(d)));
-    const float width_m = t * pixel_angle, width = width_m * chart.texels_per_m;
-    F4 color;
-    if (at.axis_u >= 0 && facing < 0.8f) {
-      // A flat surface seen at a slant: a few looks along the pixel's long shadow on it.
-      const int looks = std::min(4, static_cast<int>(1 / facing) + 1);
-      const Vector3f along = (d - normal * normal.dot(d)).normalized();
-      const float long_m = width_m / facing;
-      const float du = along[at.axis_u] * long_m * chart.inverse_width_m;
-      const float dv = along[at.axis_v] * long_m * chart.inverse_height_m;
-      const float share = 1.0f / static_cast<float>(looks), footprint = std::max(width, width / facing * share);
-      color = F4{};
-      for (int i = 0; i < looks; ++i) {
-        const float place = (static_cast<float>(i) + 0.5f) * share - 0.5f;
-        color += chart.texture->Sample(at.u + place * du, at.v + place * dv, footprint);
-      }
-      color *= share;
-    } else {
-      color = chart.texture->Sample(at.u, at.v, width / std::sqrt(facing));
-    }
+    F4 color = chart.texture->Sample(at.u, at.v, t * pixel_angle * chart.texels_per_m / std::sqrt(facing));
     if (part.primitive->glossy) {
       const Vector3f in_world = world_from_cam * (part.local_from_cam.transpose() * normal);
       const Vector3f ray_in_world = world_from_cam * direction_in_cam;
@@ -181,15 +197,17 @@ RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& came
   for (int y = -1; y <= height; ++y)
     for (int x = -1; x <= width; ++x) {
       const auto ray = camera_.RayFromImg({x + 0.5, y + 0.5});
-      if (!ray) throw Error("the simulated camera's distortion cannot be inverted at pixel {},{}; make it smaller", x, y);
+      if (!ray)
+        throw Error("the simulated camera's distortion cannot be inverted at pixel {},{}; make it smaller", x,
+                    y);
       grid.push_back(ray->cast<float>());
     }
   Rays& rays = *rays_;
   rays.stride = (width + kLanes - 1) / kLanes * kLanes;
   rays.pixel_angle = static_cast<float>(1 / camera_.MeanFocalPx());
   const std::size_t count = static_cast<std::size_t>(rays.stride) * height;
-  for (auto* list : {&rays.x, &rays.y, &rays.z, &rays.x_by_u, &rays.y_by_u, &rays.z_by_u, &rays.x_by_v, &rays.y_by_v,
-                     &rays.z_by_v})
+  for (auto* list : {&rays.x, &rays.y, &rays.z, &rays.x_by_u, &rays.y_by_u, &rays.z_by_u, &rays.x_by_v,
+                     &rays.y_by_v, &rays.z_by_v})
     list->assign(count, 0.0f);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < rays.stride; ++x) {
@@ -197,7 +215,8 @@ RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& came
       const std::size_t at = static_cast<std::size_t>(y + 1) * grid_width + column + 1;
       const std::size_t i = static_cast<std::size_t>(y) * rays.stride + x;
       const Vector3f by_u = 0.5f * (grid[at + 1] - grid[at - 1]);
-      const Vector3f by_v = 0.5f * (grid[at + static_cast<std::size_t>(grid_width)] - grid[at - static_cast<std::size_t>(grid_width)]);
+      const Vector3f by_v = 0.5f * (grid[at + static_cast<std::size_t>(grid_width)] -
+                                    grid[at - static_cast<std::size_t>(grid_width)]);
       rays.x[i] = grid[at].x();
       rays.y[i] = grid[at].y();
       rays.z[i] = grid[at].z();
@@ -218,7 +237,8 @@ RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& came
                                   corner(tile.x1, tile.y1)};
       tile.axis_in_cam = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
       for (const Vector3f& c : corners)
-        tile.half_angle = std::max(tile.half_angle, std::acos(std::min(1.0f, c.normalized().dot(tile.axis_in_cam))));
+        tile.half_angle =
+            std::max(tile.half_angle, std::acos(std::min(1.0f, c.normalized().dot(tile.axis_in_cam))));
       tiles_.push_back(tile);
     }
 }
@@ -262,9 +282,10 @@ void RayCaster::Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float 
 }
 
 // Replaces the one look at a pixel on a silhouette by the mean of four, placed as a rotated grid.
-void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, const Hits& hits,
-                            cv::Mat& sum) const {
-  constexpr float kPlaces[4][2] = {{-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
+void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, float weight,
+                            const Hits& hits, cv::Mat& sum) const {
+  constexpr float kPlaces[4][2] = {
+      {-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
   const auto differs = [&](int x, int y) {
     const std::uint16_t own = hits.key.at<std::uint16_t>(y, x);
     return (x > 0 && hits.key.at<std::uint16_t>(y, x - 1) != own) ||
@@ -283,7 +304,8 @@ void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, 
       std::array<Vector3f, kLanes> directions;
       Vec3<F8> d{};
       for (int lane = 0; lane < kLanes; ++lane) {
-        const cv::Point pixel = pixels[std::min(first + static_cast<std::size_t>(lane / 4), pixels.size() - 1)];
+        const cv::Point pixel =
+            pixels[std::min(first + static_cast<std::size_t>(lane / 4), pixels.size() - 1)];
         const std::size_t i = static_cast<std::size_t>(pixel.y) * rays_->stride + pixel.x;
         auto& direction = directions[static_cast<std::size_t>(lane)];
         direction = rays_->One(i, offset_px.x() + kPlaces[lane % 4][0], offset_px.y() + kPlaces[lane % 4][1]);
@@ -300,7 +322,8 @@ void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, 
         F4 mean{};
         for (int lane = 4 * half; lane < 4 * half + 4; ++lane)
           if (which[lane] >= 0)
-            mean += 0.25f * pose.Radiance(which[lane], t[lane], directions[static_cast<std::size_t>(lane)], key);
+            mean +=
+                0.25f * pose.Radiance(which[lane], t[lane], directions[static_cast<std::size_t>(lane)], key);
         const std::size_t i = static_cast<std::size_t>(pixel.y) * rays_->stride + pixel.x;
         const F4 single = pose.Radiance(hits.which.at<int>(pixel), hits.t.at<float>(pixel),
                                         rays_->One(i, offset_px.x(), offset_px.y()), key);

@@ -1,8 +1,8 @@
 // Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
 // One ray a pixel; pixels where the solid differs from a neighbour's get four more (edges are anti-aliased,
-// surfaces are band-limited by their textures' mip levels). Tiles keep a list of the solids that can show in them.
-// Radiance is linear, B G R, 1.0 for a white card in the key light at the default exposure, roughly.
+// surfaces are band-limited by their textures' mip levels). Tiles keep a list of the solids that can show in
+// them. Radiance is linear, B G R, 1.0 for a white card in the key light at the default exposure, roughly.
 #pragma once
 
 #include <memory>
@@ -22,10 +22,10 @@ class RayCaster {
   const CameraModel& camera() const { return camera_; }
   const Scene& scene() const { return *scene_; }
 
-  // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused). Rays pass through the pixel
-  // at (0.5 + offset); with `smooth_edges` pixels at silhouettes are averaged over four rays.
-  void Accumulate(const Rigid3& cam_from_world, const Eigen::Vector2f& offset_px, bool smooth_edges, float weight,
-                  cv::Mat& sum) const;
+  // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused). Rays pass through the
+  // pixel at (0.5 + offset); with `smooth_edges` pixels at silhouettes are averaged over four rays.
+  void Accumulate(const Rigid3& cam_from_world, const Eigen::Vector2f& offset_px, bool smooth_edges,
+                  float weight, cv::Mat& sum) const;
 
   // The picture of an instant, without sensor or motion: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world) const;
@@ -39,7 +39,8 @@ class RayCaster {
   struct Pose;
   struct Hits;
   void Trace(const Pose& pose, const Eigen::Vector2f& offset_px, Hits& hits) const;
-  void Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, Hits& hits, cv::Mat& sum) const;
+  void Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, Hits& hits,
+             cv::Mat& sum) const;
   void SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, const Hits& hits,
                    cv::Mat& sum) const;
 

@@ -16,13 +16,14 @@ using Eigen::Vector3f;
 class SceneBuilder {
  public:
   struct Solid {
-    Shape shape;
-    std::array<float, 3> size;
-    Vector3d position;
-    int material;
+    Shape shape = Shape::kSphere;
+    std::array<float, 3> size{};
+    Vector3d position = Vector3d::Zero();
+    int material = 0;
     float texel_m = 0.001f;
     bool of_subject = true;
     bool glossy = false;
+    int main_chart = -1;
     Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();
   };
 
@@ -37,10 +38,12 @@ class SceneBuilder {
     primitive.texel_m = solid.texel_m;
     primitive.of_subject = solid.of_subject;
     primitive.glossy = solid.glossy;
+    primitive.main_chart = solid.main_chart;
     scene_->primitives_.push_back(primitive);
   }
 
-  void AddLight(const Vector3f& center, const Vector3f& at, float half_width, float half_height, float power) {
+  void AddLight(const Vector3f& center, const Vector3f& at, float half_width, float half_height,
+                float power) {
     const Vector3f normal = (at - center).normalized();
     const Vector3f u = normal.cross(Vector3f::UnitZ()).normalized(), v = u.cross(normal);
     scene_->lights_.push_back({center, half_width * u, half_height * v, normal, power});
@@ -78,33 +81,76 @@ Eigen::Quaterniond TurnedAbout(const Vector3d& axis, double degrees) {
 
 void AddRoom(SceneBuilder& builder, double wall_y) {
   // x -2.3..2.3, z -0.75..2.35; the wall is a solid of its own, finer than the rest of the room.
-  builder.Add({Shape::kRoom, {2.3f, 2.2f, 1.55f}, {0, wall_y - 2.15, 0.8}, material::kPlaster, 0.012f, false});
+  builder.Add({.shape = Shape::kRoom,
+               .size = {2.3f, 2.2f, 1.55f},
+               .position = {0, wall_y - 2.15, 0.8},
+               .material = material::kPlaster,
+               .texel_m = 0.012f,
+               .of_subject = false});
 }
 
 std::shared_ptr<const Scene> BuildStudio() {
   SceneBuilder builder;
   constexpr double kWallY = 0.55, kPlinth = 0.026;
   AddRoom(builder, kWallY);
-  builder.Add({Shape::kBox, {2.2f, 0.02f, 1.5f}, {0, kWallY + 0.02, 0.78}, material::kFieldstone, 0.0024f, false});
-  builder.Add({Shape::kBox, {1.15f, 0.75f, 0.02f}, {0, kWallY - 0.75, -0.02}, material::kTerrazzo, 0.0015f, false});
+  constexpr int kTowardsHand = 3, kTop = 4;  // a box's faces
+  builder.Add({.shape = Shape::kBox,
+               .size = {2.2f, 0.02f, 1.5f},
+               .position = {0, kWallY + 0.02, 0.78},
+               .material = material::kFieldstone,
+               .texel_m = 0.003f,
+               .of_subject = false,
+               .main_chart = kTowardsHand});
+  builder.Add({.shape = Shape::kBox,
+               .size = {1.15f, 0.75f, 0.02f},
+               .position = {0, kWallY - 0.75, -0.02},
+               .material = material::kTerrazzo,
+               .texel_m = 0.0017f,
+               .of_subject = false,
+               .main_chart = kTop});
 
   const Vector3d z = Vector3d::UnitZ();
-  builder.Add({Shape::kFrustum, {0.142f, 0.136f, kPlinth}, {0, 0, 0}, material::kMosaic});
-  builder.Add({Shape::kBox, {0.036f, 0.03f, 0.054f}, {-0.052, 0.048, kPlinth + 0.054}, material::kPrinted, 0.001f,
-               true, false, TurnedAbout(z, 24)});
-  builder.Add({Shape::kSphere, {0.026f, 0, 0}, {-0.05, 0.046, kPlinth + 0.108 + 0.026}, material::kRedTerrazzo});
-  builder.Add({Shape::kSphere, {0.05f, 0, 0}, {0.055, 0.035, kPlinth + 0.05}, material::kMarbled, 0.001f, true,
-               false, TurnedAbout({1, 2, 0.5}, 40)});
-  builder.Add({Shape::kFrustum, {0.026f, 0.026f, 0.11f}, {0.005, 0.093, kPlinth}, material::kLabel, 0.001f, true,
-               false, TurnedAbout(z, 70)});
-  builder.Add({Shape::kFrustum, {0.03f, 0.006f, 0.095f}, {0.088, -0.042, kPlinth}, material::kPatchwork});
-  builder.Add({Shape::kSphere, {0.034f, 0, 0}, {0.008, -0.045, kPlinth + 0.034}, material::kGlaze, 0.001f, true, true});
+  builder.Add({.shape = Shape::kFrustum,
+               .size = {0.146f, 0.14f, kPlinth},
+               .position = {0, 0, 0},
+               .material = material::kMosaic});
+  builder.Add({.shape = Shape::kBox,
+               .size = {0.042f, 0.034f, 0.06f},
+               .position = {-0.056, 0.046, kPlinth + 0.06},
+               .material = material::kPrinted,
+               .world_from_local = TurnedAbout(z, 24)});
+  builder.Add({.shape = Shape::kSphere,
+               .size = {0.029f, 0, 0},
+               .position = {-0.056, 0.046, kPlinth + 0.12 + 0.029},
+               .material = material::kRedTerrazzo});
+  builder.Add({.shape = Shape::kSphere,
+               .size = {0.056f, 0, 0},
+               .position = {0.058, 0.03, kPlinth + 0.056},
+               .material = material::kMarbled,
+               .world_from_local = TurnedAbout({1, 2, 0.5}, 40)});
+  builder.Add({.shape = Shape::kFrustum,
+               .size = {0.028f, 0.028f, 0.13f},
+               .position = {0.018, 0.104, kPlinth},
+               .material = material::kLabel,
+               .world_from_local = TurnedAbout(z, 70)});
+  builder.Add({.shape = Shape::kFrustum,
+               .size = {0.031f, 0.005f, 0.104f},
+               .position = {0.09, -0.056, kPlinth},
+               .material = material::kPatchwork});
+  builder.Add({.shape = Shape::kSphere,
+               .size = {0.038f, 0, 0},
+               .position = {0.012, -0.056, kPlinth + 0.038},
+               .material = material::kGlaze,
+               .glossy = true});
   // The ring leans against the carton.
-  builder.Add({Shape::kTorus, {0.034f, 0.0115f, 0}, {-0.078, -0.034, kPlinth + 0.04}, material::kBanded, 0.001f, true,
-               false, TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 68)});
+  builder.Add({.shape = Shape::kTorus,
+               .size = {0.039f, 0.0125f, 0},
+               .position = {-0.08, -0.04, kPlinth + 0.046},
+               .material = material::kBanded,
+               .world_from_local = TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 68)});
   builder.EncloseSubject({0, 0, 0.07});
-  builder.AddLight({-1.15f, -1.25f, 1.95f}, {0, 0, 0.1f}, 0.36f, 0.36f, 3.6f);
-  builder.AddLight({1.7f, -0.9f, 1.2f}, {0, 0, 0.1f}, 0.18f, 0.5f, 0.55f);
+  builder.AddLight({-1.25f, -0.45f, 1.3f}, {0, 0, 0.1f}, 0.26f, 0.26f, 4.0f);
+  builder.AddLight({1.3f, -1.1f, 0.9f}, {0, 0, 0.1f}, 0.16f, 0.45f, 0.45f);
   constexpr double kElevation = 33 * M_PI / 180;
   return builder.Finish({0, -std::cos(kElevation), std::sin(kElevation)});
 }
@@ -112,7 +158,12 @@ std::shared_ptr<const Scene> BuildStudio() {
 std::shared_ptr<const Scene> BuildWall() {
   SceneBuilder builder;
   AddRoom(builder, 0.1);
-  builder.Add({Shape::kBox, {2.0f, 0.02f, 1.45f}, {0, 0.02, 0.78}, material::kPosters, 0.0022f});
+  builder.Add({.shape = Shape::kBox,
+               .size = {2.0f, 0.02f, 1.45f},
+               .position = {0, 0.02, 0.78},
+               .material = material::kPosters,
+               .texel_m = 0.0022f,
+               .main_chart = 3});
   builder.SetSubject({0, 0, 0.85}, 0.16);
   builder.AddLight({-1.0f, -1.8f, 2.1f}, {0, 0, 0.8f}, 0.4f, 0.4f, 4.0f);
   return builder.Finish({0, -1, 0});
@@ -128,7 +179,8 @@ struct Meeting {
   double distance = std::numeric_limits<double>::infinity();
   int part = -1;
 };
-Meeting FirstMeeting(const std::vector<Primitive>& primitives, const Vector3d& origin, const Vector3d& direction) {
+Meeting FirstMeeting(const std::vector<Primitive>& primitives, const Vector3d& origin,
+                     const Vector3d& direction) {
   Meeting first;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     const Vector3d o = primitives[i].local_from_world * origin;
@@ -170,7 +222,8 @@ int Scene::PartAlong(const Vector3d& origin_in_world, const Vector3d& direction_
 F4 Scene::GlossRadiance(const Vector3f& point, const Vector3f& normal, const Vector3f& direction) const {
   const float facing = std::max(0.0f, -normal.dot(direction));
   const float grazing = 1 - facing, grazing2 = grazing * grazing;
-  const float fresnel = 0.045f + 0.955f * grazing2 * grazing2 * grazing;  // Schlick 1994, refractive index 1.54
+  const float fresnel =
+      0.045f + 0.955f * grazing2 * grazing2 * grazing;  // Schlick 1994, refractive index 1.54
   const Vector3f mirrored = direction + 2 * facing * normal;
   // The room: bright above, the table below.
   const float up = std::clamp(0.5f + 2 * mirrored.z(), 0.0f, 1.0f);

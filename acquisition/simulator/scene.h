@@ -1,13 +1,14 @@
 // The simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
-//   studio  a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a terrazzo
+//   studio  a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
+//   terrazzo
 //           table before a stone wall
 //   wall    one plane covered with paper: the degenerate case for two-view initialisation
 //
-// Light does not move, so all that does not depend on the eye is computed once: reflectance times the light that
-// arrives (a large soft key light with true penumbras, a sky-like ambient dimmed by what stands around) is baked
-// into mip-mapped textures. Only the glaze's mirror image of the lamps follows the eye. Left out: light between
-// objects beyond a constant bounce, refraction, lens blur.
+// Light does not move, so all that does not depend on the eye is computed once: reflectance times the light
+// that arrives (a large soft key light with true penumbras, a sky-like ambient dimmed by what stands around)
+// is baked into mip-mapped textures. Only the glaze's mirror image of the lamps follows the eye. Left out:
+// light between objects beyond a constant bounce, refraction, lens blur.
 #pragma once
 
 #include <memory>
@@ -43,7 +44,8 @@ class Scene {
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return 1.0; }
 
-  // Distance along a unit direction to the first surface, in double precision. Every ray meets something: the room.
+  // Distance along a unit direction to the first surface, in double precision. Every ray meets something: the
+  // room.
   double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;
   // The solid met there: index into primitives().
   int PartAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;

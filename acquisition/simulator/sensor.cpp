@@ -14,8 +14,8 @@ namespace {
 constexpr std::pair<const char*, SensorFormat> kFormats[] = {
     {"Mono8", SensorFormat::kMono8}, {"BayerRG8", SensorFormat::kBayerRg8}, {"RGB8", SensorFormat::kRgb8}};
 
-// The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1 again: noise by one look-up,
-// with tails to 3.7 sigma.
+// The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1 again: noise by one
+// look-up, with tails to 3.7 sigma.
 const std::array<float, 4096>& NormalTable() {
   static const std::array<float, 4096> table = [] {
     std::array<float, 4096> values{};
@@ -68,8 +68,8 @@ struct Electrons {
 };
 
 // A row of radiances to a row of 8-bit numbers. Light and noise are shares of the full well.
-void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSource& source, std::vector<float>& noise,
-             std::uint8_t* out) {
+void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSource& source,
+             std::vector<float>& noise, std::uint8_t* out) {
   const std::size_t count = radiance.size();
   if (e.noise) {
     noise.resize(count);
@@ -99,7 +99,8 @@ void GatherRow(const F4* light, int y, int width, SensorFormat format, std::vect
     case SensorFormat::kRgb8:
       row.resize(3 * static_cast<std::size_t>(width));
       for (int x = 0; x < width; ++x)
-        for (int c = 0; c < 3; ++c) row[3 * static_cast<std::size_t>(x) + static_cast<std::size_t>(c)] = light[x][c];
+        for (int c = 0; c < 3; ++c)
+          row[3 * static_cast<std::size_t>(x) + static_cast<std::size_t>(c)] = light[x][c];
       break;
   }
 }

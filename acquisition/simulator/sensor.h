@@ -1,6 +1,7 @@
-// From light to numbers, as an industrial image sensor does it: photo-electrons proportional to radiance, exposure
-// and the pixel's area; shot noise (Gaussian of the signal's variance, which Poisson's law is at these counts), read
-// noise, gain, a linear 8-bit converter that clips. Left out: dark current, fixed pattern, blooming, black level.
+// From light to numbers, as an industrial image sensor does it: photo-electrons proportional to radiance,
+// exposure and the pixel's area; shot noise (Gaussian of the signal's variance, which Poisson's law is at
+// these counts), read noise, gain, a linear 8-bit converter that clips. Left out: dark current, fixed
+// pattern, blooming, black level.
 #pragma once
 
 #include <cstdint>

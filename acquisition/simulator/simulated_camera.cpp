@@ -54,9 +54,12 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
   static const std::vector<std::pair<std::string, Setter>> setters = {
       {"seed", [](O& o, S k, S t) { o.seed = WholeFrom(k, t); }},
       {"fps", [](O& o, S k, S t) { o.fps = NumberFrom(k, t); }},
-      {"width", [](O& o, S k, S t) { o.width = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20)); }},
+      {"width", [](O& o, S k,
+                   S t) { o.width = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20)); }},
       {"height",
-       [](O& o, S k, S t) { o.height = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20)); }},
+       [](O& o, S k, S t) {
+         o.height = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20));
+       }},
       {"format", [](O& o, S, S t) { o.format = FormatFrom(t); }},
       {"exposure_us", [](O& o, S k, S t) { o.exposure_s = 1e-6 * NumberFrom(k, t); }},
       {"gain_db", [](O& o, S k, S t) { o.gain_db = NumberFrom(k, t); }},
@@ -72,7 +75,8 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
 
 void RequireRange(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw UsageError("the simulated camera's {} is {:g}; it must be from {:g} to {:g}", what, value, low, high);
+    throw UsageError("the simulated camera's {} is {:g}; it must be from {:g} to {:g}", what, value, low,
+                     high);
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
@@ -119,7 +123,8 @@ void SimulationOptions::Validate() const {
   RequireRange("cap's height in degrees", cap_elevation / kDegree, 1, 50);
   RequireRange("row spacing in degrees", row_spacing / kDegree, 0.1, 20);
   RequireRange("speed in degrees per second", speed / kDegree, 0.1, 90);
-  if (!(duration_s > 0)) throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
+  if (!(duration_s > 0))
+    throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
 }
 
 CameraModel SimulatedIntrinsics(int width, int height) {
@@ -150,7 +155,8 @@ double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
   constexpr int kGrid = 5;
   double longest = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Eigen::Vector2d img((i % kGrid + 0.5) / kGrid * camera().width, (i / kGrid + 0.5) / kGrid * camera().height);
+    const Eigen::Vector2d img((i % kGrid + 0.5) / kGrid * camera().width,
+                              (i / kGrid + 0.5) / kGrid * camera().height);
     const auto ray = camera().RayFromImg(img);
     if (!ray) continue;
     const Eigen::Vector3d direction = world_from_before.rotation * *ray;
@@ -177,8 +183,9 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
                        1.0f / static_cast<float>(instants), radiance);
   }
   Frame frame;
-  frame.image = Expose(radiance, {.noise = options_.noise},
-                       {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
+  frame.image =
+      Expose(radiance, {.noise = options_.noise},
+             {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
   frame.id = shot.id;
   frame.device_time_s = shot.open_s + 0.5 * shot.exposure_s;
   frame.exposure_s = shot.exposure_s;

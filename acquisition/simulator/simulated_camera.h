@@ -1,9 +1,10 @@
 // A camera held by a simulated hand before a simulated scene: frames exactly as asked for, with exact poses.
 //
-// Motion blur: radiance is collected at as many instants of the exposure as the blur is long in pixels (the largest
-// displacement of a grid of image points between opening and closing, rounded; one when nearly still). Several
-// instants also take turns over the pixel's area, which then anti-aliases edges; a single instant gets explicit
-// edge smoothing instead. Everything is a pure function of the options, the shot and the frame's id.
+// Motion blur: radiance is collected at as many instants of the exposure as the blur is long in pixels (the
+// largest displacement of a grid of image points between opening and closing, rounded; one when nearly
+// still). Several instants also take turns over the pixel's area, which then anti-aliases edges; a single
+// instant gets explicit edge smoothing instead. Everything is a pure function of the options, the shot and
+// the frame's id.
 #pragma once
 
 #include <memory>
@@ -29,25 +30,28 @@ struct SimulationOptions {
   bool noise = true;
   double cap_azimuth = 60 * M_PI / 180, cap_elevation = 40 * M_PI / 180;
   double row_spacing = 2.2 * M_PI / 180;
-  double speed = 11 * M_PI / 180;  // of azimuth, per second
+  double speed = 13 * M_PI / 180;  // of azimuth, per second
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
 
-  // From `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&gain_db=0&noise=1&cap=60x40
-  // &row_deg=2.2&speed_deg_s=11&look_away=1&duration_s=20`. Throws UsageError naming what is unknown or out of range.
+  // From
+  // `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&gain_db=0&noise=1&cap=60x40
+  // &row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20`. Throws UsageError naming what is unknown or out
+  // of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws UsageError
 };
 
-// A moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by a few pixels.
+// A moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by a few
+// pixels.
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {
-  double open_s = 0;        // when the exposure begins, on the hand's clock
+  double open_s = 0;  // when the exposure begins, on the hand's clock
   double exposure_s = 0.005;
-  double gain = 1;          // linear
+  double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
-  std::uint64_t id = 0;     // also picks the noise
+  std::uint64_t id = 0;  // also picks the noise
 };
 
 class SimulatedCamera {
@@ -65,7 +69,8 @@ class SimulatedCamera {
   // device_time_s and known_cam_from_world are those of the middle of the exposure.
   Frame Capture(const Shot& shot) const;
 
-  // Without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure and gain.
+  // Without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
+  // and gain.
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
   // The same for people: 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;

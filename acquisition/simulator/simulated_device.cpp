@@ -47,6 +47,8 @@ class SimulatedDevice : public Device {
 
 }  // namespace
 
-std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri) { return std::make_unique<SimulatedDevice>(uri); }
+std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri) {
+  return std::make_unique<SimulatedDevice>(uri);
+}
 
 }  // namespace ulf

@@ -84,9 +84,11 @@ F4 MipTexture::Sample(float u, float v, float footprint) const {
   const int last = static_cast<int>(levels_.size()) - 1;
   const float lod = RoughLog2(std::max(1.0f, footprint));
   const int fine = std::min(static_cast<int>(lod), last);
-  const float part = lod - static_cast<float>(fine);
+  // Levels are blended over the middle half of the way between them: half the look-ups, and no seam.
+  const float part = std::clamp(2 * (lod - static_cast<float>(fine)) - 0.5f, 0.0f, 1.0f);
+  if (fine < last && part >= 1) return kScale * Bilinear(levels_[static_cast<std::size_t>(fine) + 1], u, v);
   const F4 a = Bilinear(levels_[static_cast<std::size_t>(fine)], u, v);
-  if (fine == last || part < 0.02f) return kScale * a;
+  if (fine == last || part <= 0) return kScale * a;
   const F4 b = Bilinear(levels_[static_cast<std::size_t>(fine) + 1], u, v);
   return kScale * (a + part * (b - a));
 }

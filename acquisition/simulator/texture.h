@@ -1,4 +1,5 @@
-// Surface radiance baked once, looked up at every pixel of every frame: 16-bit linear B, G, R with a mip pyramid.
+// Surface radiance baked once, looked up at every pixel of every frame: 16-bit linear B, G, R with a mip
+// pyramid.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,8 @@ class MipTexture {
   static constexpr float kFullScale = 4.0f;
 
   MipTexture() = default;
-  // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless wrapping.
+  // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless
+  // wrapping.
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
 
   int width() const { return levels_.empty() ? 0 : levels_[0].width; }
