@@ -157,8 +157,10 @@ int RoundedUp(float length_m, float step_m, int multiple) {
 
 MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int chart) {
   const ChartSize size = SizeOfChart(primitive, chart);
-  // Surfaces of hand size get their light every 3 mm; a wall's changes slowly.
-  const float light_step_m = std::max(0.003f, std::min(0.1f, 0.004f * std::max(size.width_m, size.height_m)));
+  const bool unseen = (primitive.shape == Shape::kFrustum && chart == 2) ||
+                      (primitive.main_chart >= 0 && primitive.main_chart != chart);
+  const float texel_m = unseen ? 0.02f : primitive.texel_m;
+  const float light_step_m = unseen ? std::max(0.1f, primitive.light_m) : primitive.light_m;
   const Rigid3 world_from_local = primitive.local_from_world.Inverse();
   LightMap map{std::max(4, RoundedUp(size.width_m, light_step_m, 1)),
                std::max(4, RoundedUp(size.height_m, light_step_m, 1)),
@@ -172,9 +174,6 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
     }
 
   constexpr int kMultiple = 32;  // so that halving never leaves an odd texel over
-  const bool unseen = (primitive.shape == Shape::kFrustum && chart == 2) ||
-                      (primitive.main_chart >= 0 && primitive.main_chart != chart);
-  const float texel_m = unseen ? 0.02f : primitive.texel_m;
   const int width = RoundedUp(size.width_m, texel_m, kMultiple),
             height = RoundedUp(size.height_m, texel_m, kMultiple);
   std::vector<F4> bgr;
