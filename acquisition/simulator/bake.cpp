@@ -1,5 +1,8 @@
 #include "acquisition/simulator/bake.h"
 
+#include <atomic>
+#include <thread>
+
 #include "acquisition/simulator/materials.h"
 #include "acquisition/simulator/scene.h"
 
@@ -193,10 +196,19 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
 
 std::vector<MipTexture> BakeCharts(const Scene& scene) {
   const Illumination light(scene);
-  std::vector<MipTexture> charts;
+  std::vector<std::pair<const Primitive*, int>> work;
   for (const Primitive& primitive : scene.primitives())
-    for (int chart = 0; chart < primitive.ChartCount(); ++chart)
-      charts.push_back(BakeChart(light, primitive, chart));
+    for (int chart = 0; chart < primitive.ChartCount(); ++chart) work.emplace_back(&primitive, chart);
+  std::vector<MipTexture> charts(work.size());
+  std::atomic<std::size_t> next = 0;
+  const auto bake = [&] {
+    for (std::size_t i = next++; i < work.size(); i = next++)
+      charts[i] = BakeChart(light, *work[i].first, work[i].second);
+  };
+  std::vector<std::thread> helpers;
+  for (unsigned i = 1; i < std::min(8u, std::thread::hardware_concurrency()); ++i) helpers.emplace_back(bake);
+  bake();
+  for (std::thread& helper : helpers) helper.join();
   return charts;
 }
 
