@@ -1,0 +1,62 @@
+#include "render/blending_field.h"
+
+#include <array>
+
+#include "acquisition/error.h"
+#include "render/lumigraph_field.h"
+#include "render/mesh_field.h"
+
+namespace ulf {
+namespace {
+
+struct NamedField {
+  FieldKind kind;
+  const char* name;
+};
+constexpr std::array kNames{NamedField{FieldKind::kLinear, "linear"},
+                            NamedField{FieldKind::kSubdivision, "subdivision"},
+                            NamedField{FieldKind::kLumigraph, "lumigraph"},
+                            NamedField{FieldKind::kLumigraphPerPixel, "lumigraph-per-pixel"},
+                            NamedField{FieldKind::kNearest, "nearest"}};
+
+bool UsesMesh(FieldKind kind) { return kind == FieldKind::kLinear || kind == FieldKind::kSubdivision; }
+
+}  // namespace
+
+std::string FieldName(FieldKind kind) {
+  for (const NamedField& entry : kNames)
+    if (entry.kind == kind) return entry.name;
+  throw Error("blending field {}: no such kind", static_cast<int>(kind));
+}
+
+FieldKind FieldFromName(const std::string& name) {
+  std::string known;
+  for (const NamedField& entry : kNames) {
+    if (name == entry.name) return entry.kind;
+    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  throw UsageError("--field {}: no such blending field; there are {}", name, known);
+}
+
+FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh) {
+  FieldOptions serves = asked;
+  if (mesh.span == Span::kPlace) serves.kind = FieldKind::kNearest;
+  if (mesh.span == Span::kLine && UsesMesh(asked.kind)) serves.kind = FieldKind::kLumigraph;
+  if (serves.kind == FieldKind::kLinear) serves.level = 0;
+  return serves;
+}
+
+std::vector<int> FieldFromHere::CandidatesInCone(const Eigen::Vector3d& /*axis*/,
+                                                 double /*half_angle*/) const {
+  return {};
+}
+
+std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
+                                         const FieldOptions& options) {
+  const FieldOptions serves = FieldThatServes(options, scene->mesh);
+  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level);
+  if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
+  return std::make_unique<LumigraphField>(std::move(scene), serves.lumigraph_k);
+}
+
+}  // namespace ulf

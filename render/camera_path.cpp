@@ -1,0 +1,199 @@
+#include "render/camera_path.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+// Azimuth and elevation about `up`, azimuth from `front`.
+struct Sphere {
+  Vector3d up, front, left;
+  Sphere(const Vector3d& up_in_world, const Vector3d& towards) : up(up_in_world.normalized()) {
+    front = towards - towards.dot(up) * up;
+    front = front.norm() > 1e-6 ? Vector3d(front.normalized()) : up.unitOrthogonal();
+    left = up.cross(front);
+  }
+  double Azimuth(const Vector3d& d) const { return std::atan2(d.dot(left), d.dot(front)); }
+  double Elevation(const Vector3d& d) const { return std::asin(std::clamp(d.dot(up), -1.0, 1.0)); }
+  Vector3d Direction(double azimuth, double elevation) const {
+    return std::cos(elevation) * (std::cos(azimuth) * front + std::sin(azimuth) * left) +
+           std::sin(elevation) * up;
+  }
+};
+
+double Quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
+}
+
+double LargestGap(std::vector<double> azimuths) {
+  std::sort(azimuths.begin(), azimuths.end());
+  double gap = 2 * M_PI - (azimuths.back() - azimuths.front());
+  for (std::size_t i = 1; i < azimuths.size(); ++i) gap = std::max(gap, azimuths[i] - azimuths[i - 1]);
+  return gap;
+}
+
+// Where the viewpoints' directions lie, as a path sees it.
+struct Spread {
+  Sphere sphere;
+  double azimuth = 0, elevation = 0;            // middle
+  double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost
+  double distance = 0;
+  bool all_around = false;
+};
+
+// A pole amid the directions would tear azimuth apart: then the picture's own up serves no more, and any
+// does.
+Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
+  constexpr double kNearPole = 0.95;
+  const Vector3d up = scene.up_in_world.normalized();
+  return std::abs(up.dot(mean)) < kNearPole ? up : mean.unitOrthogonal();
+}
+
+Spread SpreadOf(const RenderScene& scene) {
+  std::vector<Vector3d> directions;
+  std::vector<double> distances;
+  Vector3d sum = Vector3d::Zero();
+  for (const SceneView& view : scene.views) {
+    const Vector3d arm = view.center_in_world - scene.subject.center_in_world;
+    if (!(arm.norm() > 0)) continue;
+    directions.push_back(arm.normalized());
+    distances.push_back(arm.norm());
+    sum += directions.back();
+  }
+  if (directions.empty())
+    throw Error(
+        "camera path: every view stands at the subject's centre; give another subject with --subject");
+  const double concentration = sum.norm() / static_cast<double>(directions.size());
+  const Vector3d mean = concentration > 1e-3 ? Vector3d(sum.normalized()) : directions.front();
+  Spread spread{Sphere(concentration > 0.3 ? UsableUp(scene, mean) : scene.up_in_world, mean)};
+  std::vector<double> azimuths, elevations;
+  for (const Vector3d& d : directions) {
+    azimuths.push_back(spread.sphere.Azimuth(d));
+    elevations.push_back(spread.sphere.Elevation(d));
+  }
+  constexpr double kTrim = 0.03;
+  constexpr double kGapOfRingRad = 75 * M_PI / 180;
+  spread.distance = Quantile(distances, 0.5);
+  spread.all_around = directions.size() >= 6 && LargestGap(azimuths) < kGapOfRingRad;
+  const auto middle_and_half = [](const std::vector<double>& values, double& middle, double& half) {
+    const double low = Quantile(values, kTrim), high = Quantile(values, 1 - kTrim);
+    middle = 0.5 * (low + high);
+    half = 0.5 * (high - low);
+  };
+  middle_and_half(azimuths, spread.azimuth, spread.azimuth_half);
+  middle_and_half(elevations, spread.elevation, spread.elevation_half);
+  if (spread.all_around) {
+    spread.azimuth = 0;
+    spread.elevation = Quantile(elevations, 0.5);
+  }
+  return spread;
+}
+
+Rigid3 AimedPose(const RenderScene& scene, const Vector3d& direction, double distance) {
+  const Vector3d& center = scene.subject.center_in_world;
+  return LookAt(center + distance * direction, center, scene.up_in_world);
+}
+
+std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < frames; ++i) {
+    const double phase = 2 * M_PI * i / frames;
+    directions.push_back(
+        spread.all_around
+            ? spread.sphere.Direction(phase, spread.elevation)
+            : spread.sphere.Direction(spread.azimuth + share * spread.azimuth_half * std::sin(phase),
+                                      spread.elevation + share * spread.elevation_half * std::cos(phase)));
+  }
+  return directions;
+}
+
+CameraPath FromTum(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file)
+    throw Error("{}: no such camera path; give orbit, dolly, a TUM file or a transforms.json", path.string());
+  CameraPath result;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream fields(line);
+    double time = 0;
+    Vector3d center;
+    Eigen::Quaterniond world_from_cam;
+    fields >> time >> center.x() >> center.y() >> center.z() >> world_from_cam.x() >> world_from_cam.y() >>
+        world_from_cam.z() >> world_from_cam.w();
+    if (!fields || !center.allFinite() || !(std::abs(world_from_cam.norm() - 1) < 1e-2))
+      throw Error("{}, line {}: expected 'time tx ty tz qx qy qz qw' with a unit quaternion", path.string(),
+                  number);
+    result.cam_from_world.push_back(Rigid3{world_from_cam.normalized(), center}.Inverse());
+  }
+  if (result.cam_from_world.empty()) throw Error("{}: the camera path holds no pose", path.string());
+  return result;
+}
+
+}  // namespace
+
+CameraPath OrbitPath(const RenderScene& scene, int frames) {
+  constexpr double kWidest = 0.9, kStep = 0.05;
+  const Spread spread = SpreadOf(scene);
+  CameraPath path;
+  if (frames <= 1) {
+    path.cam_from_world.push_back(
+        AimedPose(scene, spread.sphere.Direction(spread.azimuth, spread.elevation), spread.distance));
+    return path;
+  }
+  std::vector<Vector3d> directions;
+  for (double share = kWidest; share > 0; share -= kStep) {
+    directions = Ellipse(spread, frames, share);
+    if (scene.mesh.span != Span::kSurface || spread.all_around) break;
+    if (std::all_of(directions.begin(), directions.end(),
+                    [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
+      break;
+  }
+  for (const Vector3d& direction : directions)
+    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
+  return path;
+}
+
+CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share) {
+  const Spread spread = SpreadOf(scene);
+  const Vector3d direction = spread.sphere.Direction(spread.azimuth, spread.elevation);
+  CameraPath path;
+  for (int i = 0; i < frames; ++i) {
+    const double along = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
+    // Constant zoom on the screen: distances in geometric progression.
+    path.cam_from_world.push_back(
+        AimedPose(scene, direction, spread.distance * std::pow(nearest_share, along)));
+  }
+  return path;
+}
+
+CameraPath PathFromFile(const std::filesystem::path& file) {
+  const bool folder = std::filesystem::is_directory(file);
+  if (!folder && file.extension() != ".json") return FromTum(file);
+  const LightField other = ReadLightField(folder ? file : file.parent_path());
+  CameraPath path;
+  for (const View& view : other.views) {
+    path.cam_from_world.push_back(view.cam_from_world);
+    path.cameras.push_back(other.CameraOf(view).WithoutDistortion());
+  }
+  if (path.cam_from_world.empty()) throw Error("{}: the camera path holds no pose", file.string());
+  return path;
+}
+
+CameraPath MakePath(const std::string& name, const RenderScene& scene, int frames) {
+  if (name == "orbit") return OrbitPath(scene, frames);
+  if (name == "dolly") return DollyPath(scene, frames);
+  return PathFromFile(name);
+}
+
+}  // namespace ulf

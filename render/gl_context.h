@@ -1,0 +1,37 @@
+// An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that gives
+// one, else on Mesa's software rasteriser.
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace ulf {
+
+class GlContext {
+ public:
+  GlContext();  // throws Error that says what was tried
+  ~GlContext();
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+
+  // Makes it this thread's context; what was current before is current again when the result goes.
+  class Current {
+   public:
+    explicit Current(const GlContext& context);
+    ~Current();
+    Current(const Current&) = delete;
+    Current& operator=(const Current&) = delete;
+
+   private:
+    void *display_, *previous_display_, *previous_context_, *previous_draw_, *previous_read_;
+  };
+
+  const std::string& device() const { return device_; }  // GL_RENDERER
+
+ private:
+  void* display_ = nullptr;
+  void* context_ = nullptr;
+  std::string device_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,86 @@
+// The few OpenGL objects that the renderer needs, as thin as can be. All need their context to be current,
+// also for Release().
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "render/scene.h"
+
+namespace ulf {
+
+// Throws Error with OpenGL's error and what was being done.
+void CheckGl(const char* doing);
+
+class GlProgram {
+ public:
+  void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
+  void Use() const;
+  // Names that the compiler dropped are passed over.
+  void Set(const char* name, int value) const;
+  void Set(const char* name, float value) const;
+  void Set(const char* name, const std::array<float, 4>& value) const;
+  void Release();
+
+ private:
+  unsigned program_ = 0;
+};
+
+class GlBuffer {
+ public:
+  template <typename T>
+  void Upload(const std::vector<T>& values) {
+    UploadBytes(values.data(), values.size() * sizeof(T));
+  }
+  void BindStorage(unsigned binding) const;
+  unsigned name() const { return buffer_; }
+  void Release();
+
+ private:
+  void UploadBytes(const void* data, std::size_t size);
+  unsigned buffer_ = 0;
+};
+
+class GlVertexArray {
+ public:
+  void Attribute(unsigned index, int components, unsigned type, std::size_t offset);
+  void Bind(const GlBuffer& buffer, std::size_t stride);
+  void BindEmpty();  // for shaders that make up their vertices
+  void Release();
+
+ private:
+  unsigned array_ = 0, empty_ = 0;
+};
+
+// A float RGBA image to draw into.
+class GlTarget {
+ public:
+  void Resize(int width, int height);
+  void BindAndClear() const;
+  void BindTexture(unsigned unit) const;
+  cv::Mat Read() const;  // CV_32FC4, B G R A
+  void Release();
+
+ private:
+  int width_ = 0, height_ = 0;
+  unsigned texture_ = 0, framebuffer_ = 0;
+};
+
+// Pyramids in sRGB texture arrays: one array a size, split so that each stays within what drivers accept.
+class PhotographTextures {
+ public:
+  void Upload(const std::vector<const ViewPyramid*>& pyramids);
+  void Bind() const;  // to units 0 to ArrayCount() - 1
+  int ArrayCount() const { return static_cast<int>(arrays_.size()); }
+  std::pair<int, int> PlaceOf(std::size_t view) const { return places_[view]; }  // array, layer
+  void Release();
+
+ private:
+  std::vector<unsigned> arrays_;
+  std::vector<std::pair<int, int>> places_;
+};
+
+}  // namespace ulf

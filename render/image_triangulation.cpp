@@ -1,0 +1,121 @@
+#include "render/image_triangulation.h"
+
+#include <CGAL/Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::vector<Triangle> Delaunay(const std::vector<Vector2d>& points) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<int, Kernel>;
+  using Triangulation =
+      CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase>>;
+  std::vector<std::pair<Kernel::Point_2, int>> numbered;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    numbered.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), static_cast<int>(i));
+  const Triangulation triangulation(numbered.begin(), numbered.end());
+  std::vector<Triangle> triangles;
+  for (auto face = triangulation.finite_faces_begin(); face != triangulation.finite_faces_end(); ++face)
+    triangles.push_back({face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()});
+  return triangles;
+}
+
+// A grid of about `count` points over the image with a margin of one pixel, and what falls inside of the
+// viewpoints.
+std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera,
+                             const Rigid3& cam_from_world, int triangles_wanted) {
+  std::vector<Vector2d> viewpoints;
+  for (const SceneView& view : scene.views) {
+    const auto img = camera.ImgFromCam(cam_from_world * view.center_in_world);
+    if (img && camera.Contains(*img)) viewpoints.push_back(*img);
+  }
+  const double grid_points = std::max(100.0, 0.5 * triangles_wanted - static_cast<double>(viewpoints.size()));
+  const double step = std::sqrt(static_cast<double>(camera.width) * camera.height / grid_points);
+  const int columns = std::max(2, static_cast<int>(std::lround(camera.width / step)) + 1);
+  const int rows = std::max(2, static_cast<int>(std::lround(camera.height / step)) + 1);
+  std::vector<Vector2d> points;
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x)
+      points.emplace_back(-1 + (camera.width + 2.0) * x / (columns - 1),
+                          -1 + (camera.height + 2.0) * y / (rows - 1));
+  points.insert(points.end(), viewpoints.begin(), viewpoints.end());
+  return points;
+}
+
+// The views' penalties at one point: a cheap ranking over all views first, then the exact penalty and the
+// visibility of only the best of it.
+class WeightsAtPoint {
+ public:
+  WeightsAtPoint(const RenderScene& scene, const Vector3d& virtual_center, int k)
+      : scene_(scene), virtual_center_(virtual_center), k_(static_cast<std::size_t>(k)) {
+    const Eigen::Index count = static_cast<Eigen::Index>(scene.views.size());
+    centers_.resize(3, count);
+    for (Eigen::Index i = 0; i < count; ++i)
+      centers_.col(i) =
+          (scene.views[static_cast<std::size_t>(i)].center_in_world - virtual_center).cast<float>();
+  }
+
+  std::vector<ViewWeight> At(const Vector3d& point) {
+    const Eigen::Vector3f p = (point - virtual_center_).cast<float>();
+    const float distance = p.norm();
+    const auto to_view = (centers_.colwise() - p).eval();
+    const Eigen::ArrayXf lengths = to_view.colwise().norm().transpose().array();
+    const Eigen::ArrayXf cosines = (to_view.transpose() * (-p / distance)).array() / lengths;
+    // The chord stands for the angle.
+    rough_ = (2 * (1 - cosines)).max(0.0f).sqrt() +
+             static_cast<float>(kResolutionPenalty) * (lengths / distance - 1).max(0.0f);
+    order_.resize(scene_.views.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<int>(i);
+
+    std::vector<ViewWeight> best;
+    const std::size_t wanted = 2 * k_ + 8;
+    for (std::size_t looked_at = 0; looked_at < order_.size() && best.size() < k_ + 1;) {
+      const std::size_t end = std::min(order_.size(), looked_at + wanted);
+      std::partial_sort(order_.begin() + static_cast<std::ptrdiff_t>(looked_at),
+                        order_.begin() + static_cast<std::ptrdiff_t>(end), order_.end(),
+                        [&](int a, int b) { return rough_(a) < rough_(b); });
+      for (; looked_at < end; ++looked_at) {
+        const SceneView& view = scene_.views[static_cast<std::size_t>(order_[looked_at])];
+        if (view.See(point))
+          best.push_back({order_[looked_at], LumigraphPenalty(point, virtual_center_, view.center_in_world)});
+      }
+    }
+    return LumigraphWeights(std::move(best), k_);
+  }
+
+ private:
+  const RenderScene& scene_;
+  Vector3d virtual_center_;
+  std::size_t k_;
+  Eigen::Matrix3Xf centers_;
+  Eigen::ArrayXf rough_;
+  std::vector<int> order_;
+};
+
+}  // namespace
+
+WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
+                                                const Rigid3& cam_from_world, const PlaneInCamera& plane,
+                                                int k, int triangles_wanted) {
+  WeightedImageTriangulation result;
+  result.img = Points(scene, camera, cam_from_world, triangles_wanted);
+  result.triangles = Delaunay(result.img);
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), k);
+  for (const Vector2d& img : result.img) {
+    const Vector3d ray((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
+    result.weights.push_back(weights_at.At(world_from_cam * (ray * plane.DepthOf(ray))));
+  }
+  return result;
+}
+
+}  // namespace ulf

@@ -1,0 +1,24 @@
+// Lumigraph weights at the vertices of a triangulation of the image (Buehler et al. 2001, section 4): a
+// regular grid and the projected viewpoints, Delaunay. Between vertices weights are interpolated.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "render/lumigraph_field.h"
+#include "render/proxy.h"
+#include "render/triangle_topology.h"
+
+namespace ulf {
+
+struct WeightedImageTriangulation {
+  std::vector<Eigen::Vector2d> img;  // covers the image and a little more
+  std::vector<std::vector<ViewWeight>> weights;
+  std::vector<Triangle> triangles;
+};
+
+WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
+                                                const Rigid3& cam_from_world, const PlaneInCamera& plane,
+                                                int k, int triangles_wanted = 2000);
+
+}  // namespace ulf

@@ -1,0 +1,89 @@
+#include "render/loop_subdivision.h"
+
+#include <map>
+
+namespace ulf {
+namespace {
+
+std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+class WeightSum {
+ public:
+  void Add(const SparseWeights& weights, double factor) {
+    for (const auto& [vertex, weight] : weights) sum_[vertex] += factor * weight;
+  }
+  SparseWeights Take() const { return {sum_.begin(), sum_.end()}; }
+
+ private:
+  std::map<int, double> sum_;
+};
+
+SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex) {
+  WeightSum sum;
+  const std::vector<int>& ring = topology.neighbours[At(vertex)];
+  if (ring.empty()) return mesh.weights[At(vertex)];
+  if (topology.OnBoundary(vertex)) {
+    sum.Add(mesh.weights[At(vertex)], 0.75);
+    for (const int neighbour : topology.boundary_neighbours[At(vertex)])
+      sum.Add(mesh.weights[At(neighbour)], 0.125);
+    return sum.Take();
+  }
+  const double valence = static_cast<double>(ring.size());
+  const double beta = ring.size() == 3 ? 3.0 / 16 : 3.0 / (8 * valence);
+  sum.Add(mesh.weights[At(vertex)], 1 - valence * beta);
+  for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], beta);
+  return sum.Take();
+}
+
+SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge) {
+  WeightSum sum;
+  const double ends = edge.OnBoundary() ? 0.5 : 0.375;
+  sum.Add(mesh.weights[At(edge.from)], ends);
+  sum.Add(mesh.weights[At(edge.to)], ends);
+  if (!edge.OnBoundary())
+    for (const int opposite : edge.opposite) sum.Add(mesh.weights[At(opposite)], 0.125);
+  return sum.Take();
+}
+
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse) {
+  const int vertex_count = static_cast<int>(coarse.positions.size());
+  const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
+  SubdividedMesh fine;
+  fine.positions = coarse.positions;
+  fine.outward = coarse.outward;
+  for (int vertex = 0; vertex < vertex_count; ++vertex)
+    fine.weights.push_back(VertexRule(coarse, topology, vertex));
+  for (const MeshEdge& edge : topology.edges) {
+    fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
+    Eigen::Vector3d outward = Eigen::Vector3d::Zero();
+    if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
+    fine.outward.push_back(outward);
+    fine.weights.push_back(EdgeRule(coarse, edge));
+  }
+  for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
+    const auto [a, b, c] = coarse.triangles[t];
+    const auto [e0, e1, e2] = topology.edges_of_triangle[t];
+    const int ab = vertex_count + e0, bc = vertex_count + e1, ca = vertex_count + e2;
+    for (const Triangle& part :
+         {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}}) {
+      fine.triangles.push_back(part);
+      fine.parent.push_back(coarse.parent[t]);
+    }
+  }
+  return fine;
+}
+
+}  // namespace
+
+SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
+                                const std::vector<Eigen::Vector3d>& outward,
+                                const std::vector<Triangle>& triangles, int levels) {
+  SubdividedMesh mesh{
+      .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
+  for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
+  for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
+  for (int level = 0; level < levels; ++level) mesh = SubdivideOnce(mesh);
+  return mesh;
+}
+
+}  // namespace ulf

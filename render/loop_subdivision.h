@@ -1,0 +1,35 @@
+// Loop subdivision of weights (thesis, section 5.3; Loop 1987 with Warren's weights).
+//
+// Each vertex of the mesh starts with weight 1 for itself. A level splits every triangle in four and gives
+// each new vertex a mean of old weights: interior vertex of valence n (1 - n b) own + b each neighbour, b =
+// 3/16 for n = 3, else 3/(8 n); interior edge 3/8, 3/8, 1/8, 1/8; boundary edge 1/2, 1/2; boundary vertex
+// 3/4, 1/8, 1/8. The geometry is not smoothed: new vertices are the edges' midpoints, so perspective stays
+// exact. At every level weights are non-negative, sum to one, and reach no farther than the 2-ring.
+#pragma once
+
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "render/triangle_topology.h"
+
+namespace ulf {
+
+// (vertex of the original mesh, weight), by ascending vertex.
+using SparseWeights = std::vector<std::pair<int, double>>;
+
+struct SubdividedMesh {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3d>
+      outward;  // carried along: means at new vertices on boundary edges, zero inside
+  std::vector<SparseWeights> weights;
+  std::vector<Triangle> triangles;
+  std::vector<int> parent;  // the original triangle that each lies in
+};
+
+// Level 0: each vertex is its own weight (piecewise linear).
+SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
+                                const std::vector<Eigen::Vector3d>& outward,
+                                const std::vector<Triangle>& triangles, int levels);
+
+}  // namespace ulf

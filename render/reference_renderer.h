@@ -1,0 +1,29 @@
+// The plain renderer that every fast path is compared with: one thread, one pixel after the other, double
+// precision up to the photograph's pixels and float light.
+#pragma once
+
+#include "render/renderer.h"
+
+namespace ulf {
+
+class ReferenceRenderer : public Renderer {
+ public:
+  ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options);
+  Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
+  void SetField(const FieldOptions& field) override;
+  FieldOptions field() const override { return options_.field; }
+  std::string Name() const override { return "reference"; }
+  const RenderScene& scene() const override { return *scene_; }
+
+ private:
+  std::shared_ptr<const RenderScene> scene_;
+  RenderOptions options_;
+  PlaneProxy proxy_;
+  std::unique_ptr<BlendingField> field_;
+};
+
+// Bilinear between pixel centres, edges continued, in linear light: `img` in pixels of the pyramid's first
+// level.
+cv::Vec3f SampleView(const SceneView& view, int level, const Eigen::Vector2d& img);
+
+}  // namespace ulf

@@ -1,0 +1,22 @@
+#include "render/renderer.h"
+
+#include "acquisition/error.h"
+#include "render/gl_renderer.h"
+#include "render/reference_renderer.h"
+
+namespace ulf {
+
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options) {
+  if (options.renderer == RendererKind::kReference)
+    return std::make_unique<ReferenceRenderer>(std::move(scene), options);
+  return std::make_unique<GlRenderer>(std::move(scene), options);
+}
+
+void RequireUndistorted(const CameraModel& camera) {
+  camera.Validate("the virtual camera");
+  if (camera.distortion != Distortion::kNone)
+    throw Error("the virtual camera has lens distortion; render with CameraModel::WithoutDistortion()");
+}
+
+}  // namespace ulf

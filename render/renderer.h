@@ -1,0 +1,68 @@
+// Rendering a light field: photographs in, a picture from anywhere out. One interface, two renderers: the
+// plain reference on the CPU, which is the truth, and OpenGL without a window, which is fast and must agree
+// with it.
+//
+//   auto scene = LoadScene(ReadLightField(dir), {});
+//   auto renderer = MakeRenderer(scene, {});
+//   const Rendering picture = renderer->Render(camera, cam_from_world);
+//   cv::imwrite("picture.png", Srgb8FromLinear(picture.linear));
+//
+// Per pixel: the proxy gives the point P, the blending field the views' weights; a view that does not see P
+// loses its weight, feathered over the last 3 % of its image; the rest is renormalised and blended in linear
+// light. Where no weight is left the nearest view that sees P fills in (counted), else the pixel is empty
+// (black, counted).
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "acquisition/image.h"
+#include "render/blending_field.h"
+#include "render/proxy.h"
+#include "render/scene.h"
+
+namespace ulf {
+
+enum class RendererKind { kGl, kReference };
+
+struct RenderOptions {
+  FieldOptions field = {};
+  RendererKind renderer = RendererKind::kGl;
+  bool fill = true;         // pixels that nothing covers take the nearest view that sees them
+  bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
+};
+
+struct Rendering {
+  cv::Mat linear;  // CV_32FC3, B G R, linear light of the median exposure
+  // CV_32F, 0 to 1: the weight of views that really see the point; times 0.25 outside the hull of the
+  // viewpoints, less in wide triangles; 0 where filled or empty.
+  cv::Mat confidence;
+  long filled_px = 0;  // nothing covered these; the nearest view did
+  long empty_px = 0;   // no view sees these
+  double ms = 0;       // drawing alone, without reading the picture back
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  // The camera must be free of distortion (CameraModel::WithoutDistortion).
+  virtual Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) = 0;
+  // Another field over the same photographs, which stay where they are.
+  virtual void SetField(const FieldOptions& field) = 0;
+  // What is really used: FieldThatServes() of what was asked.
+  virtual FieldOptions field() const = 0;
+  virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name
+  virtual const RenderScene& scene() const = 0;
+};
+
+// kGl without any usable OpenGL 4.5 is an Error that says what was tried and names --renderer reference.
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options);
+
+// Weights whose sum is below this count as none.
+inline constexpr double kLeastWeight = 1e-4;
+
+void RequireUndistorted(const CameraModel& camera);
+
+}  // namespace ulf

@@ -1,0 +1,82 @@
+// What a renderer works from: the photographs with their pyramids, cameras and poses, the subject, and the
+// mesh of the viewpoints. Built once from a light field and shared by renderers and fields; never changed
+// afterwards.
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/command_line.h"
+#include "acquisition/light_field.h"
+#include "render/viewpoint_mesh.h"
+
+namespace ulf {
+
+// The photograph and its halvings (areas averaged in linear light), each 8-bit sRGB, three channels, B G R.
+// Sizes are those of OpenGL mipmaps: half of the level above, rounded down, at least one.
+using ViewPyramid = std::vector<cv::Mat>;
+ViewPyramid MakePyramid(const cv::Mat& srgb8);
+
+struct Seen {
+  Eigen::Vector2d img;  // in the view's image
+  double feather = 1;   // 0 at the image's edge to 1 from kFeatherShare inwards
+};
+
+// A view loses its weight over this share of the shorter side of its image.
+inline constexpr double kFeatherShare = 0.03;
+
+struct SceneView {
+  int id = 0;          // View::id
+  CameraModel camera;  // of the loaded image, which may be smaller than the photograph
+  Rigid3 cam_from_world;
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  ViewPyramid pyramid;
+  // Light common to all views is (linear - black) * scale: exposure and gain differ from view to view.
+  float black = 0;
+  float scale = 1;
+
+  // None when the point is behind the camera or outside its image.
+  std::optional<Seen> See(const Eigen::Vector3d& point_in_world) const;
+};
+
+struct RenderScene {
+  std::vector<SceneView> views;
+  Subject subject;
+  Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
+  ViewpointMesh mesh;
+  int halvings = 0;  // how often photographs were halved on loading to keep within memory
+
+  std::vector<Eigen::Vector3d> Centers() const;
+};
+
+struct SceneOptions {
+  std::optional<Subject> subject = {};  // else the light field's, else from the optical axes
+  int size_limit_px = 0;                // longer side of the loaded photographs; 0: as they are
+  double memory_limit_mb = 2048;        // all pyramids together; beyond it photographs are halved
+  std::vector<int> leave_out = {};      // indices of views that are not to be used
+};
+
+// The subject to render about; UsageError that asks for --subject when there is none to be had.
+Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
+
+// Reads every photograph. Throws Error for a photograph that is missing or truncated, and for an empty light
+// field.
+std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options,
+                                             Progress* progress = nullptr);
+
+// The same photographs with some views left out: pixels are shared, the mesh is built anew.
+std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out);
+
+// The pyramid level at which a view is read: the nearest to one texel per output pixel at the subject's
+// distance,
+//   round(log2((focal_view / |O - C|) / (focal_out / |O - V|))), within the pyramid.
+int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vector3d& virtual_center,
+                 double output_focal_px);
+
+// A colour for each view, as linear B G R: what the blending field looks like.
+cv::Vec3f ViewColor(int index);
+
+}  // namespace ulf

@@ -1,0 +1,10 @@
+# cmake -DOUT=F -DSHADERS="a;b" -P embed.cmake: the files' text as string constants, named after them.
+set(text "// Made from the shaders by embed.cmake.\n#pragma once\nnamespace ulf::shaders {\n")
+foreach(shader IN LISTS SHADERS)
+  get_filename_component(name ${shader} NAME)
+  string(REPLACE "." "_" name ${name})
+  file(READ ${shader} source)
+  string(APPEND text "inline constexpr char k_${name}[] = R\"GLSL(${source})GLSL\";\n")
+endforeach()
+string(APPEND text "}  // namespace ulf::shaders\n")
+file(WRITE ${OUT} "${text}")

@@ -1,0 +1,36 @@
+// Who is whose neighbour in a triangle mesh. Triangles are counter-clockwise as seen from outside; the mesh
+// is expected to be manifold (at most two triangles at an edge, one fan at a vertex: SplitPinches() makes it
+// so).
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace ulf {
+
+using Triangle = std::array<int, 3>;
+
+struct MeshEdge {
+  int from = -1, to = -1;               // in the direction of its first triangle
+  std::array<int, 2> triangle{-1, -1};  // the second is -1 on the boundary
+  std::array<int, 2> opposite{-1, -1};  // the corner of each triangle that is not on the edge
+  bool OnBoundary() const { return triangle[1] < 0; }
+};
+
+struct TriangleTopology {
+  std::vector<MeshEdge> edges;
+  std::vector<std::array<int, 3>> edges_of_triangle;  // edge k joins corners k and k+1
+  std::vector<std::vector<int>> neighbours;           // of each vertex, ascending
+  // Of each vertex the boundary vertices before and behind it (mesh on the left); -1 and -1 inside.
+  std::vector<std::array<int, 2>> boundary_neighbours;
+
+  bool OnBoundary(int vertex) const { return boundary_neighbours[static_cast<std::size_t>(vertex)][0] >= 0; }
+};
+
+TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles);
+
+// Gives every fan of triangles beyond the first at a vertex a vertex of its own. Returns, for each new
+// vertex, the old one that it repeats; new vertices are numbered from `vertex_count` on.
+std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
+
+}  // namespace ulf
