@@ -5,31 +5,31 @@
 namespace ulf {
 namespace {
 
-struct Nearest {
-  float first2 = 1e9f, second2 = 1e9f;  // squared distances
+struct Site {
+  float x = 0, y = 0, z = 0, distance2 = 1e9f;  // from the point asked about
   std::uint32_t hash = 0;
-  float site[3] = {0, 0, 0}, next[3] = {0, 0, 0};
+};
 
-  void Offer(const float (&candidate)[3], std::uint32_t candidate_hash) {
-    const float d2 = candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
-    if (d2 < first2) {
-      second2 = first2;
-      std::copy(site, site + 3, next);
-      first2 = d2;
-      std::copy(candidate, candidate + 3, site);
-      hash = candidate_hash;
-    } else if (d2 < second2) {
-      second2 = d2;
-      std::copy(candidate, candidate + 3, next);
+struct Nearest {
+  Site first, second;
+
+  void Offer(float x, float y, float z, std::uint32_t hash) {
+    const float distance2 = x * x + y * y + z * z;
+    if (distance2 >= second.distance2) return;
+    if (distance2 < first.distance2) {
+      second = first;
+      first = {x, y, z, distance2, hash};
+    } else {
+      second = {x, y, z, distance2, hash};
     }
   }
 
   // The bisector between the two nearest sites, seen from the origin: (second^2 - first^2) / (2 |second -
   // first|).
   Cell Result() const {
-    const float dx = next[0] - site[0], dy = next[1] - site[1], dz = next[2] - site[2];
+    const float dx = second.x - first.x, dy = second.y - first.y, dz = second.z - first.z;
     const float apart = std::sqrt(std::max(1e-12f, dx * dx + dy * dy + dz * dz));
-    return {hash, std::sqrt(first2), (second2 - first2) / (2 * apart)};
+    return {first.hash, std::sqrt(first.distance2), (second.distance2 - first.distance2) / (2 * apart)};
   }
 };
 
@@ -70,9 +70,8 @@ Cell ScatteredCell2(float x, float y, std::uint32_t seed) {
     for (int dx = -1; dx <= 1; ++dx) {
       const std::uint32_t h = HashLattice(ix + dx, iy + dy, 0, seed);
       const std::uint32_t g = h * 0x9E3779B1u;
-      nearest.Offer({fx + static_cast<float>(dx) + 0.1f + 0.8f * UnitFloat(h) - x,
-                     fy + static_cast<float>(dy) + 0.1f + 0.8f * UnitFloat(g) - y, 0},
-                    h);
+      nearest.Offer(fx + static_cast<float>(dx) + 0.1f + 0.8f * UnitFloat(h) - x,
+                    fy + static_cast<float>(dy) + 0.1f + 0.8f * UnitFloat(g) - y, 0, h);
     }
   return nearest.Result();
 }
@@ -87,10 +86,9 @@ Cell ScatteredCell3(const Eigen::Vector3f& p, std::uint32_t seed) {
       for (int dx = -1; dx <= 1; ++dx) {
         const std::uint32_t h = HashLattice(ix + dx, iy + dy, iz + dz, seed);
         const std::uint32_t g = h * 0x9E3779B1u, k = g * 0x85EBCA6Bu;
-        nearest.Offer({fx + static_cast<float>(dx) + 0.1f + 0.8f * UnitFloat(h) - p.x(),
-                       fy + static_cast<float>(dy) + 0.1f + 0.8f * UnitFloat(g) - p.y(),
-                       fz + static_cast<float>(dz) + 0.1f + 0.8f * UnitFloat(k) - p.z()},
-                      h);
+        nearest.Offer(fx + static_cast<float>(dx) + 0.1f + 0.8f * UnitFloat(h) - p.x(),
+                      fy + static_cast<float>(dy) + 0.1f + 0.8f * UnitFloat(g) - p.y(),
+                      fz + static_cast<float>(dz) + 0.1f + 0.8f * UnitFloat(k) - p.z(), h);
       }
   return nearest.Result();
 }

@@ -116,15 +116,18 @@ T IntersectTorus(const std::array<float, 3>& size, const Vec3<T>& o, const Vec3<
   const T close = Splat<T>(sizeof(T) == sizeof(double) ? 1e-10 : 5e-7);
   T step = enter;
   auto found = step > Splat<T>(1e30);  // nobody yet
-  for (int i = 0; i < 96; ++i) {
+  T distance = zero;
+  for (int i = 0; i < (sizeof(T) == sizeof(double) ? 500 : 96); ++i) {
     const Vec3<T> p = closest + step * d;
     const T across = Sqrt(p.x * p.x + p.y * p.y) - ring;
-    const T distance = Sqrt(across * across + p.z * p.z) - tube;
+    distance = Sqrt(across * across + p.z * p.z) - tube;
     found = found | (active & (distance < close));
     active = active & (distance >= close) & (step < half_chord);
     if (!Any(active)) break;
     step = Select(active, step + distance, step);
   }
+  // What still creeps along a silhouette comes as close as this and no closer.
+  found = found | (active & (distance < Splat<T>(1e-5)));
   return Select(found & (step <= half_chord), walk + step, Infinity<T>());
 }
 

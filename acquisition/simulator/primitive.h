@@ -25,6 +25,7 @@ struct Primitive {
   std::array<float, 3> size{};
   int material = 0;
   float texel_m = 0.002f;  // side of a texel on the surface
+  float light_m = 0.003f;  // light that falls on it is computed every so far
   int main_chart = -1;     // the only chart that is looked at closely; -1: all of them
   bool glossy = false;
   bool of_subject = false;  // part of what is captured, not of its surroundings

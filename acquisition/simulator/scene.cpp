@@ -20,7 +20,7 @@ class SceneBuilder {
     std::array<float, 3> size{};
     Vector3d position = Vector3d::Zero();
     int material = 0;
-    float texel_m = 0.001f;
+    float texel_m = 0.001f, light_m = 0.003f;
     bool of_subject = true;
     bool glossy = false;
     int main_chart = -1;
@@ -36,6 +36,7 @@ class SceneBuilder {
     primitive.local_from_world = Rigid3{solid.world_from_local, solid.position}.Inverse();
     primitive.material = solid.material;
     primitive.texel_m = solid.texel_m;
+    primitive.light_m = solid.light_m;
     primitive.of_subject = solid.of_subject;
     primitive.glossy = solid.glossy;
     primitive.main_chart = solid.main_chart;
@@ -86,6 +87,7 @@ void AddRoom(SceneBuilder& builder, double wall_y) {
                .position = {0, wall_y - 2.15, 0.8},
                .material = material::kPlaster,
                .texel_m = 0.012f,
+               .light_m = 0.12f,
                .of_subject = false});
 }
 
@@ -99,6 +101,7 @@ std::shared_ptr<const Scene> BuildStudio() {
                .position = {0, kWallY + 0.02, 0.78},
                .material = material::kFieldstone,
                .texel_m = 0.003f,
+               .light_m = 0.03f,
                .of_subject = false,
                .main_chart = kTowardsHand});
   builder.Add({.shape = Shape::kBox,
@@ -106,6 +109,7 @@ std::shared_ptr<const Scene> BuildStudio() {
                .position = {0, kWallY - 0.75, -0.02},
                .material = material::kTerrazzo,
                .texel_m = 0.0017f,
+               .light_m = 0.008f,
                .of_subject = false,
                .main_chart = kTop});
 
@@ -163,6 +167,7 @@ std::shared_ptr<const Scene> BuildWall() {
                .position = {0, 0.02, 0.78},
                .material = material::kPosters,
                .texel_m = 0.0022f,
+               .light_m = 0.05f,
                .main_chart = 3});
   builder.SetSubject({0, 0, 0.85}, 0.16);
   builder.AddLight({-1.0f, -1.8f, 2.1f}, {0, 0, 0.8f}, 0.4f, 0.4f, 4.0f);
