@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <mutex>
 #include <thread>
 #include <type_traits>
@@ -537,8 +538,13 @@ class AravisDevice : public Device {
         Must(info_.uri, "stream (does another program control this camera?)",
              [&](GError** e) { return arv_camera_create_stream(session_->Camera(), nullptr, nullptr, e); }));
     ArvStream* stream = session_->Stream();
-    if (ARV_IS_GV_STREAM(stream))  // the default receive buffer of the system loses packets even on loopback
-      g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
+    // The system's default receive buffer loses packets even on loopback, and the library's automatic one is
+    // a single frame: too little for small frames. Two frames, and no less than two megabytes.
+    if (ARV_IS_GV_STREAM(stream)) {
+      const std::size_t bytes = std::clamp<std::size_t>(2 * configured_.payload_bytes, 2 << 20, 256 << 20);
+      g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                   static_cast<gint>(bytes), nullptr);
+    }
     constexpr std::size_t kPoolBytes = 64 << 20;
     const std::size_t count =
         std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(configured_.payload_bytes, 1), 4, 24);
@@ -608,6 +614,7 @@ class AravisDevice : public Device {
       frame.status = FrameStatus::kIncomplete;
       FillIncomplete(buffer, frame);
     }
+    if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce();
     Count(frame);
     Queue(std::move(frame));
   }
@@ -643,6 +650,21 @@ class AravisDevice : public Device {
       frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, data, needed);
   }
 
+  void ExplainLossOnce() {
+    if (std::exchange(said_incomplete_, true)) return;
+    long allowed = 0;
+    std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
+    const bool buffer_is_small =
+        info_.bus == "GigEVision" &&
+        allowed < static_cast<long>(std::min<std::size_t>(configured_.payload_bytes, 4 << 20));
+    spdlog::warn("{}: a frame arrived with pixels missing; such frames are counted, not used{}", info_.uri,
+                 buffer_is_small
+                     ? fmt::format(". The system allows receive buffers of {} bytes only: 'sysctl "
+                                   "net.core.rmem_max=8388608' as root lets more wait",
+                                   allowed)
+                     : "");
+  }
+
   void Count(const Frame& frame) {
     const std::lock_guard lock(mutex_);
     // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
@@ -672,6 +694,7 @@ class AravisDevice : public Device {
   std::atomic<DeviceState> state_{DeviceState::kStreaming};
   bool running_ = false;
   bool said_unexpected_ = false;
+  bool said_incomplete_ = false;
   mutable std::mutex mutex_;
   DeviceStatistics statistics_;
   FrameIdCounter ids_;
