@@ -1,76 +1,25 @@
 #include "acquisition/aravis_device.h"
 
-#include <arv.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <fstream>
 #include <mutex>
 #include <thread>
-#include <type_traits>
 #include <utility>
 
-#include "acquisition/error.h"
+#include "acquisition/aravis_calls.h"
+#include "acquisition/aravis_configuration.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
 #include "acquisition/gige_vision_probe.h"
-#include "acquisition/pixel_format.h"
 
 namespace ulf {
 namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-
-constexpr std::size_t kDefaultQueue = 4;
-constexpr int kLocalPacketSize = 9000;
-
-// ---------------------------------------------------------------------------------------------------------------
-// The library's errors
-
-// Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
-template <typename Call>
-auto Must(const std::string& who, const std::string& what, Call&& call) {
-  GError* error = nullptr;
-  const auto check = [&] {
-    if (!error) return;
-    const std::string reason = error->message;
-    g_clear_error(&error);
-    throw Error("{}: {}: {}", who, what, reason);
-  };
-  if constexpr (std::is_void_v<decltype(call(&error))>) {
-    call(&error);
-    check();
-  } else {
-    auto result = call(&error);
-    check();
-    return result;
-  }
-}
-
-// For what a camera may lack: the result, or `otherwise`.
-template <typename Call, typename Value>
-Value Maybe(Call&& call, Value otherwise) {
-  GError* error = nullptr;
-  const auto result = call(&error);
-  if (!error) return static_cast<Value>(result);
-  g_clear_error(&error);
-  return otherwise;
-}
-
-template <typename Call>
-void Try(Call&& call) {
-  GError* error = nullptr;
-  call(&error);
-  g_clear_error(&error);
-}
-
-std::string Text(const char* text) { return text ? text : ""; }
-
-// ---------------------------------------------------------------------------------------------------------------
-// Discovery
 
 struct Discovered {
   std::string id, physical_id, address, vendor, model, serial, protocol;
@@ -127,240 +76,6 @@ std::string Resolve(const std::string& uri, const std::string& id) {
   if (ambiguous) throw Error("{}: '{}' names more than one camera; say which by address: {}", uri, id, list);
   return matching.front().OpenBy();
 }
-
-// ---------------------------------------------------------------------------------------------------------------
-// What the URI asks for
-
-struct Region {
-  int width = 0, height = 0, x = 0, y = 0;
-};
-
-struct Settings {
-  std::optional<double> exposure_us, gain_db, fps;
-  std::optional<std::string> format;
-  std::optional<Region> region;
-  std::optional<int> packet_size;
-  std::size_t queue = kDefaultQueue;
-};
-
-std::optional<int> PositiveInt(const DeviceUri& uri, const std::string& key) {
-  const auto number = uri.Number(key);
-  if (!number) return std::nullopt;
-  if (*number < 1 || *number > 1e6 || *number != std::floor(*number))
-    throw UsageError("'{}': {} must be a whole number above 0", uri.Text(), key);
-  return static_cast<int>(*number);
-}
-
-Settings SettingsOf(const DeviceUri& uri) {
-  uri.AllowOnly({"exposure_us", "gain_db", "fps", "format", "roi", "packet_size", "queue"});
-  Settings settings{.exposure_us = uri.Number("exposure_us"),
-                    .gain_db = uri.Number("gain_db"),
-                    .fps = uri.Number("fps"),
-                    .format = uri.Option("format"),
-                    .region = {},
-                    .packet_size = PositiveInt(uri, "packet_size")};
-  if (const auto queue = PositiveInt(uri, "queue")) settings.queue = static_cast<std::size_t>(*queue);
-  if (settings.format && !PixelFormatByName(*settings.format))
-    throw UsageError("'{}': the pixel format {} is not supported; supported are {}", uri.Text(),
-                     *settings.format, SupportedPixelFormats());
-  if (const auto roi = uri.Option("roi")) {
-    Region region;
-    char rest = 0;
-    if (std::sscanf(roi->c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
-                    &rest) != 4 ||
-        region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
-      throw UsageError("'{}': roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0", uri.Text());
-    settings.region = region;
-  }
-  return settings;
-}
-
-// ---------------------------------------------------------------------------------------------------------------
-// Writing the configuration
-
-// What the camera says it does after everything was written.
-struct Configured {
-  PixelFormat format;
-  int width = 0, height = 0;
-  double exposure_s = 0;  // 0: unknown
-  double gain = 1;        // linear
-  double period_s = 0;    // 0: unknown
-  std::size_t payload_bytes = 0;
-};
-
-class Configurator {
- public:
-  Configurator(ArvCamera* camera, std::string who) : camera_(camera), who_(std::move(who)) {}
-
-  Configured Write(const Settings& settings) {
-    arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
-    arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
-    Try([&](GError** e) {
-      arv_camera_stop_acquisition(camera_, e);
-    });  // a killed program may have left it running
-    Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
-    if (Has("AcquisitionMode"))
-      Must(who_, "continuous acquisition",
-           [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
-    Configured configured;
-    configured.format = WriteFormat(settings.format);
-    WriteRegion(settings.region);
-    WriteExposure(settings.exposure_us);
-    WriteGain(settings.gain_db);
-    WriteFrameRate(settings.fps);
-    if (arv_camera_is_gv_device(camera_)) WritePackets(settings.packet_size);
-    ReadBack(configured);
-    return configured;
-  }
-
- private:
-  bool Has(const char* feature) {
-    return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
-  }
-
-  void CheckRange(const char* option, double value, double low, double high) {
-    if (value < low || value > high)
-      throw Error("{}: {}={} is outside what the camera can do, {} to {}", who_, option, value, low, high);
-  }
-
-  PixelFormat WriteFormat(const std::optional<std::string>& asked) {
-    guint count = 0;
-    const char** names = Must(who_, "pixel formats", [&](GError** e) {
-      return arv_camera_dup_available_pixel_formats_as_strings(camera_, &count, e);
-    });
-    const std::vector<std::string> offered(names, names + count);
-    g_free(names);
-    std::string list;
-    for (const std::string& name : offered) list += (list.empty() ? "" : ", ") + name;
-
-    const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
-    if (!format)
-      throw Error("{}: none of the camera's pixel formats ({}) is supported; supported are {}", who_, list,
-                  SupportedPixelFormats());
-    const auto name = std::find_if(offered.begin(), offered.end(), [&](const std::string& candidate) {
-      const auto known = PixelFormatByName(candidate);
-      return known && known->code == format->code;
-    });
-    if (name == offered.end())
-      throw Error("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
-    Must(who_, "pixel format " + *name,
-         [&](GError** e) { arv_camera_set_pixel_format_from_string(camera_, name->c_str(), e); });
-    return *format;
-  }
-
-  void WriteRegion(const std::optional<Region>& asked) {
-    if (Maybe([&](GError** e) { return arv_camera_is_binning_available(camera_, e); }, false))
-      Try([&](GError** e) { arv_camera_set_binning(camera_, 1, 1, e); });
-    // Offsets first to zero: they limit what the sizes may be.
-    if (Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera_, e); }, false)) {
-      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetX", 0, e); });
-      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetY", 0, e); });
-    }
-    gint low = 0, max_width = 0, max_height = 0;
-    Must(who_, "width", [&](GError** e) { arv_camera_get_width_bounds(camera_, &low, &max_width, e); });
-    Must(who_, "height", [&](GError** e) { arv_camera_get_height_bounds(camera_, &low, &max_height, e); });
-    if (!asked) {
-      Must(who_, "whole sensor",
-           [&](GError** e) { arv_camera_set_region(camera_, -1, -1, max_width, max_height, e); });
-      return;
-    }
-    if (asked->x + asked->width > max_width || asked->y + asked->height > max_height)
-      throw Error("{}: roi={}x{}+{}+{} reaches beyond the sensor of {}x{}", who_, asked->width, asked->height,
-                  asked->x, asked->y, max_width, max_height);
-    Must(who_, "roi", [&](GError** e) {
-      arv_camera_set_region(camera_, asked->x, asked->y, asked->width, asked->height, e);
-    });
-  }
-
-  void WriteExposure(std::optional<double> exposure_us) {
-    if (!exposure_us) return;
-    if (!Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera_, e); }, false))
-      throw Error("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
-    if (Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false))
-      Must(who_, "auto exposure off",
-           [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
-    double low = 0, high = 0;
-    Must(who_, "exposure", [&](GError** e) { arv_camera_get_exposure_time_bounds(camera_, &low, &high, e); });
-    CheckRange("exposure_us", *exposure_us, low, high);
-    Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
-  }
-
-  void WriteGain(std::optional<double> gain_db) {
-    if (!gain_db) return;
-    if (!Has("Gain"))
-      throw Error("{}: the camera has no gain in dB (at most a raw number of its own); leave gain_db out",
-                  who_);
-    if (Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false))
-      Must(who_, "auto gain off", [&](GError** e) { arv_camera_set_gain_auto(camera_, ARV_AUTO_OFF, e); });
-    double low = 0, high = 0;
-    Must(who_, "gain", [&](GError** e) { arv_camera_get_gain_bounds(camera_, &low, &high, e); });
-    CheckRange("gain_db", *gain_db, low, high);
-    Must(who_, "gain", [&](GError** e) { arv_camera_set_gain(camera_, *gain_db, e); });
-  }
-
-  void WriteFrameRate(std::optional<double> fps) {
-    if (!fps) return;
-    if (!Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera_, e); }, false))
-      throw Error("{}: the camera's frame rate cannot be set; leave fps out", who_);
-    double low = 0, high = 0;
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
-    CheckRange("fps", *fps, low, high);
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
-  }
-
-  std::string GigeAddress() {
-    GSocketAddress* address = arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera_)));
-    char* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address)));
-    std::string result = Text(text);
-    g_free(text);
-    return result;
-  }
-
-  void WritePackets(std::optional<int> packet_size) {
-    const std::string address = GigeAddress();
-    if (PacketSocketWouldMishear(address))
-      arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-    if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
-    if (packet_size) {
-      arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-      Must(who_, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera_, *packet_size, e); });
-    } else {
-      Try([&](GError** e) {
-        arv_camera_gv_auto_packet_size(camera_, e);
-      });  // not every camera sends test packets
-    }
-  }
-
-  void ReadBack(Configured& configured) {
-    gint x = 0, y = 0;
-    Must(who_, "region", [&](GError** e) {
-      arv_camera_get_region(camera_, &x, &y, &configured.width, &configured.height, e);
-    });
-    configured.payload_bytes =
-        Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
-    const bool auto_exposure =
-        Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false) &&
-        Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
-            ARV_AUTO_OFF;
-    const double exposure_s =
-        1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
-    if (!auto_exposure) configured.exposure_s = exposure_s;
-    const bool auto_gain =
-        Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false) &&
-        Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    if (Has("Gain") && !auto_gain)
-      configured.gain =
-          std::pow(10.0, Maybe([&](GError** e) { return arv_camera_get_gain(camera_, e); }, 0.0) / 20.0);
-    const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
-    configured.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
-  }
-
-  ArvCamera* camera_;
-  std::string who_;
-};
-
-// ---------------------------------------------------------------------------------------------------------------
-// Holding and letting go of the library's objects
 
 // The signal handler may run in the library's heartbeat thread while another thread lets go: if the last
 // reference then falls inside the emission, the library waits for its own thread and aborts. So the handler
@@ -428,12 +143,26 @@ class Reaper {
   std::vector<std::thread> threads_;
 };
 
-// ---------------------------------------------------------------------------------------------------------------
-// The device
+const char* StatusText(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_SUCCESS:
+      return "not the image that was configured";
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "timed out";
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets lost";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "wrong packet number";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "wrong size";
+    default:
+      return "never filled";
+  }
+}
 
 class AravisDevice : public Device {
  public:
-  explicit AravisDevice(const DeviceUri& uri) : settings_(SettingsOf(uri)) {
+  explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
     const std::string open_by = Resolve(uri.Text(), uri.path);
     info_.uri = uri.Text();
     if (uri.path.empty()) {
@@ -442,7 +171,7 @@ class AravisDevice : public Device {
       info_.uri = named.Text();
     }
     Open(open_by);
-    configured_ = Configurator(session_->Camera(), info_.uri).Write(settings_);
+    configured_ = ConfigureAravis(session_->Camera(), info_.uri, options_);
     spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", info_.uri, info_.maker,
                   info_.model, configured_.width, configured_.height, configured_.format.name,
                   configured_.exposure_s, configured_.gain, configured_.period_s);
@@ -460,13 +189,14 @@ class AravisDevice : public Device {
     if (running_) return;
     if (!session_) throw Error("{}: {}; open the device again", info_.uri, info_.problem);
     CreateStream();
-    queue_ = std::make_unique<FrameQueue>(settings_.queue, WhenFull::kDropOldest);
+    queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
     {
       const std::lock_guard lock(mutex_);
       statistics_ = {};
       ids_ = {};
     }
     state_ = DeviceState::kStreaming;
+    first_of_stream_ = true;
     Must(info_.uri, "start of acquisition",
          [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
     stop_ = false;
@@ -490,6 +220,10 @@ class AravisDevice : public Device {
     stop_ = true;
     thread_.join();
     queue_->Close();
+    // A camera that died just now: every call to it would wait out its retries.
+    const bool gone =
+        !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(500)) == GigeControl::kNoAnswer;
+    if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
     if (state_ == DeviceState::kLost) {
       Reaper::Instance().Bury(std::move(session_));
       return;
@@ -524,6 +258,7 @@ class AravisDevice : public Device {
             "again",
             info_.uri);
     }
+    if (arv_camera_is_gv_device(camera)) gige_address_ = AravisGigeAddress(camera);
     info_.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera, e); }, ""));
     info_.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera, e); }, ""));
     info_.serial =
@@ -600,6 +335,9 @@ class AravisDevice : public Device {
     const ArvBufferStatus status = arv_buffer_get_status(buffer);
     if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
       return;  // stopping, not a loss
+    // The library widens its receive buffer when the first packet is there: a large first frame has lost some
+    // by then.
+    if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) return;
     const double host_time_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
     Frame frame;
     frame.id = arv_buffer_get_frame_id(buffer);
@@ -614,7 +352,7 @@ class AravisDevice : public Device {
       frame.status = FrameStatus::kIncomplete;
       FillIncomplete(buffer, frame);
     }
-    if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce();
+    if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
     Count(frame);
     Queue(std::move(frame));
   }
@@ -650,14 +388,15 @@ class AravisDevice : public Device {
       frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, data, needed);
   }
 
-  void ExplainLossOnce() {
+  void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
     if (std::exchange(said_incomplete_, true)) return;
     long allowed = 0;
     std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
     const bool buffer_is_small =
         info_.bus == "GigEVision" &&
         allowed < static_cast<long>(std::min<std::size_t>(configured_.payload_bytes, 4 << 20));
-    spdlog::warn("{}: a frame arrived with pixels missing; such frames are counted, not used{}", info_.uri,
+    spdlog::warn("{}: frame {} arrived incomplete ({}); such frames are counted, not used{}", info_.uri, id,
+                 StatusText(status),
                  buffer_is_small
                      ? fmt::format(". The system allows receive buffers of {} bytes only: 'sysctl "
                                    "net.core.rmem_max=8388608' as root lets more wait",
@@ -684,15 +423,17 @@ class AravisDevice : public Device {
     }
   }
 
-  Settings settings_;
-  DeviceInfo info_;  // problem and available under mutex_ while the thread runs
+  AravisOptions options_;
+  DeviceInfo info_;           // problem and available under mutex_ while the thread runs
+  std::string gige_address_;  // empty: another bus
   std::unique_ptr<Session> session_;
-  Configured configured_;
+  AravisConfigured configured_;
   std::unique_ptr<FrameQueue> queue_;
   std::thread thread_;
   std::atomic<bool> stop_{false};
   std::atomic<DeviceState> state_{DeviceState::kStreaming};
   bool running_ = false;
+  bool first_of_stream_ = true;
   bool said_unexpected_ = false;
   bool said_incomplete_ = false;
   mutable std::mutex mutex_;

@@ -1,7 +1,6 @@
 // A bounded hand-off between threads. What happens when it is full is said when it is made:
 //   kDropOldest  a live camera does not wait: the oldest waiting item makes room, and the loss is counted;
-//   kBlock       the producer waits for room: nothing is lost (replay, and recorded views on their way to
-//   disk).
+//   kBlock       the producer waits for room: nothing is lost (recorded views on their way to disk).
 // Any number of threads may push and pop. After Close() pushing fails, and popping drains what is left.
 #pragma once
 

@@ -30,9 +30,9 @@ std::string FirstRealCamera() {
 
 std::unique_ptr<Device> OpenDevice(const std::string& text) {
   const DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
+  if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
-  if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   constexpr std::array kLater = {"v4l2", "gphoto2"};
   if (std::find(kLater.begin(), kLater.end(), uri.scheme) != kLater.end())
     throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", text, uri.scheme, kWhatWorks);
@@ -42,9 +42,10 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
 
 std::vector<DeviceInfo> ListDevices() {
   std::vector<DeviceInfo> devices = ListAravisDevices();
+  // Named without being opened: building its scene takes seconds.
   devices.push_back({.uri = "sim:studio",
-                     .maker = "ulf",
-                     .model = "simulated camera",
+                     .maker = "ULF",
+                     .model = "simulated hand-held camera",
                      .serial = "",
                      .bus = "simulated",
                      .problem = ""});

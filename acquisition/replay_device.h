@@ -1,13 +1,11 @@
 // Recorded frames as a device: `replay:PATH?fps=30&glob=*.color.jpg&transfer=linear`.
 //
 //   a folder of images   in name order (numbers by value), the first at time 0, frame k at k/fps; mixed sizes
-//   or
-//                        formats, a truncated file and an empty folder are errors when it is opened;
+//                        or formats, a truncated file and an empty folder are errors when it is opened;
 //   a video file         at the times of its container;
-//   a light field        (a folder with journal.jsonl or transforms.json, no glob) the photographs of its
-//   views with
-//                        their device times, exposures and poses, and its camera; times that do not increase,
-//                        as in imported sets, are replaced by k/fps.
+//   a light field        (a folder with journal.jsonl or transforms.json, and no glob) the photographs of its
+//                        views with their device times, exposures and poses, and its camera; times that do
+//                        not increase, as in imported sets, are replaced by k/fps.
 //
 // Nothing is live: frames wait until they are asked for, none is dropped, and the same path gives the same
 // frames. host_time_s is 0 except in a light field: these frames did not reach this machine now. JPEG files

@@ -4,60 +4,26 @@
 #include <signal.h>
 
 #include <chrono>
-#include <set>
 #include <thread>
 
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/gige_vision_probe.h"
-#include "tests/support/child_process.h"
-#include "tests/support/loopback_namespace.h"
-#include "tests/support/test_paths.h"
+#include "tests/acquisition/aravis_fixture.h"
 
 namespace ulf {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
+using test::Clock;
+using test::SecondsSince;
+using test::Take;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr const char* kSmall = "aravis:127.0.0.1?roi=320x240+0+0&fps=50";
 
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-std::optional<std::string> g_no_namespace = "not entered";
-
-class InNamespace : public ::testing::Environment {
- public:
-  void SetUp() override { g_no_namespace = test::EnterLoopbackNamespace(); }
-};
-[[maybe_unused]] const auto* const g_environment = ::testing::AddGlobalTestEnvironment(new InNamespace);
-
-class AravisDevice : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (g_no_namespace) GTEST_SKIP() << *g_no_namespace;
-  }
-
-  void StartCamera(const std::string& serial = "T1", const std::string& loss = "0") {
-    camera_ = std::make_unique<test::ChildProcess>(std::vector<std::string>{FAKE_GIGE_CAMERA, serial, loss});
-    ASSERT_THAT(camera_->ReadUntil("ready", 20), HasSubstr("ready"));
-  }
-
-  std::unique_ptr<test::ChildProcess> camera_;
-};
-
-std::vector<Frame> Take(Device& device, std::size_t count) {
-  std::vector<Frame> frames;
-  const auto start = Clock::now();
-  while (frames.size() < count && SecondsSince(start) < 20)
-    if (auto frame = device.Next(500ms)) frames.push_back(std::move(*frame));
-  EXPECT_EQ(frames.size(), count) << "frames within 20 s";
-  return frames;
-}
+class AravisDevice : public test::CameraInNamespace {};
 
 std::string ErrorOf(const std::string& uri) {
   try {
@@ -187,7 +153,7 @@ TEST_F(AravisDevice, OpensBySerialByAravisNameAndFirstFound) {
   EXPECT_EQ(devices[0].serial, "T4711");
   EXPECT_EQ(devices[0].uri, "aravis:127.0.0.1");
   EXPECT_TRUE(devices[0].available) << devices[0].problem;
-  EXPECT_EQ(devices[1].uri, "sim:studio");
+  EXPECT_EQ(devices[1].bus, "simulated");
   for (const std::string& uri : {std::string("aravis:T4711"), std::string("aravis:Aravis-T4711"),
                                  std::string("aravis:"), std::string(), devices[0].uri}) {
     const auto device = OpenDevice(uri);
@@ -276,7 +242,7 @@ TEST_F(AravisDevice, AKilledCameraIsLostAndTeardownReturns) {
   device->Stop();
   EXPECT_THROW(device->Start(), Error);
   device.reset();
-  EXPECT_LT(SecondsSince(stopped), 1) << "what blocks is done behind";
+  EXPECT_LT(SecondsSince(stopped), 2) << "what blocks is done behind";
 
   StartCamera("T2");  // and another is opened while the first is still being let go
   const auto next = OpenDevice(kSmall);
@@ -294,19 +260,6 @@ TEST_F(AravisDevice, AShortPauseIsNoLoss) {
   camera_->Signal(SIGCONT);
   Take(*device, 20);
   EXPECT_EQ(device->State(), DeviceState::kStreaming);
-}
-
-// Lost and let go again and again, with teardown at different moments around the library's own signal.
-TEST_F(AravisDevice, TeardownAtAnyMomentIsSafe) {
-  for (const auto delay : {0ms, 4900ms, 5050ms}) {
-    StartCamera();
-    auto device = OpenDevice(kSmall);
-    device->Start();
-    Take(*device, 2);
-    camera_->Kill();
-    std::this_thread::sleep_for(delay);
-    device.reset();
-  }
 }
 
 TEST(GigeVisionProbe, LoopbackNeverUsesThePacketSocket) {

@@ -1,0 +1,53 @@
+// Calls into Aravis, with its GError turned into what ulf does with errors. Only the aravis_* files include
+// this.
+#pragma once
+
+#include <arv.h>
+
+#include <string>
+#include <type_traits>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+
+// Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
+template <typename Call>
+auto Must(const std::string& who, const std::string& what, Call&& call) {
+  GError* error = nullptr;
+  const auto check = [&] {
+    if (!error) return;
+    const std::string reason = error->message;
+    g_clear_error(&error);
+    throw Error("{}: {}: {}", who, what, reason);
+  };
+  if constexpr (std::is_void_v<decltype(call(&error))>) {
+    call(&error);
+    check();
+  } else {
+    auto result = call(&error);
+    check();
+    return result;
+  }
+}
+
+// For what a camera may lack: the result, or `otherwise`.
+template <typename Call, typename Value>
+Value Maybe(Call&& call, Value otherwise) {
+  GError* error = nullptr;
+  const auto result = call(&error);
+  if (!error) return static_cast<Value>(result);
+  g_clear_error(&error);
+  return otherwise;
+}
+
+template <typename Call>
+void Try(Call&& call) {
+  GError* error = nullptr;
+  call(&error);
+  g_clear_error(&error);
+}
+
+inline std::string Text(const char* text) { return text ? text : ""; }
+
+}  // namespace ulf

@@ -1,0 +1,13 @@
+// The options by which every command that takes frames lets its user say the intrinsics.
+#pragma once
+
+#include "acquisition/intrinsics.h"
+
+namespace CLI {
+class App;
+}
+
+namespace ulf {
+// `args` must outlive the parsing.
+void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args);
+}  // namespace ulf
