@@ -222,7 +222,7 @@ class AravisDevice : public Device {
     queue_->Close();
     // A camera that died just now: every call to it would wait out its retries.
     const bool gone =
-        !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(500)) == GigeControl::kNoAnswer;
+        !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(1000)) == GigeControl::kNoAnswer;
     if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
     if (state_ == DeviceState::kLost) {
       Reaper::Instance().Bury(std::move(session_));

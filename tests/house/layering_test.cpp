@@ -36,7 +36,7 @@ const std::map<std::string, std::set<std::string>> kStricter = {
 // An outside library has few includers: header prefix, and the stems that may include it.
 const std::map<std::string, std::set<std::string>> kOutside = {
     {"opengv/", {"tracking/opengv_bridge"}},
-    {"arv.h", {"acquisition/aravis_calls", "acquisition/simulator/gige_server"}},
+    {"arv.h", {"acquisition/aravis_calls", "acquisition/simulator/simulated_gige_camera"}},
     {"acquisition/aravis_calls.h", {"acquisition/aravis_configuration", "acquisition/aravis_device"}},
     {"CGAL/", {"render/viewpoint_mesh"}},
 };
