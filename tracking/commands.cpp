@@ -1,9 +1,9 @@
 #include "tracking/commands.h"
 
-#include <CLI/CLI.hpp>
+#include "tracking/track_command.h"
 
 namespace ulf {
 
-void AddTrackingCommands(CLI::App& /*app*/, ChosenCommand& /*chosen*/) {}
+void AddTrackingCommands(CLI::App& app, ChosenCommand& chosen) { AddTrackCommand(app, chosen); }
 
 }  // namespace ulf

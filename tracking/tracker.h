@@ -1,17 +1,19 @@
 // The tracker: frames in, camera poses out, in real time, without markers.
 //
-// Frame: the world is the first keyframe's camera until something metric says otherwise; its unit is the median depth
-// of the first two-view map (so scale is arbitrary and the first median depth is 1). Poses are cam_from_world.
-// Times are seconds, image quantities are pixels of the tracked image, angles are degrees where the name says so.
+// Frame: the world is the first keyframe's camera until something metric says otherwise; its unit is the
+// median depth of the first two-view map (so scale is arbitrary and the first median depth is 1). Poses are
+// cam_from_world. Times are seconds, image quantities are pixels of the tracked image, angles are degrees
+// where the name says so.
 //
-// How it works: ORB features spread over the image; two views start the map (homography or essential matrix, and a
-// parallax test; rotation alone never starts it); every frame is matched against the map under a motion model and its
-// pose refined robustly; keyframes go to the mapper, which triangulates, merges and adjusts in a second thread; a lost
-// camera is found again by descriptors, P3P and guided verification. (Klein and Murray 2007 for the two threads;
-// Mur-Artal, Montiel and Tardos 2015 for one descriptor through all stages; Forster et al. 2014 for aligning patches.)
+// How it works: ORB features spread over the image; two views start the map (homography or essential matrix,
+// and a parallax test; rotation alone never starts it); every frame is matched against the map under a motion
+// model and its pose refined robustly; keyframes go to the mapper, which triangulates, merges and adjusts in
+// a second thread; a lost camera is found again by descriptors, P3P and guided verification. (Klein and
+// Murray 2007 for the two threads; Mur-Artal, Montiel and Tardos 2015 for one descriptor through all stages;
+// Forster et al. 2014 for aligning patches.)
 //
-// A live pose is the best known at its frame. Bundle adjustment moves keyframes later: whoever keeps a pose keeps its
-// anchor (a keyframe and the rigid transform from it) and asks PoseOf() again at the end.
+// A live pose is the best known at its frame. Bundle adjustment moves keyframes later: whoever keeps a pose
+// keeps its anchor (a keyframe and the rigid transform from it) and asks PoseOf() again at the end.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,15 +55,15 @@ struct Track {
   bool relocalized = false;              // found again in this frame after being lost
   std::optional<Rigid3> cam_from_world;  // none unless tracking
   std::optional<Anchored> anchor;        // the same pose, for PoseOf(); set whenever cam_from_world is
-  double quality = 0;                    // 0 to 1: share of expected map points found, damped when they are few
-  int matched_points = 0;                // map points that support the pose
+  double quality = 0;      // 0 to 1: share of expected map points found, damped when they are few
+  int matched_points = 0;  // map points that support the pose
   // One standard deviation of the camera centre (world units) as the matches' geometry predicts it.
   std::optional<double> center_sigma;
   double median_parallax_deg = 0;  // while initialising: between the reference frame and this one
-  double sharpness = 1;            // fine detail relative to the recent frames' median: well below 1 is blurred
-  double speed_px = 0;             // median image motion of the tracked points since the frame before; 0: unknown
-  bool keyframe = false;           // this frame was handed to the mapper
-  double cpu_s = 0;                // CPU time of tracking, without mapping even where it ran inside Step()
+  double sharpness = 1;   // fine detail relative to the recent frames' median: well below 1 is blurred
+  double speed_px = 0;    // median image motion of the tracked points since the frame before; 0: unknown
+  bool keyframe = false;  // this frame was handed to the mapper
+  double cpu_s = 0;       // CPU time of tracking, without mapping even where it ran inside Step()
 };
 
 // A map point found in the last frame.
@@ -109,9 +111,9 @@ class Tracker {
   // Anchors of all living keyframes, in order of time (each anchored to itself).
   std::vector<Anchored> Keyframes() const;
 
-  // Builds a map from views with known poses (at least two that see the same things), keeping their world. The tracker
-  // is then lost and finds itself with the next frame that sees the map. False, with the tracker as it was before,
-  // when too few points could be triangulated.
+  // Builds a map from views with known poses (at least two that see the same things), keeping their world.
+  // The tracker is then lost and finds itself with the next frame that sees the map. False, with the tracker
+  // as it was before, when too few points could be triangulated.
   bool SeedMap(std::span<const SeedView> views);
 
   TrackerStatistics Statistics() const;

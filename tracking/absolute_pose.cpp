@@ -1,0 +1,198 @@
+#include "tracking/absolute_pose.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "tracking/opengv_bridge.h"
+#include "tracking/sampling.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// A point that cannot be projected costs as much as a far outlier: the step that loses points must not look
+// cheap.
+constexpr double kLostPointSigmas2 = 1e4;
+
+double HuberCost(double squared, double limit) {
+  return squared <= limit * limit ? squared : 2 * limit * std::sqrt(squared) - limit * limit;
+}
+
+struct NormalEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double cost = 0;
+};
+
+double Cost(const CameraModel& camera, std::span<const PointObservation> observations,
+            const std::vector<bool>& used, const Rigid3& pose, double huber) {
+  double cost = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!used[i]) continue;
+    const auto img = camera.ImgFromCam(pose * observations[i].point_in_world);
+    const double squared = img ? (*img - observations[i].img).squaredNorm() /
+                                     (observations[i].sigma_px * observations[i].sigma_px)
+                               : kLostPointSigmas2;
+    cost += HuberCost(squared, huber);
+  }
+  return cost;
+}
+
+NormalEquations Linearize(const CameraModel& camera, std::span<const PointObservation> observations,
+                          const std::vector<bool>& used, const Rigid3& pose, double huber) {
+  NormalEquations equations;
+  const Matrix3d rotation = pose.RotationMatrix();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!used[i]) continue;
+    const Vector3d point = rotation * observations[i].point_in_world + pose.translation;
+    Eigen::Matrix<double, 2, 3> img_by_point;
+    const auto img = camera.ImgFromCam(point, &img_by_point);
+    if (!img) {
+      equations.cost += HuberCost(kLostPointSigmas2, huber);
+      continue;
+    }
+    const double inverse_sigma = 1 / observations[i].sigma_px;
+    const Vector2d residual = (*img - observations[i].img) * inverse_sigma;
+    const double squared = residual.squaredNorm();
+    equations.cost += HuberCost(squared, huber);
+    const double weight = squared <= huber * huber ? 1 : huber / std::sqrt(squared);
+    Matrix3d minus_cross;
+    minus_cross << 0, point.z(), -point.y(), -point.z(), 0, point.x(), point.y(), -point.x(), 0;
+    Eigen::Matrix<double, 2, 6> jacobian;
+    jacobian.leftCols<3>().noalias() = img_by_point * minus_cross;
+    jacobian.rightCols<3>() = img_by_point;
+    jacobian *= inverse_sigma;
+    equations.hessian.noalias() += weight * jacobian.transpose() * jacobian;
+    equations.gradient.noalias() += weight * jacobian.transpose() * residual;
+  }
+  return equations;
+}
+
+Rigid3 Minimize(const CameraModel& camera, std::span<const PointObservation> observations,
+                const std::vector<bool>& used, Rigid3 pose, double huber, int max_iterations) {
+  double damping = 1e-6;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const NormalEquations equations = Linearize(camera, observations, used, pose, huber);
+    bool moved = false;
+    double step_size = 0;
+    for (int attempt = 0; attempt < 5 && !moved; ++attempt) {
+      Matrix6d damped = equations.hessian;
+      damped.diagonal() *= 1 + damping;
+      const Vector6d step = -damped.ldlt().solve(equations.gradient);
+      if (!step.allFinite()) return pose;
+      const Rigid3 candidate = Perturbed(pose, step);
+      if (Cost(camera, observations, used, candidate, huber) <= equations.cost) {
+        const double relative_to = 1 + pose.translation.norm();
+        step_size = step.head<3>().norm() + step.tail<3>().norm() / relative_to;
+        pose = candidate;
+        damping = std::max(1e-9, damping * 0.1);
+        moved = true;
+      } else {
+        damping = std::max(1e-4, damping * 30);
+      }
+    }
+    if (!moved || step_size < 1e-7) break;
+  }
+  return pose;
+}
+
+}  // namespace
+
+Rigid3 Perturbed(const Rigid3& cam_from_world, const Vector6d& twist) {
+  const Vector3d omega = twist.head<3>();
+  const double angle = omega.norm();
+  const Eigen::Quaterniond turn =
+      angle > 1e-12 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle))
+                    : Eigen::Quaterniond(1, 0.5 * omega.x(), 0.5 * omega.y(), 0.5 * omega.z());
+  return {(turn * cam_from_world.rotation).normalized(), turn * cam_from_world.translation + twist.tail<3>()};
+}
+
+std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
+                                         std::span<const PointObservation> observations,
+                                         const Rigid3& initial, const RefinePoseOptions& options) {
+  constexpr int kMinimum = 4;
+  PoseRefinement result;
+  result.cam_from_world = initial;
+  result.inlier.assign(observations.size(), true);
+  result.inliers = static_cast<int>(observations.size());
+  const double gate2 = options.gate_sigmas * options.gate_sigmas;
+  for (int round = 0; round < options.rounds; ++round) {
+    if (result.inliers < kMinimum) return std::nullopt;
+    result.cam_from_world = Minimize(camera, observations, result.inlier, result.cam_from_world,
+                                     options.huber_sigmas, options.max_iterations);
+    std::vector<bool> inlier(observations.size());
+    result.inliers = 0;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const auto img = camera.ImgFromCam(result.cam_from_world * observations[i].point_in_world);
+      const double sigma = observations[i].sigma_px;
+      inlier[i] = img && (*img - observations[i].img).squaredNorm() <= gate2 * sigma * sigma;
+      result.inliers += inlier[i];
+    }
+    const bool settled = inlier == result.inlier;
+    result.inlier = std::move(inlier);
+    if (settled) break;
+  }
+  if (result.inliers < kMinimum) return std::nullopt;
+  const NormalEquations equations =
+      Linearize(camera, observations, result.inlier, result.cam_from_world, options.huber_sigmas);
+  const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
+  if (!lu.isInvertible()) return std::nullopt;
+  result.covariance = lu.inverse();
+  // center = -R^T t; under a twist of the camera frame it moves by -R^T v.
+  result.center_sigma = std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));
+  return result;
+}
+
+std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
+                                               std::span<const PointObservation> observations,
+                                               const AbsolutePoseOptions& options) {
+  std::vector<Vector3d> points, rays;
+  std::vector<int> index;
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    if (const auto ray = camera.RayFromImg(observations[i].img)) {
+      points.push_back(observations[i].point_in_world);
+      rays.push_back(*ray);
+      index.push_back(static_cast<int>(i));
+    }
+  const auto solve = [&](const std::vector<int>& sample) {
+    std::array<Vector3d, 3> sample_points, sample_rays;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample_points[k] = points[static_cast<std::size_t>(sample[k])];
+      sample_rays[k] = rays[static_cast<std::size_t>(sample[k])];
+    }
+    return SolveP3p(sample_points, sample_rays);
+  };
+  const auto residual2 = [&](const Rigid3& pose, int i) {
+    const auto& seen = observations[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])];
+    const auto img = camera.ImgFromCam(pose * seen.point_in_world);
+    return img ? (*img - seen.img).squaredNorm() : std::numeric_limits<double>::infinity();
+  };
+  const auto improve = [&](const Rigid3& pose, const std::vector<int>& inliers) -> std::optional<Rigid3> {
+    if (inliers.size() < 6) return std::nullopt;
+    std::vector<PointObservation> used;
+    for (const int i : inliers) {
+      used.push_back(observations[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])]);
+      used.back().sigma_px = options.threshold_px / 2.45;
+    }
+    const auto refined = RefinePose(camera, used, pose, {.rounds = 1, .max_iterations = 5});
+    return refined ? std::optional(refined->cam_from_world) : std::nullopt;
+  };
+  const auto found = SampleConsensus<Rigid3>(
+      static_cast<int>(points.size()), 3, solve, residual2, improve,
+      {.threshold = options.threshold_px, .max_iterations = options.max_iterations, .seed = options.seed});
+  if (!found || static_cast<int>(found->inliers.size()) < options.min_inliers) return std::nullopt;
+  AbsolutePoseResult result{found->model, {}, found->iterations};
+  for (const int i : found->inliers) result.inliers.push_back(index[static_cast<std::size_t>(i)]);
+  return result;
+}
+
+}  // namespace ulf

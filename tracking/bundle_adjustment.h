@@ -1,0 +1,54 @@
+// Poses and points that together explain all observations best (Triggs et al. 2000), solved by Ceres.
+//
+// Minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops observations
+// that no longer fit and repeats. The gauge: cameras marked fixed stay; with none fixed the first one is;
+// with a single fixed camera the scale is restored afterwards, so that nothing floats. Single-threaded, hence
+// repeatable.
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+struct BundleObservation {
+  int camera = 0;  // indices into the problem
+  int point = 0;
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();
+  double sigma_px = 1;
+  bool outlier = false;  // set by AdjustBundle: left out of the last solution
+};
+
+struct BundleProblem {
+  std::vector<Rigid3> cam_from_world;
+  std::vector<bool> fixed;  // by camera
+  std::vector<Eigen::Vector3d> points;
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleOptions {
+  int robust_iterations = 5;  // before outliers are dropped
+  int iterations = 10;        // after
+  double huber_sigmas = 2.45;
+  double gate_sigmas = 2.45;
+  const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
+};
+
+struct BundleSummary {
+  bool usable = false;
+  double initial_rms_sigmas = 0;  // root mean square error over sigma
+  double final_rms_sigmas = 0;    // of the observations kept
+  int outliers = 0;
+  int iterations = 0;
+  std::string message;
+};
+
+BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
+                           const BundleOptions& options = {});
+
+}  // namespace ulf

@@ -1,0 +1,48 @@
+// Waits for two views from which a map can start.
+//
+// A reference frame is kept and every further frame matched against it; when the matches thin out, the
+// current frame becomes the reference. Refusals are values with a reason: turning on the spot never starts a
+// map.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "tracking/map_matching.h"
+#include "tracking/matching.h"
+#include "tracking/relative_pose.h"
+
+namespace ulf {
+
+struct TwoViewStart {
+  TrackedImage first, second;
+  Rigid3 second_from_first;
+  std::vector<FeatureMatch> matches;    // those that gave a point
+  std::vector<Eigen::Vector3d> points;  // in the first view, by match
+};
+
+struct InitializerAttempt {
+  int matches = 0;
+  RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
+  double median_parallax_deg = 0;
+  double median_motion_px = 0;  // since the frame before
+  std::optional<TwoViewStart> start;
+};
+
+class Initializer {
+ public:
+  Initializer(const CameraModel& camera, double min_parallax_deg, unsigned seed);
+  InitializerAttempt Step(const TrackedImage& image);
+  void Restart() { reference_.reset(); }
+
+ private:
+  void SetReference(const TrackedImage& image);
+  CameraModel camera_;
+  double min_parallax_deg_;
+  unsigned seed_;
+  std::optional<TrackedImage> reference_;
+  std::vector<Eigen::Vector2d> expected_;  // by reference feature: where it was last seen
+};
+
+}  // namespace ulf

@@ -1,0 +1,143 @@
+#include "tracking/map_matching.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
+                                        const Rigid3& cam_from_world, const CandidateOptions& options) {
+  std::vector<Candidate> candidates;
+  const Vector3d center = cam_from_world.OriginInSource();
+  const Eigen::Matrix3d rotation = cam_from_world.RotationMatrix();
+  const double min_cosine = std::cos(options.max_view_change_deg * M_PI / 180);
+  for (const MapPoint& point : map.points()) {
+    if (!point.alive) continue;
+    const Vector3d towards = point.position - center;
+    const double distance = towards.norm();
+    if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) continue;
+    if (towards.dot(point.mean_direction) < min_cosine * distance) continue;
+    const auto img = camera.ImgFromCam(rotation * towards);
+    if (!img || img->x() < -options.margin_px || img->y() < -options.margin_px ||
+        img->x() > camera.width + options.margin_px || img->y() > camera.height + options.margin_px)
+      continue;
+    candidates.push_back({point.id, point.position, point.mean_direction, point.descriptor,
+                          point.reference_distance, point.nearest, point.farthest,
+                          (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes});
+  }
+  return candidates;
+}
+
+MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
+                    std::span<const Candidate> candidates, std::span<const int> only,
+                    const Rigid3& cam_from_world, const MapMatchOptions& options) {
+  MapMatches result;
+  std::vector<Expected> expected;
+  const Vector3d center = cam_from_world.OriginInSource();
+  constexpr double kBorderPx = 20;  // where no features are detected
+  const auto consider = [&](int index) {
+    const Candidate& candidate = candidates[static_cast<std::size_t>(index)];
+    const double distance = (candidate.position - center).norm();
+    if (distance < candidate.nearest || distance > candidate.farthest) return;
+    const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
+    if (!img || img->x() < 0 || img->y() < 0 || img->x() >= camera.width || img->y() >= camera.height) return;
+    const int level =
+        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
+                                                std::log(kPyramidFactor))),
+                   0, kPyramidLevels - 1);
+    if (img->x() >= kBorderPx && img->y() >= kBorderPx && img->x() < camera.width - kBorderPx &&
+        img->y() < camera.height - kBorderPx)
+      result.expected.push_back(index);
+    expected.push_back({*img, options.radius_px * LevelScale(level), std::max(0, level - 1),
+                        std::min(kPyramidLevels - 1, level + 1), &candidate.descriptor});
+    result.matches.push_back({index, -1, *img, 1, false});
+  };
+  if (only.empty())
+    for (int i = 0; i < static_cast<int>(candidates.size()); ++i) consider(i);
+  else
+    for (const int i : only) consider(i);
+
+  const std::vector<int> features = MatchExpected(
+      expected, *image.features, {.max_distance = options.max_distance, .max_ratio = options.max_ratio});
+  std::vector<PointMatch> matches;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (features[i] < 0) continue;
+    const Feature& feature = (*image.features)[features[i]];
+    matches.push_back(
+        {result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level), false});
+  }
+  result.matches = std::move(matches);
+  if (options.align) AlignMatches(camera, image, candidates, cam_from_world, result.matches);
+  return result;
+}
+
+void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
+                  const Rigid3& cam_from_world, std::vector<PointMatch>& matches) {
+  for (PointMatch& match : matches) {
+    const Candidate& candidate = candidates[static_cast<std::size_t>(match.candidate)];
+    if (!candidate.patch) continue;
+    const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
+                                    cam_from_world, *image.pyramid, match.img);
+    if (!aligned) continue;
+    match.img = aligned->img;
+    match.sigma_px = AlignedSigmaPx(aligned->level);
+    match.aligned = true;
+  }
+}
+
+void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
+                     std::span<const Candidate> candidates, std::span<const int> expected,
+                     const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
+  constexpr double kCellPx = 32, kMaxShift = 2, kMinCorrelation = 0.9;
+  const int columns = static_cast<int>(camera.width / kCellPx) + 1;
+  const int rows = static_cast<int>(camera.height / kCellPx) + 1;
+  const int per_cell = 1 + (most + static_cast<int>(matches.size())) / (columns * rows / 2);
+  std::vector<int> in_cell(static_cast<std::size_t>(columns * rows), 0);
+  const auto cell_of = [&](const Vector2d& img) {
+    return static_cast<std::size_t>(static_cast<int>(img.y() / kCellPx) * columns +
+                                    static_cast<int>(img.x() / kCellPx));
+  };
+  std::vector<bool> matched(candidates.size(), false);
+  for (const PointMatch& match : matches) {
+    matched[static_cast<std::size_t>(match.candidate)] = true;
+    if (camera.Contains(match.img)) ++in_cell[cell_of(match.img)];
+  }
+  std::vector<int> open;
+  for (const int i : expected)
+    if (!matched[static_cast<std::size_t>(i)] && candidates[static_cast<std::size_t>(i)].patch)
+      open.push_back(i);
+  std::stable_sort(open.begin(), open.end(), [&](int a, int b) {
+    return candidates[static_cast<std::size_t>(a)].find_rate >
+           candidates[static_cast<std::size_t>(b)].find_rate;
+  });
+  int tried = 0;
+  for (const int i : open) {
+    if (tried >= most) break;
+    const Candidate& candidate = candidates[static_cast<std::size_t>(i)];
+    const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
+    if (!img || !camera.Contains(*img)) continue;
+    int& crowd = in_cell[cell_of(*img)];
+    if (crowd >= per_cell) continue;
+    ++tried;
+    const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
+                                    cam_from_world, *image.pyramid, *img, kMaxShift);
+    if (!aligned || aligned->correlation < kMinCorrelation) continue;
+    ++crowd;
+    matches.push_back({i, -1, aligned->img, AlignedSigmaPx(aligned->level), true});
+  }
+}
+
+std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
+                                             std::span<const PointMatch> matches) {
+  std::vector<PointObservation> observations;
+  observations.reserve(matches.size());
+  for (const PointMatch& match : matches)
+    observations.push_back(
+        {candidates[static_cast<std::size_t>(match.candidate)].position, match.img, match.sigma_px});
+  return observations;
+}
+
+}  // namespace ulf

@@ -1,0 +1,90 @@
+// Which map points a frame sees, and where: shared by tracking, relocalisation and seeding.
+//
+// Candidates are copied out of the map once per frame, so that matching needs no lock. A match starts from a
+// feature with a fitting descriptor near the projection and is then aligned with the point's reference patch
+// where it has one.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "tracking/absolute_pose.h"
+#include "tracking/features.h"
+#include "tracking/map.h"
+#include "tracking/matching.h"
+
+namespace ulf {
+
+// A frame as tracking sees it.
+struct TrackedImage {
+  double time_s = 0;
+  std::shared_ptr<const Pyramid> pyramid;
+  std::shared_ptr<const FeatureSet> features;
+};
+
+// A map point that could be in view.
+struct Candidate {
+  int id = -1;
+  Eigen::Vector3d position;
+  Eigen::Vector3d mean_direction;
+  Descriptor descriptor{};
+  double reference_distance = 0;
+  double nearest = 0, farthest = 0;
+  double find_rate = 0.5;  // how often it was found when it should have been
+  std::shared_ptr<const ReferencePatch> patch;
+  PatchAxes patch_axes;
+};
+
+struct CandidateOptions {
+  double margin_px = 60;            // how far outside the image a projection may lie
+  double max_view_change_deg = 60;  // from the mean direction it was seen in
+};
+
+// Living points that a camera near this pose may see.
+std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
+                                        const Rigid3& cam_from_world, const CandidateOptions& options = {});
+
+struct PointMatch {
+  int candidate = -1;  // index
+  int feature = -1;    // -1: no corner was detected there, the patch alone was found
+  Eigen::Vector2d img;
+  double sigma_px = 1;
+  bool aligned = false;
+};
+
+struct MapMatchOptions {
+  double radius_px = 4;  // on level 0; grows with the level
+  int max_distance = kSureDistance;
+  double max_ratio = 0.9;
+  bool align = true;
+};
+
+struct MapMatches {
+  std::vector<PointMatch> matches;
+  std::vector<int> expected;  // candidates that this pose should see, matched or not
+};
+
+// Matches candidates (those in `only`, all when empty) against the image under a pose.
+MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
+                    std::span<const Candidate> candidates, std::span<const int> only,
+                    const Rigid3& cam_from_world, const MapMatchOptions& options);
+
+// Aligns matches with their patches, in place, starting from where the features are.
+void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
+                  const Rigid3& cam_from_world, std::vector<PointMatch>& matches);
+
+// Looks for expected points that no detected corner matched, by their patches alone, under a pose that is
+// already good to a pixel or two: corner detection repeats for about half of the points only. Poorly covered
+// parts of the image come first, reliable points before others, at most `most`. Appends to `matches`.
+void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
+                     std::span<const Candidate> candidates, std::span<const int> expected,
+                     const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
+
+std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
+                                             std::span<const PointMatch> matches);
+
+}  // namespace ulf

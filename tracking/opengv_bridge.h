@@ -1,0 +1,28 @@
+// The one place that knows OpenGV. Its poses are camera-to-world and its relative poses take the second frame
+// to the first; ours come out as cam_from_world and second_from_first. Only its minimal and closed-form
+// solvers are used; the sampling is ours (sampling.h says why). All directions are unit vectors in the camera
+// frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+// Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011).
+std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
+                             std::span<const Eigen::Vector3d> rays_in_camera);
+
+// One pose from six or more points (EPnP, Lepetit, Moreno-Noguer and Fua 2009); none when degenerate.
+std::optional<Rigid3> SolveEpnp(std::span<const Eigen::Vector3d> points_in_world,
+                                std::span<const Eigen::Vector3d> rays_in_camera);
+
+// Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Nister 2004).
+std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
+                                            std::span<const Eigen::Vector3d> rays_in_second);
+
+}  // namespace ulf

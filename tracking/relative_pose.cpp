@@ -1,0 +1,371 @@
+#include "tracking/relative_pose.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "tracking/absolute_pose.h"
+#include "tracking/opengv_bridge.h"
+#include "tracking/sampling.h"
+#include "tracking/triangulation.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kDegrees = 180 / M_PI;
+constexpr int kMinMatches = 20;
+
+Matrix3d Cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
+  Matrix3d correlation = Matrix3d::Zero();
+  for (const int i : used) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    correlation += pair.second * pair.first.transpose();
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (!(svd.singularValues()(1) > 1e-12)) return std::nullopt;
+  Matrix3d flip = Matrix3d::Identity();
+  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  return Matrix3d(svd.matrixU() * flip * svd.matrixV().transpose());
+}
+
+std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> pairs, double threshold,
+                                                       unsigned seed) {
+  const auto fit = [&](const std::vector<int>& used) { return RotationFromPairs(pairs, used); };
+  const auto solve = [&](const std::vector<int>& sample) {
+    const auto rotation = fit(sample);
+    return rotation ? std::vector<Matrix3d>{*rotation} : std::vector<Matrix3d>{};
+  };
+  const auto residual2 = [&](const Matrix3d& rotation, int i) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    return (rotation * pair.first - pair.second).squaredNorm();
+  };
+  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
+  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 2, solve, residual2, improve,
+                                   {.threshold = threshold, .max_iterations = 300, .seed = seed});
+}
+
+// A motion as the essential matrix sees it: rotation and the direction of translation.
+struct Motion {
+  Rigid3 second_from_first;
+  Matrix3d essential;
+  explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
+};
+
+// The motion of an essential matrix under which most of `pairs` lie in front of both cameras.
+std::optional<Motion> BestMotion(const Matrix3d& essential, std::span<const RayPair> pairs,
+                                 const std::vector<int>& used) {
+  const Eigen::JacobiSVD<Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  if (u.determinant() < 0) u = -u;
+  if (v.determinant() < 0) v = -v;
+  Matrix3d w;
+  w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  std::optional<Motion> best;
+  int most = 0;
+  for (const Matrix3d& rotation :
+       {Matrix3d(u * w * v.transpose()), Matrix3d(u * w.transpose() * v.transpose())})
+    for (const double sign : {1.0, -1.0}) {
+      const Rigid3 pose{Eigen::Quaterniond(rotation).normalized(), sign * u.col(2)};
+      int in_front = 0;
+      for (const int i : used) {
+        const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+        in_front += TriangulatePoint(Rigid3{}, pair.first, pose, pair.second).has_value();
+      }
+      if (in_front > most) {
+        most = in_front;
+        best = Motion(pose);
+      }
+    }
+  return best;
+}
+
+// Gauss-Newton on the epipolar error over rotation and the direction of translation (five parameters).
+Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
+                    double huber) {
+  Motion motion = initial;
+  constexpr int kIterations = 5;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const Matrix3d rotation = motion.second_from_first.RotationMatrix();
+    const Vector3d t = motion.second_from_first.translation;
+    const Vector3d side = t.unitOrthogonal(), up = t.cross(side);
+    Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Identity() * 1e-12;
+    Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
+    for (const int i : used) {
+      const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+      const Vector3d turned = rotation * pair.first;
+      const double algebraic = pair.second.dot(t.cross(turned));
+      const Vector3d line2 = t.cross(turned), line1 = t.cross(pair.second);
+      const double scale = 1 / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
+      const double error = algebraic * scale;
+      const double weight = std::abs(error) <= huber ? 1 : huber / std::abs(error);
+      Eigen::Matrix<double, 5, 1> jacobian;
+      // d(turned) = omega x turned;  second . (t x (omega x turned)) = omega . (turned x (second x t)).
+      jacobian.head<3>() = turned.cross(pair.second.cross(t)) * scale;
+      const Vector3d by_t = turned.cross(pair.second) * scale;
+      jacobian(3) = by_t.dot(side);
+      jacobian(4) = by_t.dot(up);
+      hessian += weight * jacobian * jacobian.transpose();
+      gradient += weight * error * jacobian;
+    }
+    const Eigen::Matrix<double, 5, 1> step = -hessian.ldlt().solve(gradient);
+    if (!step.allFinite()) break;
+    Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
+    twist.head<3>() = step.head<3>();
+    const Rigid3 turned = Perturbed({motion.second_from_first.rotation, Vector3d::Zero()}, twist);
+    motion = Motion({turned.rotation, (t + step(3) * side + step(4) * up).normalized()});
+    if (step.norm() < 1e-9) break;
+  }
+  return motion;
+}
+
+std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> pairs, double threshold,
+                                                      unsigned seed) {
+  const auto solve = [&](const std::vector<int>& sample) {
+    std::array<Vector3d, 5> first, second;
+    for (std::size_t k = 0; k < 5; ++k) {
+      first[k] = pairs[static_cast<std::size_t>(sample[k])].first;
+      second[k] = pairs[static_cast<std::size_t>(sample[k])].second;
+    }
+    std::vector<Motion> motions;
+    for (const Matrix3d& essential : SolveFivePoint(first, second)) {
+      // A sixth and further points choose the sign of translation only; the sample's own five suffice.
+      if (const auto motion = BestMotion(essential, pairs, sample)) motions.push_back(*motion);
+    }
+    return motions;
+  };
+  const auto residual2 = [&](const Motion& motion, int i) {
+    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
+    return error * error;
+  };
+  const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
+    if (inliers.size() < 8) return std::nullopt;
+    return RefineMotion(motion, pairs, inliers, threshold);
+  };
+  return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve,
+                                 {.threshold = threshold, .max_iterations = 500, .seed = seed});
+}
+
+// second ~ H first, from four or more pairs of unit rays (direct linear transform).
+std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
+  Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+  for (const int i : used) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    Eigen::Matrix<double, 3, 9> rows;  // [second]x H first = 0, H row by row
+    const Matrix3d cross = Cross(pair.second);
+    for (int r = 0; r < 3; ++r)
+      for (int k = 0; k < 3; ++k) rows.block<1, 3>(r, 3 * k) = cross(r, k) * pair.first.transpose();
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
+  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  Matrix3d homography = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
+  const double determinant = homography.determinant();
+  if (std::abs(determinant) < 1e-9) return std::nullopt;
+  // det > 0 puts both views on one side of the plane.
+  return Matrix3d(homography / std::cbrt(determinant));
+}
+
+std::optional<SamplingResult<Matrix3d>> SampleHomography(std::span<const RayPair> pairs, double threshold,
+                                                         unsigned seed) {
+  const auto fit = [&](const std::vector<int>& used) { return HomographyFromPairs(pairs, used); };
+  const auto solve = [&](const std::vector<int>& sample) {
+    const auto homography = fit(sample);
+    return homography ? std::vector<Matrix3d>{*homography} : std::vector<Matrix3d>{};
+  };
+  const auto residual2 = [&](const Matrix3d& homography, int i) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    return ((homography * pair.first).normalized() - pair.second).squaredNorm();
+  };
+  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
+  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 4, solve, residual2, improve,
+                                   {.threshold = threshold, .max_iterations = 500, .seed = seed});
+}
+
+std::vector<Rigid3> DecomposeHomography(const Matrix3d& homography) {
+  cv::Mat matrix;
+  cv::eigen2cv(homography, matrix);
+  std::vector<cv::Mat> rotations, translations, normals;
+  cv::decomposeHomographyMat(matrix, cv::Mat::eye(3, 3, CV_64F), rotations, translations, normals);
+  std::vector<Rigid3> poses;
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    Matrix3d rotation;
+    Vector3d translation;
+    cv::cv2eigen(rotations[i], rotation);
+    cv::cv2eigen(translations[i], translation);
+    if (translation.norm() < 1e-9 || rotation.determinant() < 0.5) continue;
+    poses.push_back({Eigen::Quaterniond(rotation).normalized(), translation.normalized()});
+  }
+  return poses;
+}
+
+// What a motion makes of the pairs: points in front of both views whose reprojections agree.
+struct Reconstruction {
+  Rigid3 pose;
+  std::vector<std::optional<Vector3d>> points;
+  int count = 0;
+  double median_parallax_deg = 0;
+};
+
+Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, double threshold) {
+  Reconstruction result{pose, std::vector<std::optional<Vector3d>>(pairs.size()), 0, 0};
+  const Vector3d center2 = pose.OriginInSource();
+  std::vector<double> parallax_deg;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto point = TriangulatePoint(Rigid3{}, pairs[i].first, pose, pairs[i].second);
+    if (!point || Angle(*point, pairs[i].first) > threshold ||
+        Angle(pose * *point, pairs[i].second) > threshold)
+      continue;
+    result.points[i] = point;
+    ++result.count;
+    parallax_deg.push_back(ParallaxAngle(*point, Vector3d::Zero(), center2) * kDegrees);
+  }
+  result.median_parallax_deg = MedianOf(parallax_deg);
+  return result;
+}
+
+// The better of the motions that explain a flat scene, after refining each on the pairs near the plane.
+struct FlatChoice {
+  std::optional<Reconstruction> best;
+  bool ambiguous = false;
+};
+
+FlatChoice ChooseFlatMotion(const SamplingResult<Matrix3d>& homography, std::span<const RayPair> pairs,
+                            double threshold, double max_ambiguity) {
+  FlatChoice choice;
+  int second = 0;
+  for (const Rigid3& pose : DecomposeHomography(homography.model)) {
+    const Motion refined = RefineMotion(Motion(pose), pairs, homography.inliers, threshold);
+    Reconstruction made = Reconstruct(refined.second_from_first, pairs, threshold);
+    const bool same = choice.best && Angle(made.pose.translation, choice.best->pose.translation) < 0.02;
+    if (!choice.best || made.count > choice.best->count) {
+      if (choice.best && !same) second = choice.best->count;
+      choice.best = std::move(made);
+    } else if (!same) {
+      second = std::max(second, made.count);
+    }
+  }
+  choice.ambiguous = choice.best && second > max_ambiguity * choice.best->count;
+  return choice;
+}
+
+}  // namespace
+
+const char* Name(RelativePoseOutcome outcome) {
+  switch (outcome) {
+    case RelativePoseOutcome::kFound:
+      return "found";
+    case RelativePoseOutcome::kTooFewMatches:
+      return "too few matches";
+    case RelativePoseOutcome::kRotationOnly:
+      return "rotation only";
+    case RelativePoseOutcome::kLowParallax:
+      return "low parallax";
+    case RelativePoseOutcome::kTooFewPoints:
+      return "too few points";
+    case RelativePoseOutcome::kAmbiguous:
+      return "ambiguous";
+  }
+  return "unknown";
+}
+
+Matrix3d EssentialFromPose(const Rigid3& second_from_first) {
+  return Cross(second_from_first.translation.normalized()) * second_from_first.RotationMatrix();
+}
+
+double EpipolarError(const Matrix3d& essential, const RayPair& pair) {
+  const Vector3d line2 = essential * pair.first, line1 = essential.transpose() * pair.second;
+  return std::abs(pair.second.dot(line2)) / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
+}
+
+Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
+                               unsigned seed) {
+  const auto found = SampleRotation(pairs, threshold_px / focal_px, seed);
+  return found ? Eigen::Quaterniond(found->model).normalized() : Eigen::Quaterniond::Identity();
+}
+
+RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options) {
+  RelativePoseResult result;
+  if (static_cast<int>(pairs.size()) < kMinMatches) return result;
+  const double threshold = options.threshold_px / options.focal_px;
+
+  const auto rotation = SampleRotation(pairs, 2 * threshold, options.seed);
+  const auto essential = SampleEssential(pairs, threshold, options.seed + 1);
+  const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
+  if (!essential || static_cast<int>(essential->inliers.size()) < kMinMatches) return result;
+  if (rotation) {
+    std::vector<double> left_over;
+    for (const int i : essential->inliers) {
+      const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+      left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
+    }
+    result.median_parallax_deg = MedianOf(left_over);
+    // The essential matrix always fits a rotation, too: nearly all of its inliers then lie within the
+    // rotation.
+    if (static_cast<double>(rotation->inliers.size()) >
+        0.9 * static_cast<double>(essential->inliers.size())) {
+      result.outcome = RelativePoseOutcome::kRotationOnly;
+      return result;
+    }
+  }
+
+  // A homography that explains nearly what the essential matrix explains means a flat scene (or none to tell
+  // apart). It constrains a point in two directions, the essential matrix in one: equal support is strong
+  // evidence.
+  const bool flat = homography && static_cast<double>(homography->inliers.size()) >
+                                      0.85 * static_cast<double>(essential->inliers.size());
+  Reconstruction made;
+  if (flat) {
+    result.model = RelativePoseModel::kHomography;
+    FlatChoice choice = ChooseFlatMotion(*homography, pairs, 2 * threshold, options.max_ambiguity);
+    if (!choice.best || choice.ambiguous) {
+      result.outcome = choice.best ? RelativePoseOutcome::kAmbiguous : RelativePoseOutcome::kTooFewPoints;
+      return result;
+    }
+    made = std::move(*choice.best);
+  } else {
+    const auto motion = BestMotion(essential->model.essential, pairs, essential->inliers);
+    if (!motion) return result;
+    made = Reconstruct(RefineMotion(*motion, pairs, essential->inliers, threshold).second_from_first, pairs,
+                       2 * threshold);
+  }
+  result.median_parallax_deg = made.median_parallax_deg;
+  if (made.count < options.min_points) {
+    result.outcome = RelativePoseOutcome::kTooFewPoints;
+    return result;
+  }
+  if (made.median_parallax_deg < options.min_parallax_deg) {
+    result.outcome = RelativePoseOutcome::kLowParallax;
+    return result;
+  }
+  result.outcome = RelativePoseOutcome::kFound;
+  result.second_from_first = made.pose;
+  result.points_in_first = std::move(made.points);
+  result.points = made.count;
+  return result;
+}
+
+}  // namespace ulf

@@ -1,0 +1,106 @@
+// Robust estimation from samples: draw minimal sets, solve, keep the model of least truncated cost (MSAC,
+// Torr and Zisserman 2000), improve each new best on its inliers (Chum, Matas and Kittler 2003).
+//
+// OpenGV's solvers are excellent; its own RANSAC scores by counting, never improves, and draws eight points
+// where five do. So its solvers run inside this sampler. Every draw comes from the caller's seed: the same
+// data and seed give the same model. A model is dropped as soon as its running cost passes the best one's;
+// points are visited in a random order so that this happens early.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace ulf {
+
+struct SamplingOptions {
+  double threshold = 1;  // of the residual, in the residual's unit; beyond it a point costs threshold²
+  int max_iterations = 2000;
+  double confidence = 0.999;
+  unsigned seed = 1;
+};
+
+template <typename Model>
+struct SamplingResult {
+  Model model;
+  double cost = 0;  // sum over points of min(residual², threshold²)
+  std::vector<int> inliers;
+  int iterations = 0;
+};
+
+namespace internal {
+
+// `count` distinct numbers below `n`. std distributions differ between libraries; this does not.
+inline void DrawSample(std::mt19937& random, int n, std::vector<int>& sample) {
+  for (std::size_t i = 0; i < sample.size();) {
+    const int drawn = static_cast<int>(random() % static_cast<unsigned>(n));
+    if (std::find(sample.begin(), sample.begin() + static_cast<long>(i), drawn) ==
+        sample.begin() + static_cast<long>(i))
+      sample[i++] = drawn;
+  }
+}
+
+inline int IterationsNeeded(double inlier_share, int sample_size, double confidence, int limit) {
+  const double all_good = std::pow(inlier_share, sample_size);
+  if (all_good >= 1) return 1;
+  if (all_good < 1e-12) return limit;
+  return static_cast<int>(
+      std::min<double>(limit, std::ceil(std::log(1 - confidence) / std::log1p(-all_good))));
+}
+
+}  // namespace internal
+
+// solve(sample) -> range of Model; residual2(model, i) -> squared residual of point i (infinity: impossible);
+// improve(model, inliers) -> optional<Model>.
+template <typename Model, typename Solve, typename Residual2, typename Improve>
+std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size, Solve&& solve,
+                                                     Residual2&& residual2, Improve&& improve,
+                                                     const SamplingOptions& options) {
+  if (count < sample_size) return std::nullopt;
+  std::mt19937 random(options.seed);
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  for (int i = count - 1; i > 0; --i)
+    std::swap(order[static_cast<std::size_t>(i)], order[random() % static_cast<unsigned>(i + 1)]);
+
+  const double limit2 = options.threshold * options.threshold;
+  std::optional<SamplingResult<Model>> best;
+  const auto consider = [&](const Model& model) {
+    const double to_beat = best ? best->cost : limit2 * count;
+    double cost = 0;
+    for (const int i : order) {
+      cost += std::min(residual2(model, i), limit2);
+      if (!(cost < to_beat)) return false;
+    }
+    SamplingResult<Model> result{model, cost, {}, 0};
+    for (int i = 0; i < count; ++i)
+      if (residual2(model, i) < limit2) result.inliers.push_back(i);
+    if (static_cast<int>(result.inliers.size()) < sample_size) return false;
+    best = std::move(result);
+    return true;
+  };
+
+  std::vector<int> sample(static_cast<std::size_t>(sample_size));
+  int needed = options.max_iterations;
+  int iteration = 0;
+  for (; iteration < needed; ++iteration) {
+    internal::DrawSample(random, count, sample);
+    bool better = false;
+    for (const Model& model : solve(sample)) better = consider(model) || better;
+    if (!better) continue;
+    constexpr int kImprovements = 3;
+    for (int round = 0; round < kImprovements; ++round) {
+      const std::optional<Model> improved = improve(best->model, best->inliers);
+      if (!improved || !consider(*improved)) break;
+    }
+    needed = internal::IterationsNeeded(static_cast<double>(best->inliers.size()) / count, sample_size,
+                                        options.confidence, options.max_iterations);
+  }
+  if (best) best->iterations = iteration;
+  return best;
+}
+
+}  // namespace ulf

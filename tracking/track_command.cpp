@@ -1,0 +1,263 @@
+#include "tracking/track_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/features2d.hpp>
+#include <optional>
+
+#include "acquisition/calibration_io.h"
+#include "acquisition/device.h"
+#include "acquisition/error.h"
+#include "tracking/tracker.h"
+#include "tracking/trajectory.h"
+
+namespace ulf {
+namespace {
+
+struct TrackArgs {
+  std::string uri;
+  std::string output;
+  std::string final_output;
+  std::string truth;
+  std::string calibration;
+  double focal_px = 0;
+  double fps = 0;
+  bool deterministic = false;
+  unsigned seed = 1;
+  int features = 1000;
+  int frames = 0;
+  bool benchmark = false;
+  bool json = false;
+};
+
+// One frame's outcome, as it was given live.
+struct Sample {
+  double time_s = 0;
+  Track track;
+  double wall_ms = 0;
+};
+
+struct Run {
+  std::vector<Sample> samples;
+  std::vector<TimedPose> live, final;
+  std::vector<double> orb_cpu_ms;
+  TrackerStatistics map;
+};
+
+double ThreadCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + static_cast<long>(at), values.end());
+  return values[at];
+}
+
+CameraModel Intrinsics(const TrackArgs& args, const Device& device, const Frame& first) {
+  if (!args.calibration.empty()) return ReadCalibration(args.calibration);
+  if (args.focal_px > 0)
+    return CameraModel::Pinhole(first.image.width(), first.image.height(), args.focal_px);
+  if (const auto camera = device.Camera()) return *camera;
+  throw UsageError("{}: intrinsics are not known; give --calibration FILE or --focal-px F", args.uri);
+}
+
+// What cv::ORB costs on the same frame, thread and moment: the unit in which tracking cost is told.
+double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame) {
+  const cv::Mat gray = GrayForTracking(frame.image);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  const double start_s = ThreadCpuSeconds();
+  orb->detectAndCompute(gray, cv::noArray(), keypoints, descriptors);
+  return 1000 * (ThreadCpuSeconds() - start_s);
+}
+
+Run Follow(const TrackArgs& args, Device& device) {
+  Run run;
+  std::optional<Tracker> tracker;
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+  constexpr std::size_t kOrbEvery = 10;
+  Progress progress("track", args.json);
+  device.Start();
+  while (device.State() == DeviceState::kStreaming) {
+    const auto frame = device.Next(std::chrono::milliseconds(1000));
+    if (!frame) continue;
+    if (!tracker) {
+      tracker.emplace(Intrinsics(args, device, *frame), TrackerOptions{.deterministic = args.deterministic,
+                                                                       .seed = args.seed,
+                                                                       .features = args.features,
+                                                                       .wait_for_mapper = !device.IsLive()});
+    }
+    Sample sample;
+    sample.time_s = frame->device_time_s;
+    const auto start = std::chrono::steady_clock::now();
+    sample.track = tracker->Step(*frame);
+    sample.wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
+    if (args.benchmark && run.samples.size() % kOrbEvery == 0 && !frame->image.empty())
+      run.orb_cpu_ms.push_back(TimeOrb(orb, *frame));
+    run.samples.push_back(std::move(sample));
+    const int count = static_cast<int>(run.samples.size());
+    progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : 0,
+                  fmt::format("frame {}", count));
+    if (args.frames > 0 && count >= args.frames) break;
+  }
+  const bool lost = device.State() == DeviceState::kLost;
+  device.Stop();
+  if (!tracker)
+    throw Error("{}: no frame came; {}", args.uri,
+                lost ? "the device was lost" : "check that it delivers images");
+  if (lost) spdlog::warn("{}: the device was lost after {} frames", args.uri, run.samples.size());
+  tracker->Finish();
+  for (const Sample& sample : run.samples)
+    if (sample.track.anchor) run.final.push_back({sample.time_s, tracker->PoseOf(*sample.track.anchor)});
+  run.map = tracker->Statistics();
+  return run;
+}
+
+nlohmann::ordered_json Describe(const Run& run) {
+  int tracked = 0, lost_count = 0, relocalised = 0;
+  std::optional<int> init_frame;
+  std::vector<double> wall_ms, cpu_ms;
+  TrackState before = TrackState::kInitializing;
+  for (int i = 0; i < static_cast<int>(run.samples.size()); ++i) {
+    const Sample& sample = run.samples[static_cast<std::size_t>(i)];
+    const Track& track = sample.track;
+    tracked += track.cam_from_world.has_value();
+    relocalised += track.relocalized;
+    lost_count += before == TrackState::kTracking && track.state != TrackState::kTracking;
+    if (!init_frame && track.cam_from_world) init_frame = i;
+    before = track.state;
+    if (track.skipped) continue;
+    wall_ms.push_back(sample.wall_ms);
+    cpu_ms.push_back(1000 * track.cpu_s);
+  }
+  nlohmann::ordered_json report{{"frames", run.samples.size()}};
+  report["init_frame"] = init_frame ? nlohmann::ordered_json(*init_frame) : nlohmann::ordered_json(nullptr);
+  report["tracked"] = tracked;
+  report["lost_count"] = lost_count;
+  report["relocalised_count"] = relocalised;
+  report["ms_median"] = Quantile(wall_ms, 0.5);
+  report["ms_p95"] = Quantile(wall_ms, 0.95);
+  report["cpu_ms_median"] = Quantile(cpu_ms, 0.5);
+  report["cpu_ms_p95"] = Quantile(cpu_ms, 0.95);
+  report["map_points"] = run.map.map_points;
+  report["keyframes"] = run.map.keyframes;
+  if (!run.orb_cpu_ms.empty()) {
+    report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
+    report["cpu_over_orb"] = Quantile(cpu_ms, 0.5) / Quantile(run.orb_cpu_ms, 0.5);
+  }
+  return report;
+}
+
+void AddErrors(const Run& run, const std::vector<TimedPose>& truth, nlohmann::ordered_json& report) {
+  double tolerance_s = 1.0 / 60;
+  if (run.samples.size() > 1) {
+    const double span_s = run.samples.back().time_s - run.samples.front().time_s;
+    tolerance_s = 0.5 * span_s / static_cast<double>(run.samples.size() - 1);
+  }
+  const auto live = CompareTrajectories(run.live, truth, tolerance_s);
+  const auto final = CompareTrajectories(run.final, truth, tolerance_s);
+  const auto number = [](bool known, double value) {
+    return known ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+  };
+  report["ate_live_rmse"] = number(live.has_value(), live ? live->ate_rmse : 0);
+  report["ate_final_rmse"] = number(final.has_value(), final ? final->ate_rmse : 0);
+  report["rpe_rmse"] = number(final.has_value(), final ? final->rpe_rmse : 0);
+  report["scale"] = number(final.has_value(), final ? final->scale : 0);
+  report["ate_live_max"] = number(live.has_value(), live ? live->ate_max : 0);
+  report["ate_final_max"] = number(final.has_value(), final ? final->ate_max : 0);
+  report["rotation_final_rmse_deg"] = number(final.has_value(), final ? final->rotation_rmse_deg : 0);
+  report["compared"] = live ? live->matched : 0;
+}
+
+void PrintText(const TrackArgs& args, const nlohmann::ordered_json& report) {
+  const int frames = report["frames"], tracked = report["tracked"];
+  const auto& init = report["init_frame"];
+  fmt::print("{} frames, {} tracked ({:.1f} %), ", frames, tracked, 100.0 * tracked / std::max(1, frames));
+  if (init.is_null())
+    fmt::print("never initialised\n");
+  else
+    fmt::print("initialised at frame {}, {:.1f} % tracked from there on\n", init.get<int>(),
+               100.0 * tracked / std::max(1, frames - init.get<int>()));
+  fmt::print("lost {} times, found again {} times; {} keyframes, {} map points\n",
+             report["lost_count"].get<int>(), report["relocalised_count"].get<int>(),
+             report["keyframes"].get<int>(), report["map_points"].get<int>());
+  fmt::print("per frame: {:.1f} ms (95 %: {:.1f}), CPU {:.1f} ms (95 %: {:.1f})\n",
+             report["ms_median"].get<double>(), report["ms_p95"].get<double>(),
+             report["cpu_ms_median"].get<double>(), report["cpu_ms_p95"].get<double>());
+  if (report.contains("cpu_over_orb"))
+    fmt::print("cv::ORB with 1000 features: {:.1f} ms; tracking costs {:.2f} times that\n",
+               report["orb_cpu_ms_median"].get<double>(), report["cpu_over_orb"].get<double>());
+  if (report.contains("ate_live_rmse")) {
+    if (report["ate_live_rmse"].is_null())
+      fmt::print("error: fewer than three frames of the truth were tracked\n");
+    else
+      fmt::print(
+          "camera centres against {}: RMS {:.5f} live, {:.5f} after the run (largest {:.5f}, {:.5f}; {} "
+          "poses)\n",
+          args.truth, report["ate_live_rmse"].get<double>(), report["ate_final_rmse"].get<double>(),
+          report["ate_live_max"].get<double>(), report["ate_final_max"].get<double>(),
+          report["compared"].get<int>());
+  }
+}
+
+int RunTrack(const TrackArgs& args) {
+  std::vector<TimedPose> truth;
+  if (!args.truth.empty()) truth = ReadTum(args.truth);
+  // OpenCV would spread single frames over all cores, which the other threads need.
+  cv::setNumThreads(1);
+  std::string uri = args.uri;
+  if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
+  const auto device = OpenDevice(uri);
+  const Run run = Follow(args, *device);
+  if (!args.output.empty()) WriteTum(args.output, run.live);
+  if (!args.final_output.empty()) WriteTum(args.final_output, run.final);
+  nlohmann::ordered_json report = Describe(run);
+  if (!truth.empty()) AddErrors(run, truth, report);
+  if (args.json)
+    fmt::print("{}\n", report.dump(2));
+  else
+    PrintText(args, report);
+  return run.live.empty() ? kFailed : kOk;
+}
+
+}  // namespace
+
+void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<TrackArgs>();
+  CLI::App* command =
+      app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
+  command->add_option("uri", args->uri, "Device: replay:PATH, sim:studio, aravis:ID")->required();
+  command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
+  command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
+  command->add_option("--truth", args->truth, "True poses, TUM format: prints the error");
+  command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
+  command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(CLI::PositiveNumber);
+  command->add_option("--frames", args->frames, "Stop after this many frames")->check(CLI::PositiveNumber);
+  command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
+  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
+  command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
+      "--truth reference.txt");
+  command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,545 @@
+#include "tracking/tracker.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <deque>
+#include <opencv2/imgproc.hpp>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "acquisition/error.h"
+#include "tracking/initializer.h"
+#include "tracking/map_matching.h"
+#include "tracking/mapper.h"
+#include "tracking/relocalizer.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+double ThreadCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Energy of fine detail: the variance of the Laplacian, a little below full resolution where noise would
+// rule.
+double DetailOf(const Pyramid& pyramid) {
+  cv::Mat laplacian;
+  cv::Laplacian(pyramid.levels[2], laplacian, CV_16S);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(laplacian, mean, deviation);
+  return deviation[0] * deviation[0];
+}
+
+// Detail relative to the recent median.
+class Sharpness {
+ public:
+  double Step(const Pyramid& pyramid) {
+    const double detail = DetailOf(pyramid);
+    const double usual = MedianOf({recent_.begin(), recent_.end()});
+    recent_.push_back(detail);
+    if (recent_.size() > kRecent) recent_.pop_front();
+    return usual > 0 ? detail / usual : 1;
+  }
+
+ private:
+  static constexpr std::size_t kRecent = 31;
+  std::deque<double> recent_;
+};
+
+// Fewer agreeing matches than this are not even a hint of a pose.
+constexpr int kMinCoarse = 12;
+
+// What one frame's matching against the map came to.
+struct Located {
+  Rigid3 cam_from_world;
+  std::vector<Candidate> candidates;
+  std::vector<PointMatch> matches;  // inliers only
+  double expected = 0;              // how many points should have been found, by their record
+  std::vector<int> expected_ids;
+  double center_sigma = 0;
+};
+
+// The last frame that was tracked.
+struct LastFrame {
+  Anchored anchor;
+  std::optional<Rigid3> velocity;  // this camera from the frame before
+  std::unordered_map<int, Vector2d> img_of_point;
+  std::vector<VisiblePoint> visible;
+};
+
+}  // namespace
+
+struct Tracker::State {
+  State(const CameraModel& camera_in, const TrackerOptions& options_in)
+      : camera(camera_in),
+        options(options_in),
+        extractor(camera_in),
+        shared(camera_in),
+        index(options_in.seed),
+        mapper(camera_in, shared, index,
+               {.synchronous = options_in.deterministic, .wait_when_full = options_in.wait_for_mapper}),
+        initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed) {}
+
+  CameraModel camera;
+  TrackerOptions options;
+  FeatureExtractor extractor;
+  SharedMap shared;
+  KeyframeIndex index;
+  Mapper mapper;
+  Initializer initializer;
+  Sharpness sharpness;
+
+  TrackState state = TrackState::kInitializing;
+  LastFrame last;
+  int frame = 0;
+  int frames_since_keyframe = 0;
+  int frames_tracked = 0;  // on this map
+  int keyframes_left_out = 0;
+  double mapping_cpu_s = 0;  // spent inside Step(), when synchronous
+
+  Track Step(const Frame& frame_in);
+  void Initialize(const TrackedImage& image, const Frame& frame_in, Track& track);
+  void StartMap(const TwoViewStart& start, const cv::Mat& color);
+  bool Follow(const TrackedImage& image, Track& track);
+  bool Relocalize(const TrackedImage& image, Track& track);
+  void Accept(const TrackedImage& image, const Located& located, Track& track);
+  void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
+  void DescribeKeyframe(const FeatureSet& detected, const Located& located, NewKeyframe& offered) const;
+  bool WantsKeyframe(const Located& located, const Keyframe& reference, int reference_points) const;
+
+  std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
+                                const std::unordered_map<int, Vector2d>* first_points) const;
+  std::optional<Located> LocateAll(const TrackedImage& image, Located located, double radius_px) const;
+  std::optional<Located> located_;  // of the frame in work
+};
+
+namespace {
+
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
+  std::vector<PointMatch> inliers;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined.inlier[i]) inliers.push_back(matches[i]);
+  return inliers;
+}
+
+}  // namespace
+
+// Matches the points of the frame before, then the whole neighbourhood of the map under the better pose.
+std::optional<Located> Tracker::State::Locate(const TrackedImage& image, const Rigid3& predicted,
+                                              double first_radius_px,
+                                              const std::unordered_map<int, Vector2d>* first_points) const {
+  Located located;
+  {
+    const std::lock_guard lock(shared.mutex);
+    located.candidates = GatherCandidates(shared.map, camera, predicted);
+  }
+  std::vector<int> first;
+  if (first_points)
+    for (int i = 0; i < static_cast<int>(located.candidates.size()); ++i)
+      if (first_points->contains(located.candidates[static_cast<std::size_t>(i)].id)) first.push_back(i);
+  if (first_points && first.empty()) return std::nullopt;
+
+  const MapMatches coarse = MatchMap(camera, image, located.candidates, first, predicted,
+                                     {.radius_px = first_radius_px, .max_distance = 80, .align = false});
+  const auto refined =
+      RefinePose(camera, ToObservations(located.candidates, coarse.matches), predicted, {.gate_sigmas = 3});
+  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
+  located.cam_from_world = refined->cam_from_world;
+  return LocateAll(image, std::move(located), 4);
+}
+
+std::optional<Located> Tracker::State::LocateAll(const TrackedImage& image, Located located,
+                                                 double radius_px) const {
+  MapMatches fine = MatchMap(camera, image, located.candidates, {}, located.cam_from_world,
+                             {.radius_px = radius_px, .max_distance = 70});
+  auto refined = RefinePose(camera, ToObservations(located.candidates, fine.matches), located.cam_from_world);
+  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
+  located.matches = InliersOf(fine.matches, *refined);
+  AlignUndetected(camera, image, located.candidates, fine.expected, refined->cam_from_world,
+                  options.features / 4, located.matches);
+  refined = RefinePose(camera, ToObservations(located.candidates, located.matches), refined->cam_from_world);
+  if (!refined) return std::nullopt;
+  located.cam_from_world = refined->cam_from_world;
+  located.center_sigma = refined->center_sigma;
+  located.matches = InliersOf(located.matches, *refined);
+  located.expected = 0;
+  for (const int i : fine.expected) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
+    located.expected += candidate.find_rate;
+    located.expected_ids.push_back(candidate.id);
+  }
+  return located;
+}
+
+bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
+  Rigid3 last_pose;
+  {
+    const std::lock_guard lock(shared.mutex);
+    last_pose = last.anchor.cam_from_keyframe * shared.map.PoseOf(last.anchor.keyframe_id);
+  }
+  const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
+  const double unit = camera.width / 640.0;
+  std::optional<Located> located;
+  const auto enough = [&] {
+    return located && static_cast<int>(located->matches.size()) >= options.min_tracked_points;
+  };
+  located = Locate(image, predicted, 12 * unit, &last.img_of_point);
+  if (!enough()) located = Locate(image, predicted, 30 * unit, &last.img_of_point);
+  if (!enough() && last.velocity) located = Locate(image, last_pose, 40 * unit, &last.img_of_point);
+  if (!enough()) {
+    spdlog::debug("frame {}: lost: {} points of {:.0f} expected, {} known in the frame before", frame,
+                  located ? located->matches.size() : 0, located ? located->expected : 0.0,
+                  last.img_of_point.size());
+    return false;
+  }
+  // What little is left of a hidden scene can agree with a wrong pose.
+  if (static_cast<double>(located->matches.size()) < 0.2 * located->expected) {
+    spdlog::debug("frame {}: lost: only {} of {:.0f} points", frame, located->matches.size(),
+                  located->expected);
+    return false;
+  }
+  located_ = std::move(located);
+  Accept(image, *located_, track);
+  return true;
+}
+
+bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
+  constexpr int kCandidates = 5;
+  const std::vector<int> ranked = index.Query(*image.features, kCandidates);
+  for (const int keyframe : ranked) {
+    std::optional<PoseProposal> proposal;
+    Located located;
+    {
+      const std::lock_guard lock(shared.mutex);
+      proposal = ProposePose(camera, shared.map, keyframe, *image.features,
+                             options.seed + static_cast<unsigned>(frame));
+      if (proposal) located.candidates = GatherCandidates(shared.map, camera, proposal->cam_from_world);
+    }
+    if (!proposal) continue;
+    located.cam_from_world = proposal->cam_from_world;
+    std::optional<Located> wide = LocateAll(image, std::move(located), 10);
+    if (!wide) continue;
+    wide->expected_ids.clear();
+    const std::optional<Located> found = LocateAll(image, std::move(*wide), 4);
+    if (!found || static_cast<int>(found->matches.size()) < options.min_relocalized_points) continue;
+    if (static_cast<double>(found->matches.size()) < 0.3 * found->expected) continue;
+    last = {};
+    located_ = *found;
+    Accept(image, *located_, track);
+    track.relocalized = true;
+    spdlog::debug("frame {}: found again by keyframe {} with {} points", frame, keyframe,
+                  found->matches.size());
+    return true;
+  }
+  return false;
+}
+
+// The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
+void Tracker::State::Accept(const TrackedImage&, const Located& located, Track& track) {
+  LastFrame now;
+  std::vector<double> motion_px;
+  {
+    const std::lock_guard lock(shared.mutex);
+    Map& map = shared.map;
+    std::vector<int> seen_with(map.keyframes().size(), 0);
+    for (const int id : located.expected_ids) ++map.point(id).expected;
+    for (const PointMatch& match : located.matches) {
+      const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+      ++map.point(candidate.id).found;
+      for (const Observation& o : map.point(candidate.id).observations)
+        ++seen_with[static_cast<std::size_t>(o.keyframe)];
+      if (const auto before = last.img_of_point.find(candidate.id); before != last.img_of_point.end())
+        motion_px.push_back((before->second - match.img).norm());
+      now.img_of_point[candidate.id] = match.img;
+      now.visible.push_back(
+          {candidate.position, match.img, (located.cam_from_world * candidate.position).z()});
+    }
+    const auto most = std::max_element(seen_with.begin(), seen_with.end());
+    const int reference = static_cast<int>(most - seen_with.begin());
+    now.anchor = {reference, located.cam_from_world * map.PoseOf(reference).Inverse()};
+    if (last.anchor.keyframe_id >= 0) {
+      const Rigid3 last_pose = last.anchor.cam_from_keyframe * map.PoseOf(last.anchor.keyframe_id);
+      now.velocity = located.cam_from_world * last_pose.Inverse();
+    }
+  }
+  spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
+                located.matches.size(), located.expected, located.candidates.size(),
+                std::count_if(located.matches.begin(), located.matches.end(),
+                              [](const PointMatch& m) { return m.aligned; }),
+                MedianOf(motion_px));
+  last = std::move(now);
+  const int matched = static_cast<int>(located.matches.size());
+  constexpr double kPlenty = 80;
+  track.cam_from_world = located.cam_from_world;
+  track.anchor = last.anchor;
+  track.matched_points = matched;
+  track.quality =
+      std::min(1.0, matched / kPlenty) * std::min(1.0, 1.25 * matched / std::max(1.0, located.expected));
+  track.center_sigma = located.center_sigma;
+  track.speed_px = MedianOf(motion_px);
+  ++frames_tracked;
+}
+
+bool Tracker::State::WantsKeyframe(const Located& located, const Keyframe& reference,
+                                   int reference_points) const {
+  const int matched = static_cast<int>(located.matches.size());
+  if (frames_since_keyframe < 2) return false;
+  const Rigid3& pose = last.anchor.cam_from_keyframe;
+  std::vector<double> depths;
+  for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
+  const double depth = std::max(1e-9, MedianOf(depths));
+  const double moved = pose.OriginInSource().norm() / depth;
+  const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
+  const bool thin = matched < 0.6 * reference_points || matched < 100;
+  const bool far = moved > 0.07 || turned_deg > 12;
+  (void)reference;
+  return (thin && (moved > 0.015 || turned_deg > 3)) || far;
+}
+
+// A keyframe's features: the detected ones, and one for each point that its patch alone found. Detected
+// corners next to those would become second copies of the same points and are left out.
+void Tracker::State::DescribeKeyframe(const FeatureSet& detected, const Located& located,
+                                      NewKeyframe& offered) const {
+  std::vector<int> point_of(static_cast<std::size_t>(detected.size()), -1);
+  std::vector<bool> shadowed(static_cast<std::size_t>(detected.size()), false);
+  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
+    const int feature = located.matches[static_cast<std::size_t>(m)].feature;
+    if (feature >= 0) point_of[static_cast<std::size_t>(feature)] = m;
+  }
+  std::vector<Feature> features;
+  const auto add = [&](const Feature& feature, int m) {
+    if (m >= 0) {
+      const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
+      offered.seen.push_back({located.candidates[static_cast<std::size_t>(match.candidate)].id,
+                              {-1, static_cast<int>(features.size()), match.img, match.sigma_px}});
+    }
+    features.push_back(feature);
+  };
+  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
+    const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
+    if (match.feature >= 0) continue;
+    const auto ray = camera.RayFromImg(match.img);
+    if (!ray) continue;
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    const double distance = (located.cam_from_world * candidate.position).norm();
+    const int level =
+        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
+                                                std::log(kPyramidFactor))),
+                   0, kPyramidLevels - 1);
+    constexpr double kShadowPx = 3;
+    detected.ForEachNear(match.img, kShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
+                         [&](int i) { shadowed[static_cast<std::size_t>(i)] = true; });
+    add({match.img, *ray, 0, level, candidate.descriptor}, m);
+  }
+  for (int i = 0; i < detected.size(); ++i)
+    if (point_of[static_cast<std::size_t>(i)] >= 0 || !shadowed[static_cast<std::size_t>(i)])
+      add(detected[i], point_of[static_cast<std::size_t>(i)]);
+  offered.keyframe.features =
+      std::make_shared<const FeatureSet>(std::move(features), camera.width, camera.height);
+}
+
+void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
+                                   Track& track) {
+  NewKeyframe offered;
+  {
+    const std::lock_guard lock(shared.mutex);
+    const Keyframe& reference = shared.map.keyframe(last.anchor.keyframe_id);
+    int confirmed = 0;
+    for (const int point : reference.point_of_feature)
+      confirmed += point >= 0 && shared.map.point(point).observations.size() >= 3;
+    if (!WantsKeyframe(located, reference, confirmed)) return;
+  }
+  offered.keyframe.time_s = image.time_s;
+  offered.keyframe.cam_from_world = located.cam_from_world;
+  offered.keyframe.pyramid = image.pyramid;
+  offered.keyframe.color = Srgb8(frame_in.image);
+  DescribeKeyframe(*image.features, located, offered);
+  const double before_s = ThreadCpuSeconds();
+  track.keyframe = mapper.Offer(std::move(offered));
+  if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
+  if (track.keyframe)
+    frames_since_keyframe = 0;
+  else
+    ++keyframes_left_out;
+}
+
+void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in, Track& track) {
+  const InitializerAttempt attempt = initializer.Step(image);
+  track.median_parallax_deg = attempt.median_parallax_deg;
+  track.matched_points = attempt.matches;
+  track.speed_px = attempt.median_motion_px;
+  spdlog::debug("frame {}: start: {} matches, {}, {:.2f} deg", frame, attempt.matches, Name(attempt.outcome),
+                attempt.median_parallax_deg);
+  if (!attempt.start) return;
+  StartMap(*attempt.start, Srgb8(frame_in.image));
+  // The map stands or falls by whether this frame can be tracked on it.
+  last.anchor = {shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1,
+                 {}};
+  if (last.anchor.keyframe_id >= 0) {
+    for (const MapPoint& point : shared.map.points())
+      if (point.alive) last.img_of_point[point.id] = point.observations.back().img;
+    if (Follow(image, track)) {
+      state = TrackState::kTracking;
+      frames_since_keyframe = 0;
+      track.keyframe = true;
+      initializer.Restart();
+      return;
+    }
+  }
+  spdlog::debug("frame {}: the first map did not hold", frame);
+  mapper.Reset();
+  last = {};
+  initializer.Restart();
+}
+
+void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
+  mapper.Drain();
+  std::vector<double> depths;
+  for (const Vector3d& point : start.points) depths.push_back(point.z());
+  mapper.StartFromTwoViews(start, 1 / std::max(1e-9, MedianOf(depths)), color);
+}
+
+Track Tracker::State::Step(const Frame& frame_in) {
+  const double start_s = ThreadCpuSeconds();
+  mapping_cpu_s = 0;
+  Track track;
+  track.state = state;
+  ++frame;
+  if (frame_in.status != FrameStatus::kComplete || frame_in.image.empty()) {
+    track.skipped = true;
+    return track;
+  }
+  if (frame_in.image.width() != camera.width || frame_in.image.height() != camera.height)
+    throw Error(
+        "frame {}: its image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
+        frame_in.id, frame_in.image.width(), frame_in.image.height(), camera.width, camera.height);
+
+  TrackedImage image;
+  image.time_s = frame_in.device_time_s;
+  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(frame_in.image)));
+  const int features = state == TrackState::kInitializing ? 2 * options.features : options.features;
+  image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, features));
+  track.sharpness = sharpness.Step(*image.pyramid);
+  ++frames_since_keyframe;
+  located_.reset();
+
+  switch (state) {
+    case TrackState::kInitializing:
+      Initialize(image, frame_in, track);
+      break;
+    case TrackState::kTracking:
+      if (!Follow(image, track) && !Relocalize(image, track)) {
+        state = TrackState::kLost;
+        last = {};
+      }
+      break;
+    case TrackState::kLost:
+      if (Relocalize(image, track)) state = TrackState::kTracking;
+      break;
+  }
+  if (state == TrackState::kTracking && located_ && !track.keyframe)
+    OfferKeyframe(image, frame_in, *located_, track);
+  if (state == TrackState::kLost && frames_tracked < 10) {
+    // Lost at once: a map that never proved itself.
+    spdlog::debug("frame {}: lost at once, starting again", frame);
+    mapper.Drain();
+    mapper.Reset();
+    initializer.Restart();
+    state = TrackState::kInitializing;
+    frames_tracked = 0;
+  }
+  track.state = state;
+  track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
+  return track;
+}
+
+Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
+  camera.Validate("tracker");
+  state_ = std::make_unique<State>(camera, options);
+}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+Track Tracker::Step(const Frame& frame) { return state_->Step(frame); }
+
+void Tracker::Finish() {
+  state_->mapper.Drain();
+  state_->mapper.AdjustAll();
+}
+
+Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
+  const std::lock_guard lock(state_->shared.mutex);
+  return anchor.cam_from_keyframe * state_->shared.map.PoseOf(anchor.keyframe_id);
+}
+
+std::vector<VisiblePoint> Tracker::VisiblePoints() const { return state_->last.visible; }
+
+std::vector<ScenePoint> Tracker::Points() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  std::vector<ScenePoint> points;
+  for (const MapPoint& point : state_->shared.map.points())
+    if (point.alive) points.push_back({point.position, point.rgb});
+  return points;
+}
+
+std::vector<Anchored> Tracker::Keyframes() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  std::vector<Anchored> anchors;
+  for (const Keyframe& keyframe : state_->shared.map.keyframes())
+    if (keyframe.alive) anchors.push_back({keyframe.id, {}});
+  return anchors;
+}
+
+bool Tracker::SeedMap(std::span<const SeedView> views) {
+  State& state = *state_;
+  state.mapper.Drain();
+  if (views.size() < 2) return false;
+  // Tried on a tracker of its own, so that a failure leaves this one as it was.
+  auto seeded = std::make_unique<State>(state.camera, state.options);
+  for (const SeedView& view : views) {
+    if (view.image.width() != state.camera.width || view.image.height() != state.camera.height)
+      throw Error(
+          "a recorded view is {}x{}, the camera's intrinsics are for {}x{}; resume with the same camera",
+          view.image.width(), view.image.height(), state.camera.width, state.camera.height);
+    NewKeyframe offered;
+    auto pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(view.image)));
+    offered.keyframe.cam_from_world = view.cam_from_world;
+    offered.keyframe.features =
+        std::make_shared<const FeatureSet>(seeded->extractor.Extract(*pyramid, 2 * state.options.features));
+    offered.keyframe.pyramid = std::move(pyramid);
+    offered.keyframe.color = Srgb8(view.image);
+    seeded->mapper.AddSeed(std::move(offered));
+  }
+  constexpr int kMinPoints = 60;
+  if (seeded->shared.map.LivingPoints() < kMinPoints) return false;
+  seeded->state = TrackState::kLost;
+  seeded->frames_tracked = 10;  // given, hence proven
+  state_ = std::move(seeded);
+  return true;
+}
+
+TrackerStatistics Tracker::Statistics() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(),
+          state_->keyframes_left_out};
+}
+
+const CameraModel& Tracker::camera() const { return state_->camera; }
+
+}  // namespace ulf

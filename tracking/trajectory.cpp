@@ -1,0 +1,154 @@
+#include "tracking/trajectory.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+std::vector<TimedPose> ReadTum(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file)
+    throw Error("{}: cannot be read; give a file with lines `time tx ty tz qx qy qz qw`", path.string());
+  std::vector<TimedPose> poses;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto start = line.find_first_not_of(" \t\r");
+    if (start == std::string::npos || line[start] == '#') continue;
+    std::istringstream fields(line);
+    double time_s, x, y, z, qx, qy, qz, qw;
+    if (!(fields >> time_s >> x >> y >> z >> qx >> qy >> qz >> qw))
+      throw Error("{}:{}: expected eight numbers `time tx ty tz qx qy qz qw`, found \"{}\"", path.string(),
+                  number, line);
+    const Eigen::Quaterniond rotation(qw, qx, qy, qz);
+    if (!std::isfinite(time_s + x + y + z) || !(std::abs(rotation.norm() - 1) < 1e-2))
+      throw Error("{}:{}: not a pose: the quaternion must have length 1 and all numbers be finite",
+                  path.string(), number);
+    poses.push_back({time_s, Rigid3{rotation.normalized(), {x, y, z}}.Inverse()});
+  }
+  return poses;
+}
+
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses) {
+  std::ofstream file(path);
+  file << "# time tx ty tz qx qy qz qw (camera to world)\n";
+  for (const TimedPose& pose : poses) {
+    const Rigid3 world_from_cam = pose.cam_from_world.Inverse();
+    const Vector3d& t = world_from_cam.translation;
+    const Eigen::Quaterniond& q = world_from_cam.rotation;
+    file << fmt::format("{:.6f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
+                        t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  file.flush();
+  if (!file)
+    throw Error("{}: cannot be written; check that the folder exists and the disk has room", path.string());
+}
+
+std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::span<const Vector3d> target) {
+  const std::size_t count = std::min(source.size(), target.size());
+  if (count < 3) return std::nullopt;
+  Vector3d source_mean = Vector3d::Zero(), target_mean = Vector3d::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    source_mean += source[i] / static_cast<double>(count);
+    target_mean += target[i] / static_cast<double>(count);
+  }
+  Matrix3d covariance = Matrix3d::Zero();
+  double variance = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    covariance += (target[i] - target_mean) * (source[i] - source_mean).transpose();
+    variance += (source[i] - source_mean).squaredNorm();
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector3d singular = svd.singularValues();
+  if (!(variance > 0) || !(singular(1) > 1e-9 * singular(0))) return std::nullopt;
+  Vector3d signs(1, 1, 1);
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
+  Similarity3 similarity;
+  similarity.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  similarity.scale = singular.dot(signs) / variance;
+  similarity.translation = target_mean - similarity.scale * (similarity.rotation * source_mean);
+  return similarity;
+}
+
+namespace {
+
+struct Pair {
+  double time_s;
+  Rigid3 estimated;
+  Rigid3 truth;
+};
+
+std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<const TimedPose> truth,
+                             double tolerance_s) {
+  std::vector<TimedPose> sorted(truth.begin(), truth.end());
+  std::sort(sorted.begin(), sorted.end(),
+            [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  std::vector<Pair> pairs;
+  for (const TimedPose& pose : estimated) {
+    auto after = std::lower_bound(sorted.begin(), sorted.end(), pose.time_s,
+                                  [](const TimedPose& p, double time_s) { return p.time_s < time_s; });
+    if (after != sorted.begin() &&
+        (after == sorted.end() || pose.time_s - std::prev(after)->time_s < after->time_s - pose.time_s))
+      --after;
+    if (after != sorted.end() && std::abs(after->time_s - pose.time_s) <= tolerance_s)
+      pairs.push_back({pose.time_s, pose.cam_from_world, after->cam_from_world});
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
+                                                   std::span<const TimedPose> truth, double tolerance_s,
+                                                   double rpe_step_s) {
+  const std::vector<Pair> pairs = PairByTime(estimated, truth, tolerance_s);
+  std::vector<Vector3d> source, target;
+  for (const Pair& pair : pairs) {
+    source.push_back(pair.estimated.OriginInSource());
+    target.push_back(pair.truth.OriginInSource());
+  }
+  const auto similarity = AlignPoints(source, target);
+  if (!similarity) return std::nullopt;
+  TrajectoryError error;
+  error.matched = static_cast<int>(pairs.size());
+  error.scale = similarity->scale;
+  double squared = 0, rotation_squared = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double distance = (*similarity * source[i] - target[i]).norm();
+    squared += distance * distance;
+    error.ate_max = std::max(error.ate_max, distance);
+    const Matrix3d world_from_cam = similarity->rotation * pairs[i].estimated.RotationMatrix().transpose();
+    const double angle = RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam));
+    rotation_squared += angle * angle;
+  }
+  error.ate_rmse = std::sqrt(squared / static_cast<double>(pairs.size()));
+  error.rotation_rmse_deg = std::sqrt(rotation_squared / static_cast<double>(pairs.size())) * 180 / M_PI;
+
+  double step_squared = 0;
+  int steps = 0;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    while (j < pairs.size() && pairs[j].time_s < pairs[i].time_s + rpe_step_s - tolerance_s) ++j;
+    if (j >= pairs.size()) break;
+    if (pairs[j].time_s > pairs[i].time_s + rpe_step_s + tolerance_s) continue;
+    // Motion of j in i's camera frame, estimated (in truth units) against true.
+    const Vector3d moved = similarity->scale * (pairs[i].estimated.rotation * (source[j] - source[i]));
+    const Vector3d truly = pairs[i].truth.rotation * (target[j] - target[i]);
+    step_squared += (moved - truly).squaredNorm();
+    ++steps;
+  }
+  if (steps > 0) error.rpe_rmse = std::sqrt(step_squared / steps);
+  return error;
+}
+
+}  // namespace ulf

@@ -1,0 +1,57 @@
+// Timed poses: files, alignment, errors.
+//
+// TUM format: one line a pose, `time tx ty tz qx qy qz qw`, camera to world; lines that start with # are
+// comments. Errors after a similarity alignment of camera centres (Umeyama 1991), as Sturm et al. 2012 define
+// them: ATE is the root mean square distance of centres, RPE that of relative translations over a fixed step.
+// Units are the truth's.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+struct TimedPose {
+  double time_s = 0;
+  Rigid3 cam_from_world;
+};
+
+// Throws Error naming file and line.
+std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
+
+// target = scale · rotation · source + translation
+struct Similarity3 {
+  double scale = 1;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+};
+inline Eigen::Vector3d operator*(const Similarity3& target_from_source, const Eigen::Vector3d& point) {
+  return target_from_source.scale * (target_from_source.rotation * point) + target_from_source.translation;
+}
+
+// Least squares over corresponding points; none for fewer than three or when they lie on one line.
+std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
+                                       std::span<const Eigen::Vector3d> target);
+
+struct TrajectoryError {
+  int matched = 0;
+  double ate_rmse = 0;
+  double ate_max = 0;
+  double rpe_rmse = 0;           // translation over `rpe_step_s`
+  double rotation_rmse_deg = 0;  // after the alignment's rotation
+  double scale = 1;              // truth units per estimated unit
+};
+
+// Pairs poses whose times differ by at most `tolerance_s`; none when fewer than three pair up or they lie on
+// a line.
+std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
+                                                   std::span<const TimedPose> truth, double tolerance_s,
+                                                   double rpe_step_s = 1.0);
+
+}  // namespace ulf
