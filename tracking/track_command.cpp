@@ -13,9 +13,9 @@
 #include <opencv2/features2d.hpp>
 #include <optional>
 
-#include "acquisition/calibration_io.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "acquisition/intrinsics.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -48,6 +48,7 @@ struct Sample {
 struct Run {
   std::vector<Sample> samples;
   std::vector<TimedPose> live, final;
+  std::vector<TimedPose> known;  // what the device itself knows (simulator, recorded light field)
   std::vector<double> orb_cpu_ms;
   TrackerStatistics map;
 };
@@ -63,14 +64,6 @@ double Quantile(std::vector<double> values, double share) {
   const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
   std::nth_element(values.begin(), values.begin() + static_cast<long>(at), values.end());
   return values[at];
-}
-
-CameraModel Intrinsics(const TrackArgs& args, const Device& device, const Frame& first) {
-  if (!args.calibration.empty()) return ReadCalibration(args.calibration);
-  if (args.focal_px > 0)
-    return CameraModel::Pinhole(first.image.width(), first.image.height(), args.focal_px);
-  if (const auto camera = device.Camera()) return *camera;
-  throw UsageError("{}: intrinsics are not known; give --calibration FILE or --focal-px F", args.uri);
 }
 
 // What cv::ORB costs on the same frame, thread and moment: the unit in which tracking cost is told.
@@ -94,11 +87,16 @@ Run Follow(const TrackArgs& args, Device& device) {
     const auto frame = device.Next(std::chrono::milliseconds(1000));
     if (!frame) continue;
     if (!tracker) {
-      tracker.emplace(Intrinsics(args, device, *frame), TrackerOptions{.deterministic = args.deterministic,
-                                                                       .seed = args.seed,
-                                                                       .features = args.features,
-                                                                       .wait_for_mapper = !device.IsLive()});
+      IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
+      if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
+      tracker.emplace(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+                      TrackerOptions{.deterministic = args.deterministic,
+                                     .seed = args.seed,
+                                     .features = args.features,
+                                     .wait_for_mapper = !device.IsLive()});
     }
+    if (frame->known_cam_from_world)
+      run.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
     Sample sample;
     sample.time_s = frame->device_time_s;
     const auto start = std::chrono::steady_clock::now();
@@ -183,7 +181,7 @@ void AddErrors(const Run& run, const std::vector<TimedPose>& truth, nlohmann::or
   report["compared"] = live ? live->matched : 0;
 }
 
-void PrintText(const TrackArgs& args, const nlohmann::ordered_json& report) {
+void PrintText(const std::string& truth_name, const nlohmann::ordered_json& report) {
   const int frames = report["frames"], tracked = report["tracked"];
   const auto& init = report["init_frame"];
   fmt::print("{} frames, {} tracked ({:.1f} %), ", frames, tracked, 100.0 * tracked / std::max(1, frames));
@@ -208,7 +206,7 @@ void PrintText(const TrackArgs& args, const nlohmann::ordered_json& report) {
       fmt::print(
           "camera centres against {}: RMS {:.5f} live, {:.5f} after the run (largest {:.5f}, {:.5f}; {} "
           "poses)\n",
-          args.truth, report["ate_live_rmse"].get<double>(), report["ate_final_rmse"].get<double>(),
+          truth_name, report["ate_live_rmse"].get<double>(), report["ate_final_rmse"].get<double>(),
           report["ate_live_max"].get<double>(), report["ate_final_max"].get<double>(),
           report["compared"].get<int>());
   }
@@ -226,11 +224,14 @@ int RunTrack(const TrackArgs& args) {
   if (!args.output.empty()) WriteTum(args.output, run.live);
   if (!args.final_output.empty()) WriteTum(args.final_output, run.final);
   nlohmann::ordered_json report = Describe(run);
+  // Without a file, the device's own poses serve where it knows them.
+  const std::string truth_name = args.truth.empty() ? "the device's own poses" : args.truth;
+  if (args.truth.empty()) truth = run.known;
   if (!truth.empty()) AddErrors(run, truth, report);
   if (args.json)
     fmt::print("{}\n", report.dump(2));
   else
-    PrintText(args, report);
+    PrintText(truth_name, report);
   return run.live.empty() ? kFailed : kOk;
 }
 
@@ -243,7 +244,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("uri", args->uri, "Device: replay:PATH, sim:studio, aravis:ID")->required();
   command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
-  command->add_option("--truth", args->truth, "True poses, TUM format: prints the error");
+  command->add_option("--truth", args->truth,
+                      "True poses, TUM format: prints the error (without it, what the device knows)");
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(CLI::PositiveNumber);
