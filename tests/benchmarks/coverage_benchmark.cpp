@@ -1,0 +1,92 @@
+// What a coverage decision costs: one bound, one frame against the recorded views, one view painted, one cap
+// measured.
+#include <benchmark/benchmark.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "coverage/coverage_map.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+const Subject kSubject{Vector3d::Zero(), 0.15};
+
+CriterionView ViewAt(double azimuth, double elevation, double distance) {
+  CriterionView camera;
+  camera.fx = camera.fy = 600;
+  camera.width = 640, camera.height = 480, camera.cx = 320, camera.cy = 240;
+  const CapFrame frame(Vector3d::UnitX(), Vector3d::UnitZ());
+  return camera.AimedAt(Vector3d::Zero(), distance * frame.Direction(azimuth, elevation), Vector3d::UnitZ());
+}
+
+// As a capture leaves them: over a 60x40 degree cap, distances within a few percent, aim off by some degrees.
+std::vector<CriterionView> Capture(int count) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> azimuth(-0.52, 0.52), elevation(-0.35, 0.35), turn(-0.1, 0.1);
+  std::normal_distribution<double> distance(1, 0.04);
+  std::vector<CriterionView> views;
+  for (int i = 0; i < count; ++i) {
+    views.push_back(ViewAt(azimuth(random), elevation(random), distance(random)));
+    views.back().cam_from_world =
+        Eigen::AngleAxisd(turn(random), Vector3d::UnitY()).toRotationMatrix() * views.back().cam_from_world;
+  }
+  return views;
+}
+
+void BoundNearTheShell(benchmark::State& state) {
+  const CriterionView recorded = ViewAt(0, 0, 1), candidate = ViewAt(0.02, 0.01, 1.05);
+  for (auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
+}
+BENCHMARK(BoundNearTheShell);
+
+void BoundFarFromTheShell(benchmark::State& state) {
+  const CriterionView recorded = ViewAt(0, 0, 1), candidate = ViewAt(0.02, 0.01, 1.6);
+  for (auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
+}
+BENCHMARK(BoundFarFromTheShell);
+
+// One live frame against all recorded views: the exact smallest bound.
+void Decision(benchmark::State& state) {
+  RecordedViews recorded(kSubject);
+  for (const CriterionView& view : Capture(static_cast<int>(state.range(0)))) recorded.Add(view);
+  const std::vector<CriterionView> candidates = Capture(257);
+  std::size_t i = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(recorded.Best(candidates[i++ % candidates.size()]));
+}
+BENCHMARK(Decision)->Arg(100)->Arg(1000)->Arg(5000)->Unit(benchmark::kMicrosecond);
+
+void PaintOneView(benchmark::State& state) {
+  CoverageMap empty(kSubject, {.cap = Cap::ParseDegrees("60x40"), .threshold_px = 7});
+  empty.SetViews(Capture(static_cast<int>(state.range(0))));
+  const std::vector<CriterionView> more = Capture(257);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    CoverageMap map = empty;
+    state.ResumeTiming();
+    map.Add(more[i++ % more.size()]);
+  }
+}
+BENCHMARK(PaintOneView)->Arg(700)->Unit(benchmark::kMicrosecond)->Iterations(200);
+
+void PaintAnew(benchmark::State& state) {
+  CoverageMap map(kSubject, {.cap = Cap::ParseDegrees("60x40"), .threshold_px = 7});
+  const std::vector<CriterionView> views = Capture(static_cast<int>(state.range(0)));
+  for (auto _ : state) map.SetViews(views);
+}
+BENCHMARK(PaintAnew)->Arg(700)->Unit(benchmark::kMillisecond);
+
+void MeasureACap(benchmark::State& state) {
+  const std::vector<CriterionView> views = Capture(static_cast<int>(state.range(0)));
+  const Cap cap = Cap::ParseDegrees("60x40");
+  for (auto _ : state)
+    benchmark::DoNotOptimize(MeasureCoverage(views, kSubject, cap, {.cap = cap, .threshold_px = 7}));
+}
+BENCHMARK(MeasureACap)->Arg(700)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace ulf
