@@ -1,9 +1,13 @@
 #include "coverage/commands.h"
 
-#include <CLI/CLI.hpp>
+#include "coverage/info_command.h"
+#include "coverage/plan_command.h"
 
 namespace ulf {
 
-void AddCoverageCommands(CLI::App& /*app*/, ChosenCommand& /*chosen*/) {}
+void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
+  AddPlanCommand(app, chosen);
+  AddInfoCommand(app, chosen);
+}
 
 }  // namespace ulf

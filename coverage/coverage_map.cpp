@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCellsPerDiscRadius = 4;         // finer than a third
 constexpr double kDirectionsPerDiscRadius = 5.3;  // of the independent measure
 // A bound on memory, reached only with thresholds barely above two pixels over the whole sphere.
 constexpr double kMostCells = 4e6;
@@ -169,7 +168,8 @@ void CoverageMap::Rebuild() {
                  options_.up_in_world.value_or(recorded_.MeanUp()));
   reference_distance_ = recorded_.MedianDistance();
   const Cap cap = extent();
-  spacing_ = DiscRadiusFor(first, subject_, reference_distance_, options_.threshold_px) / kCellsPerDiscRadius;
+  spacing_ = DiscRadiusFor(first, subject_, reference_distance_, options_.threshold_px) /
+             options_.cells_per_disc_radius;
   spacing_ = std::max(spacing_, std::sqrt(cap.SolidAngle() / kMostCells));
   const int row_count = std::max(1, static_cast<int>(std::ceil(cap.height / spacing_)));
   row_height_ = cap.height / row_count;

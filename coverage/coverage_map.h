@@ -78,6 +78,7 @@ struct CoverageMapOptions {
   std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
   std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
   double threshold_px = 7;
+  double cells_per_disc_radius = 4;  // finer for pictures
 };
 
 class CoverageMap {

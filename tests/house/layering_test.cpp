@@ -38,7 +38,7 @@ const std::map<std::string, std::set<std::string>> kOutside = {
     {"opengv/", {"tracking/opengv_bridge"}},
     {"arv.h", {"acquisition/aravis_calls", "acquisition/simulator/simulated_gige_camera"}},
     {"acquisition/aravis_calls.h", {"acquisition/aravis_configuration", "acquisition/aravis_device"}},
-    {"CGAL/", {"render/viewpoint_mesh"}},
+    {"CGAL/", {"render/spherical_delaunay", "render/image_triangulation"}},
 };
 
 std::string Stem(const std::string& path) { return path.substr(0, path.rfind('.')); }

@@ -1,0 +1,314 @@
+#include "coverage/capture_session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "coverage/sphere_outline.h"
+
+namespace ulf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The mean depth of the tracked points near the image centre; the nearest and farthest quarter may belong to
+// what stands before or behind the subject.
+std::optional<double> DepthNearCenter(const std::vector<VisiblePoint>& points, const CameraModel& camera) {
+  constexpr double kReach = 0.25;  // of the image's height
+  constexpr std::size_t kFewest = 8;
+  const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
+  std::vector<double> depths;
+  for (const VisiblePoint& point : points)
+    if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
+      depths.push_back(point.depth);
+  if (depths.size() < kFewest) return std::nullopt;
+  std::sort(depths.begin(), depths.end());
+  const std::size_t from = depths.size() / 4, to = depths.size() - from;
+  double sum = 0;
+  for (std::size_t i = from; i < to; ++i) sum += depths[i];
+  return sum / static_cast<double>(to - from);
+}
+
+bool Same(const Rigid3& a, const Rigid3& b) {
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
+}
+
+// A recorded view's pose: its anchor's, or fixed where it was recorded in an earlier session.
+struct ViewPose {
+  std::optional<Anchored> anchor;
+  Rigid3 cam_from_world;
+};
+
+class Session {
+ public:
+  Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
+          const CaptureOptions& options, const CaptureHooks& hooks, std::optional<Frame> first);
+  CaptureSummary Run();
+
+ private:
+  std::optional<StoppedBecause> Enough() const;
+  std::optional<StoppedBecause> TakeFrame();
+  void PlaceSubject(const Track& track);
+  void SetSubject(const Subject& subject);
+  Decision DecideAndRecord(const Frame& frame, const Track& track);
+  bool Record(const Frame& frame, const Track& track, const Decision& decision);
+  void NoteGaps(const Frame& frame, const Track& track);
+  void CorrectPoses(bool last);
+  bool CapIsCovered();
+  std::vector<CriterionView> ViewsForCriterion() const;
+  void Close();
+
+  Device& device_;
+  const CameraModel camera_;
+  PoseSource& poses_;
+  const CaptureOptions options_;
+  const CaptureHooks& hooks_;
+  std::optional<Frame> first_;
+  const double earlier_s_;
+  const std::map<std::string, std::uint64_t> earlier_reasons_;
+  std::optional<Subject> resumed_subject_;
+  std::vector<ViewPose> view_poses_;
+  ViewSpool spool_;
+
+  std::unique_ptr<CoverageMap> map_;
+  CaptureSummary summary_;
+  std::vector<double> ms_track_, ms_decide_;
+  int tracked_in_a_row_ = 0;
+  std::optional<double> first_time_s_, last_time_s_, lost_since_s_;
+  double frame_period_s_ = 0;
+  bool tracked_before_ = false;
+  std::size_t views_at_last_measure_ = 0;
+  double ended_after_s_ = 0;  // by this machine's clock
+};
+
+Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
+                 const CaptureOptions& options, const CaptureHooks& hooks, std::optional<Frame> first)
+    : device_(device),
+      camera_(camera),
+      poses_(poses),
+      options_(options),
+      hooks_(hooks),
+      first_(std::move(first)),
+      earlier_s_(writer.Contents().capture_s),
+      earlier_reasons_(writer.Contents().reasons),
+      resumed_subject_(writer.Contents().subject),
+      view_poses_([&] {
+        std::vector<ViewPose> views;
+        for (const View& view : writer.Contents().views) views.push_back({{}, view.cam_from_world});
+        return views;
+      }()),
+      spool_(std::move(writer), options.spool_views, !options.deterministic) {}
+
+std::vector<CriterionView> Session::ViewsForCriterion() const {
+  std::vector<CriterionView> views;
+  for (const ViewPose& view : view_poses_)
+    views.push_back(CriterionView::From(camera_, view.cam_from_world, options_.coverage_width_px));
+  return views;
+}
+
+void Session::SetSubject(const Subject& subject) {
+  summary_.subject = subject;
+  if (resumed_subject_ != subject) spool_.SetSubject(subject);
+  map_ = std::make_unique<CoverageMap>(
+      subject, CoverageMapOptions{.cap = options_.cap, .threshold_px = options_.threshold_px});
+  map_->SetViews(ViewsForCriterion());
+}
+
+void Session::PlaceSubject(const Track& track) {
+  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+  if (map_ || tracked_in_a_row_ < options_.stable_frames || !track.cam_from_world) return;
+  if (const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_))
+    SetSubject(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.subject_size));
+}
+
+bool Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
+  Frame kept = frame;
+  kept.image.pixels = frame.image.pixels.clone();  // a device may use its buffers again
+  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  View view;
+  view.cam_from_world = *track.cam_from_world;
+  view.tracking_quality = track.quality;
+  view.bound_px = decision.bound_px;
+  if (!spool_.TryAddView(kept, view)) return false;
+  view_poses_.push_back({track.anchor, view.cam_from_world});
+  map_->Add(CriterionView::From(camera_, view.cam_from_world, options_.coverage_width_px));
+  summary_.last_recorded = RecordedFrame{std::move(kept), view.cam_from_world};
+  ++summary_.recorded;
+  return true;
+}
+
+Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
+  const auto start = Clock::now();
+  Decision decision = Decide({.frame = frame,
+                              .track = track,
+                              .camera = camera_,
+                              .frame_period_s = frame_period_s_,
+                              .coverage_width_px = options_.coverage_width_px},
+                             map_.get(), options_.limits);
+  ms_decide_.push_back(MillisecondsSince(start));
+  if (decision.reason == Reason::kRecorded && !Record(frame, track, decision))
+    decision.reason = Reason::kSpool;
+  ++summary_.reasons[static_cast<std::size_t>(decision.reason)];
+  return decision;
+}
+
+// Time without a pose is written down, so that a review can show it.
+void Session::NoteGaps(const Frame& frame, const Track& track) {
+  constexpr double kShortestGapS = 0.5;
+  const bool tracked = track.state == TrackState::kTracking;
+  tracked_before_ |= tracked;
+  if (!tracked && tracked_before_ && !lost_since_s_) lost_since_s_ = frame.device_time_s;
+  if (!tracked || !lost_since_s_) return;
+  if (frame.device_time_s - *lost_since_s_ >= kShortestGapS)
+    spool_.NoteGap(*lost_since_s_, frame.device_time_s, Name(Reason::kTracking));
+  lost_since_s_.reset();
+}
+
+void Session::CorrectPoses(bool last) {
+  if (view_poses_.empty()) return;
+  std::vector<Rigid3> corrected;
+  double largest_move = 0;
+  for (const ViewPose& view : view_poses_) {
+    corrected.push_back(view.anchor ? poses_.PoseOf(*view.anchor) : view.cam_from_world);
+    const Rigid3 moved = corrected.back() * view.cam_from_world.Inverse();
+    // Against the distance to the subject both are angles.
+    const double distance = map_ ? (view.cam_from_world * map_->subject().center_in_world).norm() : 1;
+    largest_move =
+        std::max({largest_move, RotationAngle(moved.rotation), moved.translation.norm() / distance});
+  }
+  constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
+  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return;
+  if (!last && !spool_.TryUpdatePoses(corrected)) return;
+  for (std::size_t i = 0; i < corrected.size(); ++i) view_poses_[i].cam_from_world = corrected[i];
+  if (map_) map_->SetViews(ViewsForCriterion());
+}
+
+// The map says when it is worth measuring; the measure, on directions of its own, decides.
+bool Session::CapIsCovered() {
+  if (!options_.cap || !map_ || map_->CoveredShare() < options_.until_share) return false;
+  if (view_poses_.size() == views_at_last_measure_) return false;
+  views_at_last_measure_ = view_poses_.size();
+  CorrectPoses(false);
+  return MeasureCoverage(map_->views(), map_->subject(), *options_.cap, map_->options()).covered >=
+         options_.until_share;
+}
+
+std::optional<StoppedBecause> Session::Enough() const {
+  if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
+  if (spool_.Failure()) return StoppedBecause::kDisk;
+  if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kClosed;
+  if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
+    return StoppedBecause::kClosed;
+  return std::nullopt;
+}
+
+std::optional<StoppedBecause> Session::TakeFrame() {
+  const std::optional<Frame> frame =
+      first_ ? std::exchange(first_, std::nullopt) : device_.Next(std::chrono::milliseconds(100));
+  if (!frame) {
+    if (device_.State() == DeviceState::kEnded) return StoppedBecause::kClosed;
+    if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
+    return std::nullopt;
+  }
+  if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
+  ++summary_.frames;
+  if (last_time_s_) {
+    // The shortest recent time between frames: a dropped one must not look like a slow camera.
+    const double step_s = frame->device_time_s - *last_time_s_;
+    if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
+  }
+  last_time_s_ = frame->device_time_s;
+  if (!first_time_s_) first_time_s_ = last_time_s_;
+
+  const auto start = Clock::now();
+  const Track track = poses_.Step(*frame);
+  ms_track_.push_back(MillisecondsSince(start));
+  NoteGaps(*frame, track);
+  PlaceSubject(track);
+  const Decision decision = DecideAndRecord(*frame, track);
+  if (summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0)
+    CorrectPoses(false);
+  if (hooks_.after_frame)
+    hooks_.after_frame(
+        {.frames = summary_.frames,
+         .views = view_poses_.size(),
+         .covered = options_.cap ? std::optional<double>(map_ ? map_->CoveredShare() : 0) : std::nullopt,
+         .reason = decision.reason});
+  if (decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
+  return std::nullopt;
+}
+
+void Session::Close() {
+  poses_.Finish();
+  CorrectPoses(true);
+  LightFieldWriter writer = spool_.Finish();
+  if (const auto failure = spool_.Failure()) {
+    summary_.stopped_because = StoppedBecause::kDisk;
+    summary_.problem = *failure;
+  } else {
+    std::map<int, Rigid3> final_poses;
+    for (std::size_t i = 0; i < view_poses_.size(); ++i)
+      if (!Same(writer.Contents().views[i].cam_from_world, view_poses_[i].cam_from_world))
+        final_poses[writer.Contents().views[i].id] = view_poses_[i].cam_from_world;
+    std::map<std::string, std::uint64_t> reasons = earlier_reasons_;
+    for (const Reason reason : kReasons)
+      reasons[Name(reason)] += summary_.reasons[static_cast<std::size_t>(reason)];
+    const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
+    const double capture_s = device_s > 0 ? device_s : ended_after_s_;
+    try {
+      writer.UpdatePoses(final_poses);
+      if (auto points = poses_.Points(); !points.empty()) writer.SetPoints(std::move(points));
+      writer.Close(earlier_s_ + capture_s, reasons);
+    } catch (const std::exception& error) {
+      summary_.stopped_because = StoppedBecause::kDisk;
+      summary_.problem = error.what();
+    }
+  }
+}
+
+CaptureSummary Session::Run() {
+  if (const auto subject = options_.subject ? options_.subject : resumed_subject_) SetSubject(*subject);
+  const auto started = Clock::now();
+  std::optional<StoppedBecause> why;
+  while (!why) {
+    why = Enough();
+    if (!why) why = TakeFrame();
+  }
+  ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
+  device_.Stop();
+  summary_.stopped_because = *why;
+  Close();
+  const DeviceStatistics statistics = device_.Statistics();
+  summary_.dropped = statistics.incomplete + statistics.dropped + statistics.missing;
+  summary_.ms_track_median = Median(ms_track_);
+  summary_.ms_decide_median = Median(ms_decide_);
+  summary_.map = std::move(map_);
+  return std::move(summary_);
+}
+
+}  // namespace
+
+const char* Name(StoppedBecause why) {
+  constexpr std::array kNames{"covered", "signal", "device_lost", "disk", "closed"};
+  return kNames[static_cast<std::size_t>(why)];
+}
+
+CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
+                          LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
+                          std::optional<Frame> first) {
+  return Session(device, camera, poses, std::move(writer), options, hooks, std::move(first)).Run();
+}
+
+}  // namespace ulf

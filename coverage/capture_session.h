@@ -1,0 +1,89 @@
+// A capture: frames in, views out, and why not. Each frame gets a pose, a decision with its reason, and, when
+// recorded, a place in the light field on disk.
+//
+// Device and tracking share the caller's thread; a second one writes (view_spool.h). With `deterministic`
+// everything happens in one thread, host times are the device's, and the same frames give the same bytes.
+//
+// Views hang on the tracker's keyframes: when the map is adjusted, their poses are corrected, journaled at
+// intervals and at the end, and the coverage map is painted anew.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/device.h"
+#include "acquisition/light_field_io.h"
+#include "coverage/coverage_map.h"
+#include "coverage/pose_source.h"
+#include "coverage/view_decision.h"
+#include "coverage/view_spool.h"
+
+namespace ulf {
+
+struct CaptureOptions {
+  std::optional<Subject>
+      subject;                 // none: from the tracked points near the image centre, once tracking is stable
+  double subject_size = 0.28;  // then the sphere's image as a share of the image's width
+  int stable_frames = 10;      // tracked in a row before the subject is placed
+  std::optional<Cap> cap;      // with one, the capture ends when enough of it is covered
+  double until_share = 0.98;
+  double threshold_px = 7;
+  int coverage_width_px = 640;
+  DecisionLimits limits;
+  bool deterministic = false;
+  std::uint64_t max_frames = 0;  // 0: no limit
+  double max_seconds = 0;        // of the device's time; 0: no limit
+  std::size_t spool_views = 16;
+  int frames_between_pose_updates = 60;
+};
+
+enum class StoppedBecause { kCovered, kSignal, kDeviceLost, kDisk, kClosed };
+const char* Name(StoppedBecause why);
+
+// What a person who watches the capture wants to know after every frame.
+struct CaptureProgress {
+  std::uint64_t frames = 0;
+  std::size_t views = 0;
+  std::optional<double> covered;  // none without a cap
+  Reason reason = Reason::kTracking;
+};
+
+struct CaptureHooks {
+  std::function<bool()> stop_requested;  // asked before every frame
+  std::function<void(const CaptureProgress&)> after_frame;
+};
+
+// The last frame that was recorded, for pictures.
+struct RecordedFrame {
+  Frame frame;
+  Rigid3 cam_from_world;
+};
+
+struct CaptureSummary {
+  std::uint64_t frames = 0;   // complete frames that were looked at
+  std::uint64_t dropped = 0;  // incomplete, lost on the way, or too many for us
+  std::uint64_t recorded = 0;
+  std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
+  double ms_track_median = 0;
+  double ms_decide_median = 0;
+  StoppedBecause stopped_because = StoppedBecause::kClosed;
+  std::string problem;  // what the disk said; empty otherwise
+  std::optional<Subject> subject;
+  std::optional<RecordedFrame> last_recorded;
+  std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found
+};
+
+// Runs until the cap is covered, the device ends, a limit is reached or a stop is asked for; then stops the
+// device, adjusts the map, brings all poses up to date and closes the light field. The device has been
+// started; a frame that was taken from it already (to learn its size) is `first`. `writer` may come from
+// LightFieldWriter::Resume: its views are taken over as they are. Throws what the device throws.
+CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
+                          LightFieldWriter writer, const CaptureOptions& options,
+                          const CaptureHooks& hooks = {}, std::optional<Frame> first = std::nullopt);
+
+}  // namespace ulf

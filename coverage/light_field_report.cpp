@@ -1,0 +1,124 @@
+#include "coverage/light_field_report.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "acquisition/error.h"
+#include "render/viewpoint_mesh.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+double Degrees(double radians) { return radians * 180 / M_PI; }
+
+// The smallest arc that holds all angles.
+double AngularSpan(std::vector<double> angles) {
+  std::sort(angles.begin(), angles.end());
+  double widest_gap = angles.front() + 2 * M_PI - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i)
+    widest_gap = std::max(widest_gap, angles[i] - angles[i - 1]);
+  return 2 * M_PI - widest_gap;
+}
+
+Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vector3d& up) {
+  const Vector3d& first = directions.front();
+  const bool within_hemisphere =
+      std::all_of(directions.begin(), directions.end(),
+                  [&](const Vector3d& direction) { return direction.dot(first) > 0; });
+  const Vector3d level = first - first.dot(up) * up;
+  const CapFrame frame(within_hemisphere || level.norm() < 1e-6 ? first : level, up);
+  std::vector<double> azimuths, elevations;
+  for (const Vector3d& direction : directions) {
+    azimuths.push_back(frame.Of(direction).azimuth);
+    elevations.push_back(frame.Of(direction).elevation);
+  }
+  const auto [lowest, highest] = std::minmax_element(elevations.begin(), elevations.end());
+  return {AngularSpan(std::move(azimuths)), *highest - *lowest};
+}
+
+}  // namespace
+
+LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
+  LightFieldReport report;
+  report.views = light_field.views.size();
+  report.capture_s = light_field.capture_s;
+  report.units = light_field.units;
+  report.reasons = light_field.reasons;
+  report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
+  report.subject = options.subject ? options.subject : light_field.subject;
+  if (!report.subject && !light_field.views.empty()) {
+    report.subject = SubjectFromAxes(light_field);
+    if (!report.subject)
+      throw UsageError(
+          "{}: has no subject, and its optical axes are too nearly parallel to find one; give --subject "
+          "x,y,z,r",
+          light_field.root.string());
+  }
+  if (light_field.views.empty()) {
+    if (options.cap) report.covered = 0;
+    return report;
+  }
+  std::vector<Vector3d> directions, centers;
+  for (const View& view : light_field.views) centers.push_back(view.CenterInWorld());
+  const ViewpointMesh mesh = MakeViewpointMesh(centers, *report.subject);
+  if (mesh.span == Span::kSurface) report.mean_edge_deg = Degrees(mesh.mean_edge_rad);
+  for (const View& view : light_field.views)
+    if (const Vector3d offset = view.CenterInWorld() - report.subject->center_in_world; offset.norm() > 0)
+      directions.push_back(offset.normalized());
+  if (!directions.empty())
+    report.angular_range_deg = AngularRange(directions, light_field.UpInWorld()).unaryExpr(&Degrees);
+  if (options.cap)
+    report.covered = MeasureCoverage(light_field, *report.subject, *options.cap, report.threshold_px).covered;
+  return report;
+}
+
+nlohmann::json ToJson(const LightFieldReport& report) {
+  nlohmann::json json;
+  json["views"] = report.views;
+  json["capture_s"] = report.capture_s;
+  json["angular_range_deg"] = nullptr;
+  if (report.angular_range_deg)
+    json["angular_range_deg"] = {report.angular_range_deg->x(), report.angular_range_deg->y()};
+  json["mean_edge_deg"] = nullptr;
+  if (report.mean_edge_deg) json["mean_edge_deg"] = *report.mean_edge_deg;
+  json["subject"] = nullptr;
+  if (report.subject) {
+    const Vector3d& center = report.subject->center_in_world;
+    json["subject"] = {{"center", {center.x(), center.y(), center.z()}}, {"radius", report.subject->radius}};
+  }
+  json["covered"] = nullptr;
+  if (report.covered) json["covered"] = *report.covered;
+  json["reasons"] = report.reasons;
+  return json;
+}
+
+std::string ToText(const LightFieldReport& report) {
+  std::string text = fmt::format("views          {}\n", report.views);
+  text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
+                               : "capture time   unknown\n";
+  if (report.angular_range_deg)
+    text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
+                        report.angular_range_deg->y());
+  text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
+                               : "average angle  none: the viewpoints span no surface\n";
+  if (report.subject)
+    text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
+                        report.subject->center_in_world.x(), report.subject->center_in_world.y(),
+                        report.subject->center_in_world.z(), report.subject->radius,
+                        report.units == "arbitrary" ? "arbitrary units" : report.units);
+  if (report.covered)
+    text +=
+        fmt::format("covered        {:.1f} % within {:g} px\n", 100 * *report.covered, report.threshold_px);
+  std::string reasons;
+  for (const auto& [reason, count] : report.reasons)
+    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, count);
+  if (!reasons.empty()) text += "frames         " + reasons + "\n";
+  return text;
+}
+
+}  // namespace ulf

@@ -1,0 +1,43 @@
+// A light field in one row, as the thesis's Table 6.1 has it: views, capture time, angular range, average
+// angle between neighbours; and how much of a cap is covered.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "acquisition/light_field.h"
+#include "coverage/coverage_map.h"
+
+namespace ulf {
+
+struct LightFieldReport {
+  std::size_t views = 0;
+  double capture_s = 0;
+  // The largest horizontal and vertical angle between viewpoints as seen from the subject, degrees: azimuth
+  // and elevation about the first view's direction while all views are within 90 degrees of it, round the
+  // vertical beyond.
+  std::optional<Eigen::Vector2d> angular_range_deg;
+  std::optional<double> mean_edge_deg;  // none where the viewpoints span no surface
+  std::optional<Subject> subject;
+  std::string units;
+  std::optional<double> covered;  // none without a cap
+  double threshold_px = 7;
+  std::map<std::string, std::uint64_t> reasons;
+};
+
+struct ReportOptions {
+  std::optional<Cap> cap = std::nullopt;
+  std::optional<Subject> subject = std::nullopt;      // none: the light field's, else from the optical axes
+  std::optional<double> threshold_px = std::nullopt;  // none: the light field's, else 7
+};
+
+// Throws UsageError where there is no subject and the axes do not give one.
+LightFieldReport Describe(const LightField& light_field, const ReportOptions& options);
+
+nlohmann::json ToJson(const LightFieldReport& report);
+std::string ToText(const LightFieldReport& report);
+
+}  // namespace ulf

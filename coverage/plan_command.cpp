@@ -1,0 +1,120 @@
+// ulf plan: what a capture will ask for, before there is one.
+#include "coverage/plan_command.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/error.h"
+#include "coverage/coverage_map.h"
+#include "coverage/criterion.h"
+
+namespace ulf {
+namespace {
+
+struct PlanArgs {
+  double focal_px = 0;
+  double width_px = 0;
+  double distance = 0;
+  double radius = 0;
+  double threshold_px = 7;
+  int coverage_width_px = 640;
+  std::string cap = "60x40";
+  std::optional<double> angle_deg, distance_ratio;
+  bool json = false;
+};
+
+CriterionSetup SetupFrom(const PlanArgs& args) {
+  const auto require = [](bool good, const char* option, double value) {
+    if (!good || !std::isfinite(value)) throw UsageError("{} {} must be a positive number", option, value);
+  };
+  require(args.focal_px > 0, "--focal-px", args.focal_px);
+  require(args.width_px > 0, "--width", args.width_px);
+  require(args.distance > 0, "--distance", args.distance);
+  require(args.radius > 0, "--radius", args.radius);
+  require(args.threshold_px > 0, "--threshold-px", args.threshold_px);
+  require(args.coverage_width_px > 0, "--coverage-width", args.coverage_width_px);
+  if (args.radius >= args.distance)
+    throw UsageError(
+        "--radius {} must be less than --distance {}: the camera stands outside the subject's sphere",
+        args.radius, args.distance);
+  if (args.angle_deg.has_value() != args.distance_ratio.has_value())
+    throw UsageError(
+        "--angle-deg and --distance-ratio go together: where the new view stands against the recorded");
+  if (args.distance_ratio) require(*args.distance_ratio > 0, "--distance-ratio", *args.distance_ratio);
+  if (args.angle_deg && !std::isfinite(*args.angle_deg)) throw UsageError("--angle-deg must be a number");
+  return {.focal_px = args.focal_px * args.coverage_width_px / args.width_px,
+          .distance = args.distance,
+          .radius = args.radius,
+          .threshold_px = args.threshold_px};
+}
+
+int RunPlan(const PlanArgs& args) {
+  const CriterionSetup setup = SetupFrom(args);
+  const double cap_sr = Cap::ParseDegrees(args.cap).SolidAngle();
+  const auto disc_radius = DiscRadius(setup);
+  const auto window = DistanceWindow(setup);
+  if (!disc_radius || !window)
+    throw UsageError(
+        "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
+        args.threshold_px);
+  const double views = ViewsEstimate(cap_sr, *disc_radius);
+  std::optional<double> bound_px;
+  if (args.angle_deg) bound_px = AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
+
+  if (args.json) {
+    const auto or_null = [](const std::optional<double>& value) {
+      return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
+    };
+    nlohmann::json json{{"disc_radius_deg", *disc_radius * 180 / M_PI},
+                        {"distance_window", {or_null(window->near), or_null(window->far)}},
+                        {"views_estimate", views}};
+    if (args.angle_deg) json["bound_px"] = or_null(bound_px);
+    fmt::print("{}\n", json.dump());
+    return kOk;
+  }
+  const double sphere_px = 2 * setup.focal_px * setup.radius /
+                           std::sqrt(setup.distance * setup.distance - setup.radius * setup.radius);
+  fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", sphere_px,
+             args.coverage_width_px);
+  fmt::print("one view covers  {:.2f} degrees around it, within {:g} px\n", *disc_radius * 180 / M_PI,
+             args.threshold_px);
+  fmt::print("distances        {} to {} times the recorded one\n",
+             window->near ? fmt::format("{:.3f}", *window->near) : "any",
+             window->far ? fmt::format("{:.3f}", *window->far) : "any");
+  fmt::print("views            about {:.0f} for {} degrees\n", views, args.cap);
+  if (bound_px)
+    fmt::print("bound            {:.2f} px at {:g} degrees and {:g} times the distance\n", *bound_px,
+               *args.angle_deg, *args.distance_ratio);
+  return kOk;
+}
+
+}  // namespace
+
+void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<PlanArgs>();
+  CLI::App* command =
+      app.add_subcommand("plan", "Before a shoot: how far one view covers, and how many it takes");
+  command->add_option("--focal-px", args->focal_px, "Focal length in pixels of the camera's images")
+      ->required();
+  command->add_option("--width", args->width_px, "Width of the camera's images in pixels")->required();
+  command->add_option("--distance", args->distance, "From the camera to the subject's centre")->required();
+  command->add_option("--radius", args->radius, "Of the sphere around the subject, in the same unit")
+      ->required();
+  command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed")
+      ->capture_default_str();
+  command
+      ->add_option("--coverage-width", args->coverage_width_px,
+                   "Width of the image that the threshold refers to")
+      ->capture_default_str();
+  command->add_option("--cap", args->cap, "Viewpoints wanted, degrees")->capture_default_str();
+  command->add_option("--angle-deg", args->angle_deg, "Tell the bound of a view this far around");
+  command->add_option("--distance-ratio", args->distance_ratio,
+                      "... at this multiple of the recorded distance");
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer("Example: ulf plan --focal-px 600 --width 640 --distance 1 --radius 0.15 --cap 60x40");
+  command->callback([args, &chosen] { chosen = [args] { return RunPlan(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,26 @@
+#include "coverage/pose_source.h"
+
+namespace ulf {
+namespace {
+
+class TrackerSource : public PoseSource {
+ public:
+  TrackerSource(const CameraModel& camera, const TrackerOptions& options) : tracker_(camera, options) {}
+  Track Step(const Frame& frame) override { return tracker_.Step(frame); }
+  Rigid3 PoseOf(const Anchored& anchor) const override { return tracker_.PoseOf(anchor); }
+  std::vector<VisiblePoint> VisiblePoints() const override { return tracker_.VisiblePoints(); }
+  std::vector<ScenePoint> Points() const override { return tracker_.Points(); }
+  bool SeedMap(std::span<const SeedView> views) override { return tracker_.SeedMap(views); }
+  void Finish() override { tracker_.Finish(); }
+
+ private:
+  Tracker tracker_;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera, const TrackerOptions& options) {
+  return std::make_unique<TrackerSource>(camera, options);
+}
+
+}  // namespace ulf

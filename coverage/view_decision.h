@@ -1,0 +1,64 @@
+// What becomes of a frame, and why: recorded, or one of the reasons not to. Pure: frame, track and map in,
+// decision out.
+//
+// The reasons are asked in an order in which each makes sense of the next: where is the camera, does it look
+// at the subject, is its viewpoint wanted, is the picture good. A frame that is covered is never blamed for
+// its blur.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/frame.h"
+#include "coverage/coverage_map.h"
+#include "tracking/tracker.h"
+
+namespace ulf {
+
+enum class Reason {
+  kRecorded,
+  kCovered,           // a recorded view shows the subject as well within the threshold
+  kOutsideRectangle,  // the sphere's silhouette leaves the safety rectangle
+  kBehind,            // the subject is behind the camera
+  kInsideSphere,      // the camera is inside the subject's sphere
+  kTracking,          // no pose, a poor one, or no subject yet
+  kBlur,              // less detail than the recent frames
+  kExposure,          // the subject is clipped or black
+  kSpeed,             // the image moves too far during the exposure
+  kSpool,             // the disk is behind
+};
+inline constexpr std::array kReasons{
+    Reason::kRecorded, Reason::kCovered, Reason::kOutsideRectangle, Reason::kBehind, Reason::kInsideSphere,
+    Reason::kTracking, Reason::kBlur,    Reason::kExposure,         Reason::kSpeed,  Reason::kSpool};
+const char* Name(Reason reason);     // as in --json
+const char* InWords(Reason reason);  // for the person with the camera
+
+struct DecisionLimits {
+  double rectangle_share = 0.8;
+  double min_tracking_quality = 0.3;
+  double min_sharpness = 0.5;      // of the recent frames' median
+  double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
+  double max_clipped_share = 0.3;  // of the sphere's image
+  double min_brightest = 0.08;     // display-encoded, of the brightest tenth of the sphere's image
+};
+
+struct Decision {
+  Reason reason = Reason::kTracking;
+  std::optional<double>
+      bound_px;  // from the nearest recorded view; none where it is infinite or was not asked
+};
+
+struct FrameToDecide {
+  const Frame& frame;
+  const Track& track;
+  const CameraModel& camera;
+  double frame_period_s = 0;  // 0: unknown
+  int coverage_width_px = 640;
+};
+
+// `map`: none while there is no subject.
+Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+
+}  // namespace ulf
