@@ -24,7 +24,8 @@
 //
 // The device is lost (kLost) when the control channel breaks or another program takes it, or when no frame
 // has come for 5.5 s or ten periods, whichever is longer; Info().problem then says which. What the library
-// still holds is torn down behind, because that blocks for seconds once the camera is gone.
+// still holds is torn down behind, because that blocks for seconds once the camera is gone; the process waits
+// for it at its end.
 #pragma once
 
 #include <memory>
