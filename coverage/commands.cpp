@@ -1,5 +1,6 @@
 #include "coverage/commands.h"
 
+#include "coverage/capture_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
 
@@ -7,6 +8,7 @@ namespace ulf {
 
 void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddPlanCommand(app, chosen);
+  AddCaptureCommand(app, chosen);
   AddInfoCommand(app, chosen);
 }
 

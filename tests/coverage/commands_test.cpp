@@ -1,10 +1,15 @@
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "acquisition/light_field_io.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -12,6 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+
+// Where the studio's subject is; small pictures, because they are drawn on the processor.
+const std::string kStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
+const std::string kSubject = " --track known --subject 0,0,0.07,0.162";
 
 nlohmann::json JsonOf(const CommandResult& result) {
   EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -56,6 +65,133 @@ TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
     EXPECT_EQ(result.exit_code, 2) << arguments;
     EXPECT_THAT(result.errors, HasSubstr(words)) << arguments;
     EXPECT_THAT(result.output, IsEmpty()) << arguments;
+  }
+}
+
+TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + dir +
+                                  " --headless --quality fast --frames 120 "
+                                  "--until-covered 60x40 --overlay " +
+                                  (scratch / "overlay.png").string() + " --map " +
+                                  (scratch / "map.png").string() + " --json"));
+  EXPECT_EQ(json["frames"], 120);
+  EXPECT_EQ(json["stopped_because"], "closed");
+  EXPECT_EQ(json["views"], json["recorded"]);
+  EXPECT_GT(json["views"], 10);
+  EXPECT_GT(json["covered"], 0.02);
+  EXPECT_LT(json["covered"], 0.9);
+  EXPECT_NEAR(json["subject"]["radius"], 0.162, 1e-9);
+  EXPECT_GT(json["ms_track_median"], 0);
+  EXPECT_EQ(json["dropped"], 0);
+  std::uint64_t sum = 0;
+  for (const char* reason : {"recorded", "covered", "outside_rectangle", "behind", "inside_sphere",
+                             "tracking", "blur", "exposure", "speed", "spool"}) {
+    ASSERT_TRUE(json["reasons"].contains(reason)) << reason;
+    sum += json["reasons"][reason].get<std::uint64_t>();
+  }
+  EXPECT_EQ(sum, 120u);
+  for (const char* picture : {"overlay.png", "map.png"})
+    EXPECT_GT(ReadImageFile((scratch / picture).string()).cols, 600) << picture;
+
+  const auto info = JsonOf(RunUlf("info " + dir + " --cap 60x40 --json"));
+  for (const char* key :
+       {"views", "capture_s", "angular_range_deg", "mean_edge_deg", "subject", "covered", "reasons"})
+    EXPECT_EQ(info[key], json[key]) << key;
+  EXPECT_TRUE(JsonOf(RunUlf("info " + dir + " --json"))["covered"].is_null());
+  EXPECT_EQ(ReadLightField(dir).units, "metres");
+  EXPECT_EQ(*ReadLightField(dir).threshold_px, 12);
+}
+
+TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  const std::string tail = " -o " + dir + " --headless --json";
+  const auto first = JsonOf(RunUlf("capture " + kStudio + kSubject + tail + " --quality fast --frames 30"));
+  EXPECT_EQ(RunUlf("capture " + kStudio + kSubject + tail + " --frames 30").exit_code, 1)
+      << "without --resume";
+  const auto second =
+      JsonOf(RunUlf("capture " + kStudio + " --track known" + tail + " --resume --frames 60"));
+  EXPECT_EQ(second["views"], first["views"].get<int>() + second["recorded"].get<int>());
+  EXPECT_GT(second["recorded"], 0);
+  EXPECT_EQ(second["subject"], first["subject"]);
+}
+
+TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
+  const ScratchFolder scratch;
+  const std::string first = (scratch / "first").string(), again = (scratch / "again").string();
+  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
+                                  " --headless --quality fast --frames 60 --json"));
+  const auto replayed = JsonOf(
+      RunUlf("capture replay:" + first + " --track known -o " + again + " --headless --quality fast --json"));
+  EXPECT_EQ(replayed["views"], json["views"]) << "what was recorded is not covered by what came before";
+  EXPECT_EQ(replayed["subject"], json["subject"]);
+}
+
+TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  for (const auto& [arguments, words] : {
+           std::pair<std::string, std::string>{"capture " + kStudio, "--output"},
+           {"capture " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
+           {"capture " + kStudio + " -o " + dir + " --track known", "--subject"},
+           {"capture " + kStudio + " -o " + dir + " --track known --subject 1,2,3", "1,2,3"},
+           {"capture " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
+           {"capture " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
+           {"capture " + kStudio + " -o " + dir + " --quality best", "best"},
+           {"capture " + kStudio + " -o " + dir + " --until-covered 60", "60x40"},
+           {"capture " + kStudio + " -o " + dir + " --until-covered 60x40:98", "share"},
+           {"capture " + kStudio + " -o " + dir + " --subject-size 0.9", "0.8"},
+           {"capture nonsense -o " + dir, "nonsense"},
+       }) {
+    const CommandResult result = RunUlf(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(words)) << arguments;
+    EXPECT_FALSE(fs::exists(dir)) << arguments;
+  }
+}
+
+TEST(CaptureCommand, AFolderThatIsTakenIsAnError) {
+  const ScratchFolder scratch;
+  std::ofstream(scratch / "mine.txt") << "keep me";
+  const CommandResult result =
+      RunUlf("capture " + kStudio + kSubject + " -o " + scratch.path().string() + " --headless --frames 3");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("not empty"));
+}
+
+// Starts a capture, sends a signal after it has recorded something, and waits.
+int ExitAfterSignal(const fs::path& dir, int signal) {
+  const std::string command = std::string("exec ") + std::getenv("ULF_BINARY") + " capture " + kStudio +
+                              kSubject + " -o " + dir.string() + " --headless --json > " + dir.string() +
+                              ".json 2> /dev/null";
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 400 && !fs::exists(dir / "images" / "000003.png"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  kill(child, signal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+TEST(CaptureCommand, SignalsCloseTheLightFieldAndExitZero) {
+  if (!std::getenv("ULF_BINARY")) GTEST_SKIP() << "run through ctest";
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const ScratchFolder scratch;
+    EXPECT_EQ(ExitAfterSignal(scratch / "lf", signal), 0) << signal;
+    const LightField light_field = ReadLightField(scratch / "lf");
+    EXPECT_GE(light_field.views.size(), 3u);
+    EXPECT_TRUE(fs::exists(scratch / "lf" / "sparse" / "0" / "images.txt"));
+    std::ifstream file(scratch / "lf.json");
+    const auto json = nlohmann::json::parse(file);
+    EXPECT_EQ(json["stopped_because"], "signal");
+    EXPECT_EQ(json["views"], light_field.views.size());
+    for (const View& view : light_field.views) EXPECT_EQ(ReadViewImage(light_field, view).width(), 320);
   }
 }
 

@@ -1,0 +1,382 @@
+// ulf capture: the main job, from a device's URI to a light field on disk.
+#include "coverage/capture_command.h"
+
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "acquisition/device.h"
+#include "acquisition/error.h"
+#include "acquisition/import_export.h"
+#include "acquisition/intrinsics.h"
+#include "acquisition/intrinsics_options.h"
+#include "acquisition/light_field_io.h"
+#include "coverage/capture_session.h"
+#include "coverage/coverage_drawing.h"
+#include "coverage/light_field_report.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CaptureArgs {
+  std::string uri;
+  std::string dir;
+  std::string subject = "auto";
+  double subject_size = 0.28;
+  std::string until_covered;
+  std::string quality;
+  std::optional<double> threshold_px;
+  std::optional<int> coverage_width_px;
+  IntrinsicsArgs intrinsics;
+  std::string track = "tracker";
+  std::uint64_t frames = 0;
+  double max_seconds = 0;
+  bool headless = false;
+  bool deterministic = false;
+  bool resume = false;
+  bool json = false;
+  std::string overlay;
+  std::string map;
+
+  bool TrackKnown() const { return track == "known"; }
+};
+
+std::atomic<bool> stop_asked{false};
+
+// SIGINT and SIGTERM ask for an orderly end while this lives.
+class StopOnSignal {
+ public:
+  StopOnSignal() {
+    stop_asked = false;
+    struct sigaction action {};
+    action.sa_handler = [](int) { stop_asked = true; };
+    sigaction(SIGINT, &action, &before_int_);
+    sigaction(SIGTERM, &action, &before_term_);
+  }
+  ~StopOnSignal() {
+    sigaction(SIGINT, &before_int_, nullptr);
+    sigaction(SIGTERM, &before_term_, nullptr);
+  }
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+ private:
+  struct sigaction before_int_ {
+  }, before_term_{};
+};
+
+// "60x40", "60x40:0.95" or "60x40:95%".
+void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
+  if (text.empty()) return;
+  const std::size_t colon = text.find(':');
+  options->cap = Cap::ParseDegrees(text.substr(0, colon));
+  if (colon == std::string::npos) return;
+  const std::string share = text.substr(colon + 1);
+  double value = 0;
+  int used = 0;
+  if (std::sscanf(share.c_str(), "%lf%n", &value, &used) == 1) {
+    const std::string rest = share.substr(static_cast<std::size_t>(used));
+    if (rest == "%") value /= 100;
+    if ((rest.empty() || rest == "%") && value > 0 && value <= 1) {
+      options->until_share = value;
+      return;
+    }
+  }
+  throw UsageError("--until-covered {}: '{}' is not a share; write 0.95 or 95%", text, share);
+}
+
+CaptureOptions OptionsFrom(const CaptureArgs& args) {
+  CaptureOptions options;
+  ParseUntilCovered(args.until_covered, &options);
+  if (!args.quality.empty() && args.threshold_px)
+    throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,
+                     *args.threshold_px);
+  if (args.quality == "fast") options.threshold_px = 12;
+  if (args.threshold_px) options.threshold_px = *args.threshold_px;
+  if (!(options.threshold_px > 2))
+    throw UsageError("--threshold-px {}: the bound of a view with itself is 2 px; give more",
+                     options.threshold_px);
+  if (args.coverage_width_px) options.coverage_width_px = *args.coverage_width_px;
+  if (options.coverage_width_px < 16)
+    throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
+  if (!(args.subject_size > 0 && args.subject_size <= 0.8))
+    throw UsageError(
+        "--subject-size {}: the sphere's share of the image's width, above 0 and at most 0.8 (the "
+        "safety rectangle)",
+        args.subject_size);
+  options.subject_size = args.subject_size;
+  options.deterministic = args.deterministic;
+  options.max_frames = args.frames;
+  options.max_seconds = args.max_seconds;
+  if (args.subject != "auto") {
+    if (!args.TrackKnown() && !args.resume)
+      throw UsageError(
+          "--subject {}: the tracker's world does not exist before it has begun; use --subject auto, go on "
+          "with a "
+          "light field (--resume), or take poses that are known (--track known)",
+          args.subject);
+    options.subject = ParseSubject(args.subject);
+  }
+  return options;
+}
+
+// With known poses there are no tracked points to find the subject by: a replayed light field has one.
+std::optional<Subject> SubjectOfReplay(const std::string& uri) {
+  const DeviceUri parsed = DeviceUri::Parse(uri);
+  const fs::path dir = parsed.path;
+  if (parsed.scheme != "replay" ||
+      !(fs::exists(dir / "journal.jsonl") || fs::exists(dir / "transforms.json")))
+    return std::nullopt;
+  const LightField light_field = ReadLightField(dir);
+  return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
+}
+
+Frame FirstFrame(Device& device, const std::string& uri) {
+  constexpr std::chrono::seconds kPatience(10);
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (std::chrono::steady_clock::now() < until && !stop_asked) {
+    auto frame = device.Next(std::chrono::milliseconds(200));
+    if (frame && frame->status == FrameStatus::kComplete) return std::move(*frame);
+    if (!frame && device.State() != DeviceState::kStreaming) break;
+  }
+  throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
+}
+
+// The map is built again from recorded photographs, evenly spread.
+void SeedFrom(const LightField& light_field, PoseSource& poses) {
+  constexpr std::size_t kMostViews = 80;
+  const std::size_t count = light_field.views.size();
+  const std::size_t used = std::min(count, kMostViews);
+  std::vector<SeedView> seeds;
+  for (std::size_t i = 0; i < used; ++i) {
+    const View& view = light_field.views[i * count / used];
+    seeds.push_back({ReadViewImage(light_field, view), view.cam_from_world});
+  }
+  if (!poses.SeedMap(seeds))
+    throw Error(
+        "{}: its {} views show too little in common to find the camera's position among them; begin a new "
+        "one",
+        light_field.root.string(), count);
+}
+
+struct Prepared {
+  std::unique_ptr<Device> device;
+  Frame first;
+  CameraModel camera;
+  std::unique_ptr<PoseSource> poses;
+  std::unique_ptr<LightFieldWriter> writer;
+};
+
+CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
+  const CameraModel& camera = light_field.cameras.at(0);
+  if (camera.width != frame.image.width() || camera.height != frame.image.height())
+    throw Error(
+        "{}: was captured at {}x{}, the device now gives {}x{}; set it back or begin a new light field",
+        light_field.root.string(), camera.width, camera.height, frame.image.width(), frame.image.height());
+  return camera;
+}
+
+void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
+  if (!args.threshold_px && args.quality.empty() && light_field.threshold_px)
+    options->threshold_px = *light_field.threshold_px;
+  if (light_field.threshold_px && options->threshold_px != *light_field.threshold_px)
+    throw UsageError("{}: was begun with a threshold of {} px; leave out --threshold-px and --quality",
+                     args.dir, *light_field.threshold_px);
+  if (args.coverage_width_px && *args.coverage_width_px != light_field.coverage_width_px)
+    throw UsageError("{}: was begun with --coverage-width {}; leave it out", args.dir,
+                     light_field.coverage_width_px);
+  options->coverage_width_px = light_field.coverage_width_px;
+}
+
+Prepared Prepare(const CaptureArgs& args, CaptureOptions* options) {
+  Prepared prepared;
+  if (args.resume) {
+    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
+    TakeOver(args, prepared.writer->Contents(), options);
+    if (!options->subject) options->subject = prepared.writer->Contents().subject;
+  }
+  if (args.TrackKnown() && !options->subject) {
+    options->subject = SubjectOfReplay(args.uri);
+    if (!options->subject)
+      throw UsageError(
+          "--track known: there are no tracked points to find the subject by; give --subject x,y,z,r");
+  }
+  prepared.device = OpenDevice(args.uri);
+  prepared.device->Start();
+  prepared.first = FirstFrame(*prepared.device, args.uri);
+
+  CaptureHeader header;
+  if (args.resume)
+    prepared.camera = CameraOfResumed(prepared.writer->Contents(), prepared.first);
+  else
+    prepared.camera = ResolveIntrinsics(*prepared.device, args.intrinsics, prepared.first.image.width(),
+                                        prepared.first.image.height(), &header.calibration_source);
+  const DeviceInfo info = prepared.device->Info();
+  if (args.TrackKnown()) {
+    if (!prepared.first.known_cam_from_world)
+      throw UsageError("--track known: {} does not know its poses; leave it out to have them tracked",
+                       info.uri);
+    prepared.poses = MakeKnownPoseSource(prepared.camera, options->subject);
+  } else {
+    prepared.poses = MakeTrackerSource(prepared.camera, {.deterministic = args.deterministic,
+                                                         .wait_for_mapper = !prepared.device->IsLive()});
+    if (args.resume && !prepared.writer->Contents().views.empty())
+      SeedFrom(prepared.writer->Contents(), *prepared.poses);
+  }
+  if (!prepared.writer) {
+    header.camera = prepared.camera;
+    header.device_uri = info.uri;
+    header.device_serial = info.serial;
+    header.units = args.TrackKnown() && info.bus == "simulated" ? "metres" : "arbitrary";
+    header.threshold_px = options->threshold_px;
+    header.coverage_width_px = options->coverage_width_px;
+    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
+  }
+  return prepared;
+}
+
+void WritePicture(const std::string& path, const cv::Mat& picture) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path, picture);
+  } catch (const cv::Exception&) {
+  }
+  if (!written) throw Error("{}: the picture cannot be written; give a path ending in .png or .jpg", path);
+}
+
+void WritePictures(const CaptureArgs& args, const CameraModel& camera, const CaptureSummary& summary,
+                   const LightFieldReport& report) {
+  if (args.overlay.empty() && args.map.empty()) return;
+  if (!summary.map || !summary.last_recorded) {
+    fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
+    return;
+  }
+  const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
+  const CoverageMap map = RefinedForPictures(*summary.map);
+  if (!args.overlay.empty()) {
+    // Lines and dots want pixels: small images are drawn on at twice their size.
+    constexpr int kWideEnough = 1000;
+    const int factor = camera.width < kWideEnough ? 2 : 1;
+    const CameraModel large = camera.ScaledTo(factor * camera.width, factor * camera.height);
+    cv::Mat live;
+    cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
+               cv::INTER_CUBIC);
+    WritePicture(args.overlay, DrawOverlay(live, large, cam_from_world, map));
+  }
+  if (args.map.empty()) return;
+  std::string caption = fmt::format("{} views, within {:g} px", report.views, report.threshold_px);
+  if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
+  WritePicture(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
+}
+
+void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report) {
+  if (args.json) {
+    nlohmann::json json = ToJson(report);
+    json["frames"] = summary.frames;
+    json["dropped"] = summary.dropped;
+    json["recorded"] = summary.recorded;
+    json["ms_track_median"] = summary.ms_track_median;
+    json["ms_decide_median"] = summary.ms_decide_median;
+    json["stopped_because"] = Name(summary.stopped_because);
+    fmt::print("{}\n", json.dump());
+  } else {
+    fmt::print("{}", ToText(report));
+    fmt::print(
+        "this session   {} frames, {} dropped, {} recorded; tracking {:.1f} ms, decision {:.3f} ms "
+        "(medians); "
+        "stopped: {}\n",
+        summary.frames, summary.dropped, summary.recorded, summary.ms_track_median, summary.ms_decide_median,
+        Name(summary.stopped_because));
+  }
+  std::fflush(stdout);
+}
+
+int RunCaptureCommand(const CaptureArgs& args) {
+  CaptureOptions options = OptionsFrom(args);
+  if (!args.headless)
+    fmt::print(stderr, "the operator display does not exist yet: capturing without it, as with --headless\n");
+  const StopOnSignal signals;
+  Prepared prepared = Prepare(args, &options);
+
+  CaptureSummary summary;
+  {
+    Progress progress("capture");
+    CaptureHooks hooks;
+    hooks.stop_requested = [] { return stop_asked.load(); };
+    hooks.after_frame = [&](const CaptureProgress& now) {
+      double share = 0;
+      if (now.covered)
+        share = std::min(0.99, *now.covered / options.until_share);
+      else if (options.max_frames > 0)
+        share = static_cast<double>(now.frames) / static_cast<double>(options.max_frames);
+      const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
+      progress.Show(share, fmt::format("{} frames, {} recorded{}; {}", now.frames, now.views, covered,
+                                       InWords(now.reason)));
+    };
+    summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
+                         options, hooks, std::move(prepared.first));
+  }
+  const LightFieldReport report =
+      Describe(ReadLightField(args.dir), {.cap = options.cap, .threshold_px = options.threshold_px});
+  WritePictures(args, prepared.camera, summary, report);
+  PrintResult(args, summary, report);
+  if (summary.stopped_because == StoppedBecause::kDisk) {
+    fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
+               summary.problem);
+    return kFailed;
+  }
+  if (summary.stopped_because == StoppedBecause::kDeviceLost) {
+    fmt::print(stderr,
+               "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",
+               args.uri);
+    return kFailed;
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<CaptureArgs>();
+  CLI::App* command =
+      app.add_subcommand("capture", "Captures a light field: records every view that is missing");
+  command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
+  command->add_option("-o,--output", args->dir, "Folder of the light field")->required();
+  command->add_option("--subject", args->subject, "auto, or x,y,z,radius in world units")
+      ->capture_default_str();
+  command->add_option("--subject-size", args->subject_size, "auto: the sphere's share of the image's width")
+      ->capture_default_str();
+  command->add_option("--until-covered", args->until_covered,
+                      "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said)");
+  command->add_option("--quality", args->quality, "high: 7 px (as without), fast: 12 px")
+      ->check(CLI::IsMember({"high", "fast"}));
+  command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed");
+  command->add_option("--coverage-width", args->coverage_width_px,
+                      "Width of the image that the threshold refers to (640)");
+  AddIntrinsicsOptions(*command, args->intrinsics);
+  command->add_option("--track", args->track, "tracker, or known: poses that the device brings")
+      ->check(CLI::IsMember({"tracker", "known"}))
+      ->capture_default_str();
+  command->add_option("--frames", args->frames, "Stop after so many frames");
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock");
+  command->add_flag("--headless", args->headless, "Without the operator display");
+  command->add_flag("--deterministic", args->deterministic,
+                    "One thread; the same frames give the same bytes");
+  command->add_flag("--resume", args->resume, "Go on with the light field in the folder");
+  command->add_option("--overlay", args->overlay, "Picture: the last recorded frame with the painted sphere");
+  command->add_option("--map", args->map, "Picture: the coverage map");
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer(
+      "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
+  command->callback([args, &chosen] { chosen = [args] { return RunCaptureCommand(*args); }; });
+}
+
+}  // namespace ulf
