@@ -1,5 +1,7 @@
 #include "acquisition/simulator/materials.h"
 
+#include <vector>
+
 #include "acquisition/simulator/noise.h"
 
 namespace ulf {
@@ -191,15 +193,18 @@ F4 RedTerrazzo(const PaintedPoint& at) {
   return WithChips3(color, at.local, 0.0065f, 0.3f, kChip, at.texel_m, 113);
 }
 
-// Overlapping paper: the topmost of several rectangles thrown at each cell of a coarse grid.
+// Overlapping paper: one sheet for each cell of a coarse grid, piled by hash.
 F4 Posters(const PaintedPoint& at) {
   static const F4 kPaper[] = {Rgb(.70f, .62f, .46f), Rgb(.55f, .13f, .09f), Rgb(.09f, .22f, .38f),
                               Rgb(.80f, .76f, .68f), Rgb(.14f, .30f, .18f), Rgb(.06f, .06f, .08f)};
-  F4 color = Fieldstone(at);
   constexpr float kGrid = 0.24f;
   const int gx = static_cast<int>(std::floor(at.u_m / kGrid)),
             gy = static_cast<int>(std::floor(at.v_m / kGrid));
-  std::uint32_t top = 0;
+  struct Sheet {
+    std::uint32_t hash;  // also its height in the pile
+    float x, y, cover;
+  };
+  std::vector<Sheet> sheets;
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       const std::uint32_t h = HashLattice(gx + dx, gy + dy, 0, 121);
@@ -209,11 +214,17 @@ F4 Posters(const PaintedPoint& at) {
       const float px = c * x + s * y, py = -s * x + c * y;
       const float inside = std::min(0.05f + 0.09f * UnitFloat(Rehash(h + 3)) - std::abs(px),
                                     0.05f + 0.09f * UnitFloat(Rehash(h + 4)) - std::abs(py));
-      if (inside <= 0 || h <= top) continue;
-      top = h;
-      color = WithChips(Pick(kPaper, h), px, py, 0.03f, 0.5f, kPaper, at.texel_m, h);
-      color = WithChips(color, px, py, 0.014f, 0.3f, kPaper, at.texel_m, h + 1);
+      const float cover = SoftStep(0, 1.5f * at.texel_m, inside);
+      if (cover > 0) sheets.push_back({h, px, py, cover});
     }
+  std::sort(sheets.begin(), sheets.end(), [](const Sheet& a, const Sheet& b) { return a.hash < b.hash; });
+  F4 color = Fieldstone(at);
+  for (const Sheet& sheet : sheets) {
+    F4 print =
+        WithChips(Pick(kPaper, sheet.hash), sheet.x, sheet.y, 0.03f, 0.5f, kPaper, at.texel_m, sheet.hash);
+    print = WithChips(print, sheet.x, sheet.y, 0.014f, 0.3f, kPaper, at.texel_m, sheet.hash + 1);
+    color = Mix(color, print, sheet.cover);
+  }
   return color;
 }
 

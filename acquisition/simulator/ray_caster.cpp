@@ -31,12 +31,7 @@ struct RayCaster::Rays {
   float pixel_angle = 0;
   std::vector<float> x, y, z, x_by_u, y_by_u, z_by_u, x_by_v, y_by_v, z_by_v;
 
-  Vec3<F8> At(std::size_t i, float du, float dv) const {
-    if (du == 0 && dv == 0) return {Load(&x[i]), Load(&y[i]), Load(&z[i])};
-    return {Load(&x[i]) + du * Load(&x_by_u[i]) + dv * Load(&x_by_v[i]),
-            Load(&y[i]) + du * Load(&y_by_u[i]) + dv * Load(&y_by_v[i]),
-            Load(&z[i]) + du * Load(&z_by_u[i]) + dv * Load(&z_by_v[i])};
-  }
+  Vec3<F8> At(std::size_t i) const { return {Load(&x[i]), Load(&y[i]), Load(&z[i])}; }
   Vector3f One(std::size_t i, float du, float dv) const {
     return {x[i] + du * x_by_u[i] + dv * x_by_v[i], y[i] + du * y_by_u[i] + dv * y_by_v[i],
             z[i] + du * z_by_u[i] + dv * z_by_v[i]};
@@ -246,7 +241,7 @@ RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& came
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 
-void RayCaster::Trace(const Pose& pose, const Eigen::Vector2f& offset_px, Hits& hits) const {
+void RayCaster::Trace(const Pose& pose, Hits& hits) const {
   hits.t.create(camera_.height, rays_->stride, CV_32FC1);
   hits.which.create(camera_.height, rays_->stride, CV_32SC1);
   for (const Tile& tile : tiles_) {
@@ -256,15 +251,14 @@ void RayCaster::Trace(const Pose& pose, const Eigen::Vector2f& offset_px, Hits& 
         const std::size_t i = static_cast<std::size_t>(y) * rays_->stride + x;
         F8 t;
         I8 which;
-        pose.Nearest(candidates, rays_->At(i, offset_px.x(), offset_px.y()), t, which);
+        pose.Nearest(candidates, rays_->At(i), t, which);
         Store(hits.t.ptr<float>(y) + x, t);
         std::memcpy(hits.which.ptr<int>(y) + x, &which, sizeof(which));
       }
   }
 }
 
-void RayCaster::Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, Hits& hits,
-                      cv::Mat& sum) const {
+void RayCaster::Shade(const Pose& pose, float weight, Hits& hits, cv::Mat& sum) const {
   hits.key.create(camera_.height, camera_.width, CV_16UC1);
   for (int y = 0; y < camera_.height; ++y) {
     const float* t = hits.t.ptr<float>(y);
@@ -275,15 +269,14 @@ void RayCaster::Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float 
       if (which[x] < 0) continue;
       const std::size_t i = static_cast<std::size_t>(y) * rays_->stride + x;
       int chart = 0;
-      out[x] += weight * pose.Radiance(which[x], t[x], rays_->One(i, offset_px.x(), offset_px.y()), chart);
+      out[x] += weight * pose.Radiance(which[x], t[x], rays_->One(i, 0, 0), chart);
       key[x] = static_cast<std::uint16_t>(chart);
     }
   }
 }
 
 // Replaces the one look at a pixel on a silhouette by the mean of four, placed as a rotated grid.
-void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, float weight,
-                            const Hits& hits, cv::Mat& sum) const {
+void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv::Mat& sum) const {
   constexpr float kPlaces[4][2] = {
       {-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
   const auto differs = [&](int x, int y) {
@@ -308,7 +301,7 @@ void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, 
             pixels[std::min(first + static_cast<std::size_t>(lane / 4), pixels.size() - 1)];
         const std::size_t i = static_cast<std::size_t>(pixel.y) * rays_->stride + pixel.x;
         auto& direction = directions[static_cast<std::size_t>(lane)];
-        direction = rays_->One(i, offset_px.x() + kPlaces[lane % 4][0], offset_px.y() + kPlaces[lane % 4][1]);
+        direction = rays_->One(i, kPlaces[lane % 4][0], kPlaces[lane % 4][1]);
         d.x[lane] = direction.x();
         d.y[lane] = direction.y();
         d.z[lane] = direction.z();
@@ -325,27 +318,26 @@ void RayCaster::SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, 
             mean +=
                 0.25f * pose.Radiance(which[lane], t[lane], directions[static_cast<std::size_t>(lane)], key);
         const std::size_t i = static_cast<std::size_t>(pixel.y) * rays_->stride + pixel.x;
-        const F4 single = pose.Radiance(hits.which.at<int>(pixel), hits.t.at<float>(pixel),
-                                        rays_->One(i, offset_px.x(), offset_px.y()), key);
+        const F4 single =
+            pose.Radiance(hits.which.at<int>(pixel), hits.t.at<float>(pixel), rays_->One(i, 0, 0), key);
         sum.ptr<F4>(pixel.y)[pixel.x] += weight * (mean - single);
       }
     }
   }
 }
 
-void RayCaster::Accumulate(const Rigid3& cam_from_world, const Eigen::Vector2f& offset_px, bool smooth_edges,
-                           float weight, cv::Mat& sum) const {
+void RayCaster::Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const {
   CV_Assert(sum.type() == CV_32FC4 && sum.cols == camera_.width && sum.rows == camera_.height);
   const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
   Hits hits;
-  Trace(pose, offset_px, hits);
-  Shade(pose, offset_px, weight, hits, sum);
-  if (smooth_edges) SmoothEdges(pose, offset_px, weight, hits, sum);
+  Trace(pose, hits);
+  Shade(pose, weight, hits, sum);
+  SmoothEdges(pose, weight, hits, sum);
 }
 
 cv::Mat RayCaster::Radiance(const Rigid3& cam_from_world) const {
   cv::Mat sum = cv::Mat::zeros(camera_.height, camera_.width, CV_32FC4);
-  Accumulate(cam_from_world, {0, 0}, true, 1, sum);
+  Accumulate(cam_from_world, 1, sum);
   cv::Mat bgr(sum.size(), CV_32FC3);
   const int from_to[] = {0, 0, 1, 1, 2, 2};
   cv::mixChannels(&sum, 1, &bgr, 1, from_to, 3);
@@ -355,7 +347,7 @@ cv::Mat RayCaster::Radiance(const Rigid3& cam_from_world) const {
 cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world) const {
   const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
   Hits hits;
-  Trace(pose, {0, 0}, hits);
+  Trace(pose, hits);
   return hits.t.colRange(0, camera_.width).clone();
 }
 

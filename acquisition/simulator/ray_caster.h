@@ -22,10 +22,8 @@ class RayCaster {
   const CameraModel& camera() const { return camera_; }
   const Scene& scene() const { return *scene_; }
 
-  // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused). Rays pass through the
-  // pixel at (0.5 + offset); with `smooth_edges` pixels at silhouettes are averaged over four rays.
-  void Accumulate(const Rigid3& cam_from_world, const Eigen::Vector2f& offset_px, bool smooth_edges,
-                  float weight, cv::Mat& sum) const;
+  // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
+  void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const;
 
   // The picture of an instant, without sensor or motion: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world) const;
@@ -38,11 +36,9 @@ class RayCaster {
   struct Tile;
   struct Pose;
   struct Hits;
-  void Trace(const Pose& pose, const Eigen::Vector2f& offset_px, Hits& hits) const;
-  void Shade(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, Hits& hits,
-             cv::Mat& sum) const;
-  void SmoothEdges(const Pose& pose, const Eigen::Vector2f& offset_px, float weight, const Hits& hits,
-                   cv::Mat& sum) const;
+  void Trace(const Pose& pose, Hits& hits) const;
+  void Shade(const Pose& pose, float weight, Hits& hits, cv::Mat& sum) const;
+  void SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv::Mat& sum) const;
 
   std::shared_ptr<const Scene> scene_;
   CameraModel camera_;

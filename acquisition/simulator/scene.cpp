@@ -170,7 +170,7 @@ std::shared_ptr<const Scene> BuildWall() {
                .light_m = 0.05f,
                .main_chart = 3});
   builder.SetSubject({0, 0, 0.85}, 0.16);
-  builder.AddLight({-1.0f, -1.8f, 2.1f}, {0, 0, 0.8f}, 0.4f, 0.4f, 4.0f);
+  builder.AddLight({-1.6f, -2.6f, 2.1f}, {0, 0, 0.8f}, 0.4f, 0.4f, 7.0f);
   return builder.Finish({0, -1, 0});
 }
 
@@ -232,7 +232,7 @@ F4 Scene::GlossRadiance(const Vector3f& point, const Vector3f& normal, const Vec
   const Vector3f mirrored = direction + 2 * facing * normal;
   // The room: bright above, the table below.
   const float up = std::clamp(0.5f + 2 * mirrored.z(), 0.0f, 1.0f);
-  float light = 0.22f + up * (0.16f + 0.24f * std::max(0.0f, mirrored.z()));
+  float light = 0.09f + up * (0.1f + 0.24f * std::max(0.0f, mirrored.z()));
   for (const AreaLight& lamp : lights_) {
     const float towards = -mirrored.dot(lamp.normal);
     if (towards <= 0.01f) continue;

@@ -173,13 +173,7 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
   cv::Mat radiance = cv::Mat::zeros(camera().height, camera().width, CV_32FC4);
   for (int i = 0; i < instants; ++i) {
     const double share = (i + 0.5) / instants;
-    Eigen::Vector2f offset(0, 0);
-    if (instants > 1) {
-      // Places in the pixel by the golden ratio: spread evenly whatever their number.
-      const double turn = i * 0.6180339887498949;
-      offset = {static_cast<float>(share - 0.5), static_cast<float>(turn - std::floor(turn) - 0.5)};
-    }
-    caster_.Accumulate(hand_.CamFromWorld(shot.open_s + share * shot.exposure_s), offset, instants == 1,
+    caster_.Accumulate(hand_.CamFromWorld(shot.open_s + share * shot.exposure_s),
                        1.0f / static_cast<float>(instants), radiance);
   }
   Frame frame;

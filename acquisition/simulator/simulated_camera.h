@@ -2,9 +2,8 @@
 //
 // Motion blur: radiance is collected at as many instants of the exposure as the blur is long in pixels (the
 // largest displacement of a grid of image points between opening and closing, rounded; one when nearly
-// still). Several instants also take turns over the pixel's area, which then anti-aliases edges; a single
-// instant gets explicit edge smoothing instead. Everything is a pure function of the options, the shot and
-// the frame's id.
+// still). Everything is a
+// pure function of the options, the shot and the frame's id.
 #pragma once
 
 #include <memory>

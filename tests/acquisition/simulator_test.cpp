@@ -232,7 +232,7 @@ TEST(Sensor, NoiseGrowsWithTheSignalAsShotNoiseDoes) {
       const double well = options.full_well_electrons;
       const double expected =
           255.0 * 255 * gain * gain * (level / well + std::pow(options.read_noise_electrons / well, 2)) +
-          1.0 / 12;  // rounding to integers
+          1.0 / 12;                  // rounding to integers
       if (expected < 0.4) continue;  // rounding hides noise that is finer than the numbers
       EXPECT_NEAR(mean[0], 255 * gain * level, 0.1) << level << " gain " << gain;
       EXPECT_NEAR(deviation[0] * deviation[0], expected, 0.04 * expected) << level << " gain " << gain;
