@@ -20,6 +20,7 @@
 #include "coverage/capture_session.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
+#include "tracking/trajectory.h"
 
 namespace ulf {
 namespace {
@@ -45,6 +46,7 @@ struct CaptureArgs {
   bool json = false;
   std::string overlay;
   std::string map;
+  std::string truth;
 
   bool TrackKnown() const { return track == "known"; }
 };
@@ -277,24 +279,79 @@ void WritePictures(const CaptureArgs& args, const CameraModel& camera, const Cap
   WritePicture(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
 }
 
-void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report) {
+// How far camera centres are from true ones after a similarity alignment: of every tracked frame as it was
+// given live, and of the recorded views with their final poses. Shares are of the truth's own distance to the
+// subject.
+struct PoseErrors {
+  std::optional<TrajectoryError> live, views;
+  double subject_distance = 0;  // median of the views, in the truth's unit
+};
+
+PoseErrors CompareWithTruth(const fs::path& truth_file, const std::vector<TimedPose>& live,
+                            const LightField& light_field) {
+  constexpr double kSameFrame_s = 0.002;  // times are the device's own in both
+  const std::vector<TimedPose> truth = ReadTum(truth_file);
+  std::vector<TimedPose> views;
+  std::vector<double> distances;
+  for (const View& view : light_field.views) {
+    views.push_back({view.device_time_s, view.cam_from_world});
+    if (light_field.subject)
+      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
+  }
+  PoseErrors errors{CompareTrajectories(live, truth, kSameFrame_s),
+                    CompareTrajectories(views, truth, kSameFrame_s)};
+  if (errors.views && !distances.empty()) {
+    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
+                     distances.end());
+    errors.subject_distance = errors.views->scale * distances[distances.size() / 2];
+  }
+  return errors;
+}
+
+void AddTo(nlohmann::json& json, const PoseErrors& errors) {
+  const auto number = [](const std::optional<TrajectoryError>& error) {
+    return error ? nlohmann::json(error->ate_rmse) : nlohmann::json(nullptr);
+  };
+  json["ate_live_rmse"] = number(errors.live);
+  json["ate_views_rmse"] = number(errors.views);
+  json["truth_subject_distance"] = errors.subject_distance;
+}
+
+std::string ToText(const PoseErrors& errors) {
+  if (!errors.live || !errors.views || errors.subject_distance <= 0)
+    return "against truth  too few poses have a true one at their time to compare\n";
+  const double share = 100 / errors.subject_distance;
+  return fmt::format(
+      "against truth  camera centres off by {:.3f} % of the subject distance live ({} frames), {:.3f} % in "
+      "the "
+      "light field ({} views), RMS\n",
+      share * errors.live->ate_rmse, errors.live->matched, share * errors.views->ate_rmse,
+      errors.views->matched);
+}
+
+void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report,
+                 std::size_t tracked, const std::optional<PoseErrors>& errors) {
   if (args.json) {
     nlohmann::json json = ToJson(report);
     json["frames"] = summary.frames;
     json["dropped"] = summary.dropped;
     json["recorded"] = summary.recorded;
+    json["tracked"] = tracked;
     json["ms_track_median"] = summary.ms_track_median;
     json["ms_decide_median"] = summary.ms_decide_median;
     json["stopped_because"] = Name(summary.stopped_because);
+    if (errors) AddTo(json, *errors);
     fmt::print("{}\n", json.dump());
   } else {
     fmt::print("{}", ToText(report));
     fmt::print(
-        "this session   {} frames, {} dropped, {} recorded; tracking {:.1f} ms, decision {:.3f} ms "
+        "this session   {} frames, {} tracked, {} dropped, {} recorded; tracking {:.1f} ms, decision {:.3f} "
+        "ms "
         "(medians); "
         "stopped: {}\n",
-        summary.frames, summary.dropped, summary.recorded, summary.ms_track_median, summary.ms_decide_median,
-        Name(summary.stopped_because));
+        summary.frames, tracked, summary.dropped, summary.recorded, summary.ms_track_median,
+        summary.ms_decide_median, Name(summary.stopped_because));
+    if (errors) fmt::print("{}", ToText(*errors));
   }
   std::fflush(stdout);
 }
@@ -307,11 +364,13 @@ int RunCaptureCommand(const CaptureArgs& args) {
   Prepared prepared = Prepare(args, &options);
 
   CaptureSummary summary;
+  std::vector<TimedPose> live;
   {
     Progress progress("capture");
     CaptureHooks hooks;
     hooks.stop_requested = [] { return stop_asked.load(); };
     hooks.after_frame = [&](const CaptureProgress& now) {
+      if (now.cam_from_world) live.push_back({now.device_time_s, *now.cam_from_world});
       double share = 0;
       if (now.covered)
         share = std::min(0.99, *now.covered / options.until_share);
@@ -324,10 +383,13 @@ int RunCaptureCommand(const CaptureArgs& args) {
     summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
                          options, hooks, std::move(prepared.first));
   }
+  const LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report =
-      Describe(ReadLightField(args.dir), {.cap = options.cap, .threshold_px = options.threshold_px});
+      Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   WritePictures(args, prepared.camera, summary, report);
-  PrintResult(args, summary, report);
+  std::optional<PoseErrors> errors;
+  if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
+  PrintResult(args, summary, report, live.size(), errors);
   if (summary.stopped_because == StoppedBecause::kDisk) {
     fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
                summary.problem);
@@ -373,6 +435,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--resume", args->resume, "Go on with the light field in the folder");
   command->add_option("--overlay", args->overlay, "Picture: the last recorded frame with the painted sphere");
   command->add_option("--map", args->map, "Picture: the coverage map");
+  command
+      ->add_option("--truth", args->truth,
+                   "True poses (TUM, device times), read at the end: prints the tracker's error")
+      ->check(CLI::ExistingFile);
   command->add_flag("--json", args->json, "One JSON object");
   command->footer(
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");

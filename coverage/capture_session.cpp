@@ -245,7 +245,9 @@ std::optional<StoppedBecause> Session::TakeFrame() {
         {.frames = summary_.frames,
          .views = view_poses_.size(),
          .covered = options_.cap ? std::optional<double>(map_ ? map_->CoveredShare() : 0) : std::nullopt,
-         .reason = decision.reason});
+         .reason = decision.reason,
+         .device_time_s = frame->device_time_s,
+         .cam_from_world = track.cam_from_world});
   if (decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
   return std::nullopt;
 }

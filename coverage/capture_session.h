@@ -51,6 +51,8 @@ struct CaptureProgress {
   std::size_t views = 0;
   std::optional<double> covered;  // none without a cap
   Reason reason = Reason::kTracking;
+  double device_time_s = 0;
+  std::optional<Rigid3> cam_from_world;  // as tracked live
 };
 
 struct CaptureHooks {

@@ -3,6 +3,7 @@
 #include "coverage/capture_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
+#include "coverage/sheet_command.h"
 
 namespace ulf {
 
@@ -10,6 +11,7 @@ void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddPlanCommand(app, chosen);
   AddCaptureCommand(app, chosen);
   AddInfoCommand(app, chosen);
+  AddSheetCommand(app, chosen);
 }
 
 }  // namespace ulf

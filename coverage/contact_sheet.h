@@ -1,0 +1,25 @@
+// One picture that shows a light field at a glance: panels with captions under a headline.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace ulf {
+
+struct SheetPanel {
+  cv::Mat image;  // CV_8UC3, any size and shape; fitted into its cell, never distorted
+  std::string caption;
+};
+
+struct SheetLayout {
+  int columns = 2;
+  int cell_width_px = 640;
+  int cell_height_px = 480;
+};
+
+// CV_8UC3. Throws Error when a panel has no image.
+cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
+                     const SheetLayout& layout = {});
+
+}  // namespace ulf

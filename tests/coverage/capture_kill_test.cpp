@@ -1,0 +1,96 @@
+// Whole captures, killed or interrupted as processes: what was recorded is there, and the capture goes on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fcntl.h>
+#include <cstdlib>
+#include <random>
+
+#include "acquisition/light_field_io.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// `ulf capture` of the simulated camera with the poses it brings, as fast as it goes.
+pid_t StartCapture(const fs::path& dir, int seed) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  const int nowhere = open("/dev/null", O_WRONLY);
+  dup2(nowhere, STDOUT_FILENO);
+  dup2(nowhere, STDERR_FILENO);
+  const char* binary = std::getenv("ULF_BINARY");
+  const std::string uri = "sim:studio?width=320&height=240&seed=" + std::to_string(seed);
+  execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--track", "known", nullptr);
+  _exit(127);
+}
+
+bool WaitForViews(const fs::path& dir, std::size_t bytes) {
+  for (int i = 0; i < 20000; ++i) {
+    std::error_code missing;
+    if (fs::file_size(dir / "journal.jsonl", missing) > bytes && !missing) return true;
+    usleep(1000);
+  }
+  return false;
+}
+
+TEST(CaptureProcess, SurvivesSigkillAtARandomMomentTwentyTimes) {
+  test::ScratchFolder scratch;
+  std::mt19937 random(7);
+  std::size_t total = 0;
+  for (int round = 0; round < 20; ++round) {
+    const fs::path dir = scratch / ("lf" + std::to_string(round));
+    const pid_t child = StartCapture(dir, round + 1);
+    ASSERT_TRUE(WaitForViews(dir, 0)) << "round " << round << ": the capture never began";
+    usleep(std::uniform_int_distribution<useconds_t>(0, 900000)(random));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status)) << "round " << round << ": it ended by itself";
+
+    const LightField killed = ReadLightField(dir);
+    for (const View& view : killed.views) {
+      EXPECT_NO_THROW(ReadViewImage(killed, view)) << "round " << round << ", view " << view.id;
+      if (!view.master_path.empty())
+        EXPECT_NO_THROW(ReadImageFile((dir / view.master_path).string()))
+            << "round " << round << ", view " << view.id;
+    }
+    total += killed.views.size();
+  }
+  EXPECT_GT(total, 40u) << "the kills came before anything was recorded: the test shows nothing";
+}
+
+TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {
+  test::ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const pid_t child = StartCapture(dir, 3);
+  ASSERT_TRUE(WaitForViews(dir, 2000));
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  const LightField stopped = ReadLightField(dir);
+  EXPECT_GT(stopped.views.size(), 1u);
+  EXPECT_TRUE(stopped.subject);
+  EXPECT_GT(stopped.capture_s, 0);
+  EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+  EXPECT_TRUE(fs::exists(dir / "sparse/0/images.txt"));
+
+  const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
+                                    " --headless --track known --resume --frames 200");
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_GE(ReadLightField(dir).views.size(), stopped.views.size()) << "what was recorded stays";
+  EXPECT_NE(test::RunUlf("capture sim:studio -o " + dir.string() + " --headless --track known --frames 5")
+                .exit_code,
+            0)
+      << "a new capture does not write into an old one";
+}
+
+}  // namespace
+}  // namespace ulf
