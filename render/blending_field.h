@@ -57,7 +57,7 @@ struct RayQuery {
       nullptr;  // from CandidatesInCone for a cone that holds the ray; or all
 };
 
-// The field as seen from one place.
+// The field as seen from one place; stands on its own.
 class FieldFromHere {
  public:
   virtual ~FieldFromHere() = default;

@@ -11,15 +11,15 @@ using Eigen::Vector3d;
 
 class LumigraphFromHere : public FieldFromHere {
  public:
-  LumigraphFromHere(const RenderScene& scene, int k, const Vector3d& virtual_center)
-      : scene_(scene), k_(static_cast<std::size_t>(k)), virtual_center_(virtual_center) {}
+  LumigraphFromHere(std::shared_ptr<const RenderScene> scene, int k, const Vector3d& virtual_center)
+      : scene_(std::move(scene)), k_(static_cast<std::size_t>(k)), virtual_center_(virtual_center) {}
 
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample.weights.clear();
     sample.extrapolated = false;
     std::vector<ViewWeight> best;  // weight: here the penalty
-    for (std::size_t i = 0; i < scene_.views.size(); ++i) {
-      const SceneView& view = scene_.views[i];
+    for (std::size_t i = 0; i < scene_->views.size(); ++i) {
+      const SceneView& view = scene_->views[i];
       if (!view.See(query.point_in_world)) continue;
       best.push_back({static_cast<int>(i),
                       LumigraphPenalty(query.point_in_world, virtual_center_, view.center_in_world)});
@@ -29,20 +29,20 @@ class LumigraphFromHere : public FieldFromHere {
   }
 
  private:
-  const RenderScene& scene_;
+  std::shared_ptr<const RenderScene> scene_;
   std::size_t k_;
   Vector3d virtual_center_;
 };
 
 class NearestFromHere : public FieldFromHere {
  public:
-  NearestFromHere(const RenderScene& scene, const Vector3d& virtual_center)
-      : scene_(scene), order_(ViewsByDistance(scene, virtual_center)) {}
+  NearestFromHere(std::shared_ptr<const RenderScene> scene, const Vector3d& virtual_center)
+      : scene_(std::move(scene)), order_(ViewsByDistance(*scene_, virtual_center)) {}
 
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample = {};
     for (const int view : order_) {
-      if (!scene_.views[static_cast<std::size_t>(view)].See(query.point_in_world)) continue;
+      if (!scene_->views[static_cast<std::size_t>(view)].See(query.point_in_world)) continue;
       sample.weights.push_back({view, 1.0});
       sample.confidence = 1;
       return;
@@ -50,7 +50,7 @@ class NearestFromHere : public FieldFromHere {
   }
 
  private:
-  const RenderScene& scene_;
+  std::shared_ptr<const RenderScene> scene_;
   std::vector<int> order_;
 };
 
@@ -97,11 +97,11 @@ std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtu
 }
 
 std::unique_ptr<FieldFromHere> LumigraphField::From(const Vector3d& virtual_center) const {
-  return std::make_unique<LumigraphFromHere>(*scene_, k_, virtual_center);
+  return std::make_unique<LumigraphFromHere>(scene_, k_, virtual_center);
 }
 
 std::unique_ptr<FieldFromHere> NearestField::From(const Vector3d& virtual_center) const {
-  return std::make_unique<NearestFromHere>(*scene_, virtual_center);
+  return std::make_unique<NearestFromHere>(scene_, virtual_center);
 }
 
 }  // namespace ulf

@@ -40,7 +40,8 @@ Matrix3d InverseOrZero(const Matrix3d& corners) {
 
 class MeshFieldFromHere : public FieldFromHere {
  public:
-  MeshFieldFromHere(const FieldMesh& mesh, PlacedMesh placed) : mesh_(mesh), placed_(std::move(placed)) {}
+  MeshFieldFromHere(std::shared_ptr<const FieldMesh> mesh, PlacedMesh placed)
+      : mesh_(std::move(mesh)), placed_(std::move(placed)) {}
 
   // A cone of rays misses the triangle's cone when one of its sides has all of it on the outer side.
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
@@ -59,16 +60,16 @@ class MeshFieldFromHere : public FieldFromHere {
     sample.weights.clear();
     sample.confidence = 0;
     sample.extrapolated = false;
-    const std::size_t count = query.candidates ? query.candidates->size() : mesh_.triangles.size();
+    const std::size_t count = query.candidates ? query.candidates->size() : mesh_->triangles.size();
     for (std::size_t i = count; i-- > 0;) {
       const std::size_t t = query.candidates ? At((*query.candidates)[i]) : i;
       const auto barycentric = Barycentric(placed_.cone_from_ray[t], query.ray_in_world);
       if (!barycentric) continue;
       for (int k = 0; k < 3; ++k)
-        for (const auto& [vertex, weight] : mesh_.weights[At(mesh_.triangles[t][At(k)])])
+        for (const auto& [vertex, weight] : mesh_->weights[At(mesh_->triangles[t][At(k)])])
           Add(sample, placed_.view_of_vertex[At(vertex)], (*barycentric)(k)*weight);
-      sample.confidence = mesh_.confidence[t];
-      sample.extrapolated = t < mesh_.strips;
+      sample.confidence = mesh_->confidence[t];
+      sample.extrapolated = t < mesh_->strips;
       return;
     }
   }
@@ -84,7 +85,7 @@ class MeshFieldFromHere : public FieldFromHere {
     sample.weights.push_back({view, weight});
   }
 
-  const FieldMesh& mesh_;
+  std::shared_ptr<const FieldMesh> mesh_;
   PlacedMesh placed_;
 };
 
@@ -124,18 +125,20 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level) {
 }
 
 MeshField::MeshField(std::shared_ptr<const RenderScene> scene, int level)
-    : scene_(std::move(scene)), centers_(scene_->Centers()), mesh_(MakeFieldMesh(scene_->mesh, level)) {
-  for (const Triangle& t : mesh_.triangles)
-    cone_from_direction_.push_back(InverseOrZero(CornersFrom(mesh_, t, scene_->mesh.center_in_world)));
+    : scene_(std::move(scene)),
+      centers_(scene_->Centers()),
+      mesh_(std::make_shared<FieldMesh>(MakeFieldMesh(scene_->mesh, level))) {
+  for (const Triangle& t : mesh_->triangles)
+    cone_from_direction_.push_back(InverseOrZero(CornersFrom(*mesh_, t, scene_->mesh.center_in_world)));
 }
 
 Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
   const Vector3d arm = virtual_center - scene_->mesh.center_in_world;
   if (arm.isZero(0)) return virtual_center;
   const Vector3d radial = arm.normalized();
-  for (std::size_t t = mesh_.triangles.size(); t-- > 0;) {
+  for (std::size_t t = mesh_->triangles.size(); t-- > 0;) {
     if (!Barycentric(cone_from_direction_[t], radial)) continue;
-    const Matrix3d corners = CornersFrom(mesh_, mesh_.triangles[t], virtual_center);
+    const Matrix3d corners = CornersFrom(*mesh_, mesh_->triangles[t], virtual_center);
     const Vector3d first = corners.col(1) - corners.col(0), second = corners.col(2) - corners.col(1);
     const Vector3d third = corners.col(0) - corners.col(2);
     const Vector3d normal = first.cross(-third).normalized();
@@ -152,10 +155,10 @@ Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
 PlacedMesh MeshField::Place(const Vector3d& virtual_center) const {
   PlacedMesh placed;
   placed.virtual_center_in_world = OffTheMesh(virtual_center);
-  placed.corners.reserve(mesh_.triangles.size());
-  placed.cone_from_ray.reserve(mesh_.triangles.size());
-  for (const Triangle& t : mesh_.triangles) {
-    Matrix3d corners = CornersFrom(mesh_, t, placed.virtual_center_in_world);
+  placed.corners.reserve(mesh_->triangles.size());
+  placed.cone_from_ray.reserve(mesh_->triangles.size());
+  for (const Triangle& t : mesh_->triangles) {
+    Matrix3d corners = CornersFrom(*mesh_, t, placed.virtual_center_in_world);
     // Outward normals: the determinant is negative when V is outside the triangle's plane.
     if (corners.determinant() > 0) corners = -corners;
     placed.cone_from_ray.push_back(InverseOrZero(corners));

@@ -47,14 +47,14 @@ class MeshField : public BlendingField {
   std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;
-  const FieldMesh& field_mesh() const { return mesh_; }
+  const FieldMesh& field_mesh() const { return *mesh_; }
 
  private:
   Eigen::Vector3d OffTheMesh(const Eigen::Vector3d& virtual_center_in_world) const;
 
   std::shared_ptr<const RenderScene> scene_;
   std::vector<Eigen::Vector3d> centers_;
-  FieldMesh mesh_;
+  std::shared_ptr<const FieldMesh> mesh_;  // what From() gives keeps it, too
   std::vector<Eigen::Matrix3d>
       cone_from_direction_;  // the same from the subject's centre: finds the triangle at V
 };

@@ -1,0 +1,247 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "render/camera_path.h"
+#include "render/evaluate.h"
+#include "tests/render/synthetic_views.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using test::RunUlf;
+using testing::HasSubstr;
+
+test::SceneSpec SmallSpec() { return {.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)}; }
+
+// ---- Camera paths ----
+
+TEST(CameraPath, OrbitStaysInsideTheHullAndLooksAtTheSubject) {
+  for (const auto& viewpoints :
+       {test::GridViewpoints(6, 5, 0.2, 2.0), test::CapViewpoints(80, 0.7, 2.0, 0.05)}) {
+    const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
+    const CameraPath path = OrbitPath(*scene, 24);
+    ASSERT_EQ(path.cam_from_world.size(), 24u);
+    double widest = 0;
+    for (const Rigid3& pose : path.cam_from_world) {
+      EXPECT_TRUE(InsideHull(scene->mesh, pose.OriginInSource()));
+      const Vector3d subject_in_cam = pose * scene->subject.center_in_world;
+      EXPECT_LT(subject_in_cam.head<2>().norm(), 1e-9 * subject_in_cam.z());
+      widest = std::max(widest, pose.OriginInSource().head<2>().norm());
+    }
+    EXPECT_GT(widest, 0.2);
+  }
+}
+
+TEST(CameraPath, OrbitGoesAllTheWayRoundARing) {
+  auto viewpoints = test::RingViewpoints(40, 0.2, 2.0);
+  for (Vector3d& c : viewpoints) c = Vector3d(c.x(), c.z(), c.y());  // around y, which is up
+  const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
+  const CameraPath path = OrbitPath(*scene, 36);
+  Vector3d sum = Vector3d::Zero();
+  for (const Rigid3& pose : path.cam_from_world) sum += pose.OriginInSource();
+  sum /= 36;
+  EXPECT_LT(std::hypot(sum.x(), sum.z()), 0.05);
+  EXPECT_NEAR(sum.y(), 2 * std::sin(0.2), 0.05);
+}
+
+TEST(CameraPath, DollyHalvesTheDistance) {
+  const auto scene = test::MakeScene(SmallSpec());
+  const CameraPath path = DollyPath(*scene, 10);
+  const double first = path.cam_from_world.front().OriginInSource().norm();
+  EXPECT_NEAR(path.cam_from_world.back().OriginInSource().norm(), 0.5 * first, 1e-9);
+}
+
+TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
+  test::ScratchFolder scratch;
+  std::ofstream(scratch / "good.txt")
+      << "# time tx ty tz qx qy qz qw\n0.0 1 2 3 0 0 0 1\n0.1 1 2 4 0 1 0 0\n";
+  const CameraPath path = PathFromFile(scratch / "good.txt");
+  ASSERT_EQ(path.cam_from_world.size(), 2u);
+  EXPECT_LT((path.cam_from_world[1].OriginInSource() - Vector3d(1, 2, 4)).norm(), 1e-12);
+  EXPECT_LT((path.cam_from_world[1].DirectionInSource(Vector3d::UnitZ()) + Vector3d::UnitZ()).norm(), 1e-12);
+
+  std::ofstream(scratch / "bad.txt") << "0.0 1 2 3 0 0 0 1\n0.1 1 2 four 0 0 0 1\n";
+  std::ofstream(scratch / "empty.txt") << "# nothing\n";
+  for (const auto& [name, says] :
+       {std::pair{"bad.txt", "line 2"}, {"empty.txt", "no pose"}, {"none.txt", "no such"}})
+    try {
+      PathFromFile(scratch / name);
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(says));
+    }
+}
+
+// ---- Evaluation ----
+
+TEST(Evaluate, ScoresHeldOutViewsAndSetsTheRimApart) {
+  const auto scene =
+      test::MakeScene({.viewpoints = test::GridViewpoints(9, 7, 0.1, 2.0), .width = 96, .height = 72});
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const EvaluateSummary summary =
+        Evaluate(*scene, {.every = 4,
+                          .fields = {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kNearest}},
+                          .renderer = kind});
+    EXPECT_EQ(summary.views, 63);
+    EXPECT_EQ(summary.held_out, 16);
+    ASSERT_EQ(summary.results.size(), 2u);
+    const FieldScore& subdivision = summary.results[0];
+    EXPECT_GT(subdivision.rim.views, 2);
+    EXPECT_GT(subdivision.inside.views, 2);
+    EXPECT_EQ(subdivision.rim.views + subdivision.inside.views, 16);
+    // The scene is nearly the proxy: blending must be good, and better than the nearest view.
+    EXPECT_GT(subdivision.inside.psnr_db, 25);
+    EXPECT_GT(subdivision.inside.psnr_db, summary.results[1].inside.psnr_db);
+    EXPECT_GT(subdivision.inside.ssim, 0.9);
+    EXPECT_GT(subdivision.ms_per_frame, 0);
+  }
+}
+
+TEST(Evaluate, ComparesWithTheUndistortedPhotograph) {
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.1, 2.0),
+                                      .width = 160,
+                                      .height = 120,
+                                      .focal_px = 130,
+                                      .distortion = Distortion::kRadialTangential});
+  const SceneView& view = scene->views[12];
+  const UndistortedPhotograph photograph = Undistort(view);
+  const cv::Mat truth = test::PhotographOfPlane(view.camera.WithoutDistortion(), view.cam_from_world);
+  const Quality quality = CompareImages(photograph.srgb8, truth, photograph.valid);
+  EXPECT_GT(quality.psnr_db, 24);
+  EXPECT_GT(quality.pixels, 0.9 * 160 * 120);
+  EXPECT_LT(CompareImages(view.pyramid.front(), truth, photograph.valid).psnr_db, quality.psnr_db - 3);
+}
+
+TEST(Evaluate, SubjectDiscIsItsSilhouette) {
+  const CameraModel camera = CameraModel::Pinhole(200, 200, 200);
+  const cv::Mat disc =
+      SubjectDisc(camera, LookAt({0, 0, 4}, Vector3d::Zero(), Vector3d::UnitY()), {{0, 0, 0}, 1});
+  const double radius = 200 * std::tan(std::asin(0.25));
+  EXPECT_NEAR(cv::countNonZero(disc), M_PI * radius * radius, 0.02 * M_PI * radius * radius);
+}
+
+TEST(Evaluate, NeedsSomethingLeft) {
+  const auto one = test::MakeScene({.viewpoints = {{0, 0, 2}}});
+  EXPECT_THROW(Evaluate(*one, {.fields = {{}}}), Error);
+  const auto two = test::MakeScene({.viewpoints = {{0, 0, 2}, {0.1, 0, 2}}});
+  EXPECT_THROW(Evaluate(*two, {.every = 1, .fields = {{}}}), UsageError);
+  EXPECT_EQ(Evaluate(*two, {.every = 2, .fields = {{}}, .renderer = RendererKind::kReference}).held_out, 1);
+}
+
+// ---- The commands ----
+
+class RenderCommand : public testing::Test {
+ protected:
+  void SetUp() override { test::WriteLightField(dir_, SmallSpec(), true); }
+  std::string Out(const std::string& name) const { return (scratch_ / name).string(); }
+  test::ScratchFolder scratch_;
+  std::filesystem::path dir_ = scratch_ / "lf";
+};
+
+TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
+  const auto picture = RunUlf("render " + dir_.string() + " -o " + Out("a.png"));
+  EXPECT_EQ(picture.exit_code, 0) << picture.errors;
+  EXPECT_EQ(cv::imread(Out("a.png")).size(), cv::Size(96, 72));
+
+  const auto video = RunUlf("render " + dir_.string() + " --path dolly --frames 5 --width 65 -o " +
+                            Out("b.mp4") + " --json");
+  EXPECT_EQ(video.exit_code, 0) << video.errors;
+  const auto report = nlohmann::json::parse(video.output);
+  EXPECT_EQ(report["frames"], 5);
+  EXPECT_EQ(report["field"], "subdivision");
+  EXPECT_LT(report["empty_share"], 0.05);
+  cv::VideoCapture capture(Out("b.mp4"));
+  cv::Mat frame;
+  int frames = 0;
+  while (capture.read(frame)) ++frames;
+  EXPECT_EQ(frames, 5);
+  EXPECT_EQ(capture.get(cv::CAP_PROP_FRAME_WIDTH), 64);
+
+  const auto folder = RunUlf("render " + dir_.string() + " --path " + dir_.string() +
+                             " --field linear --renderer reference -o " + Out("c"));
+  EXPECT_EQ(folder.exit_code, 0) << folder.errors;
+  // The light field's own poses: its photographs come back.
+  const LightField light_field = ReadLightField(dir_);
+  const cv::Mat photograph = ReadViewImage(light_field, light_field.views[14]).pixels;
+  const cv::Mat rendered = cv::imread(Out("c") + "/frame_00014.png");
+  ASSERT_EQ(rendered.size(), photograph.size());
+  cv::Mat difference;
+  cv::absdiff(rendered, photograph, difference);
+  EXPECT_LE(cv::mean(difference)[1], 1.0);
+
+  const auto field = RunUlf("render " + dir_.string() + " --blending-field -o " + Out("d.png"));
+  EXPECT_EQ(field.exit_code, 0) << field.errors;
+}
+
+TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
+  const auto result =
+      RunUlf("evaluate " + dir_.string() + " --every 4 --fields subdivision,lumigraph,nearest --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto report = nlohmann::json::parse(result.output);
+  EXPECT_EQ(report["views"], 30);
+  EXPECT_EQ(report["held_out"], 8);
+  ASSERT_EQ(report["results"].size(), 3u);
+  for (const auto& entry : report["results"]) {
+    for (const char* key : {"field", "level", "proxy", "psnr_db", "ssim", "ms_per_frame", "psnr_disc_db",
+                            "filled_px", "rim", "inside", "per_view"})
+      EXPECT_TRUE(entry.contains(key)) << key;
+    EXPECT_EQ(entry["per_view"].size(), 8u);
+  }
+  const auto table =
+      RunUlf("evaluate " + dir_.string() + " --every 4 --fields subdivision --renderer reference");
+  EXPECT_EQ(table.exit_code, 0) << table.errors;
+  EXPECT_THAT(table.output, HasSubstr("subdivision"));
+}
+
+TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
+  const std::string dir = dir_.string();
+  EXPECT_EQ(RunUlf("render " + dir + " --field bicubic -o " + Out("x.png")).exit_code, 2);
+  EXPECT_EQ(RunUlf("render " + dir + " --subject 1,2 -o " + Out("x.png")).exit_code, 2);
+  EXPECT_EQ(RunUlf("render " + dir + " --level 9 -o " + Out("x.png")).exit_code, 2);
+  EXPECT_EQ(RunUlf("render " + dir + " -o " + Out("x.gif")).exit_code, 2);
+  EXPECT_EQ(RunUlf("render").exit_code, 2);
+  EXPECT_EQ(RunUlf("evaluate " + dir + " --every 1").exit_code, 2);
+  EXPECT_EQ(RunUlf("render " + Out("nowhere") + " -o " + Out("x.png")).exit_code, 1);
+  EXPECT_EQ(RunUlf("render " + dir + " --path " + Out("nopath.txt") + " -o " + Out("x.png")).exit_code, 1);
+  const auto light_field = ReadLightField(dir_);
+  std::filesystem::resize_file(dir_ / light_field.views[3].image_path, 100);
+  const auto truncated = RunUlf("render " + dir + " -o " + Out("x.png"));
+  EXPECT_EQ(truncated.exit_code, 1);
+  EXPECT_THAT(truncated.errors, HasSubstr("truncated"));
+}
+
+// Cameras with parallel axes that name no subject: the command asks.
+TEST(RenderCommandAlone, AsksForASubjectWhereThereIsNone) {
+  test::ScratchFolder scratch;
+  {
+    CaptureHeader header;
+    header.camera = CameraModel::Pinhole(32, 24, 30);
+    auto writer = LightFieldWriter::Create(scratch / "lf", header);
+    for (int i = 0; i < 4; ++i) {
+      View view;
+      view.cam_from_world.translation = Vector3d(0.1 * i, 0, 0);
+      Frame frame;
+      frame.image.pixels = cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(90));
+      writer.AddView(frame, view);
+    }
+    writer.Close(1);
+  }
+  const std::string dir = (scratch / "lf").string();
+  const auto asked = RunUlf("render " + dir + " -o " + (scratch / "x.png").string());
+  EXPECT_EQ(asked.exit_code, 2);
+  EXPECT_THAT(asked.errors, HasSubstr("--subject"));
+  const auto given = RunUlf("render " + dir + " --subject 0,0,5,1 -o " + (scratch / "x.png").string());
+  EXPECT_EQ(given.exit_code, 0) << given.errors;
+}
+
+}  // namespace
+}  // namespace ulf

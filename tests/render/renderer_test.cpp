@@ -1,0 +1,373 @@
+#include "render/renderer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "render/lumigraph_field.h"
+#include "tests/render/synthetic_views.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using test::SceneSpec;
+
+const CameraModel kCamera = CameraModel::Pinhole(160, 120, 200);
+
+struct Agreement {
+  double within_share = 0;  // of pixels outside the band that differ by no more than 2/255
+  double band_share = 0;
+  double within_share_of_all = 0;  // band included
+  double mean_abs = 0;             // over all pixels, in 1/255
+};
+
+// Pixels where some weighted view begins or ceases to see the proxy between a pixel and its neighbours, or
+// where another view fills.
+cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
+                       const Rigid3& cam_from_world) {
+  const auto scene_pointer = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  const Vector3d v = cam_from_world.OriginInSource();
+  const auto field = MakeField(scene_pointer, options)->From(v);
+  const auto order = ViewsByDistance(scene, v);
+  const cv::Mat depth = PlaneProxy(scene.subject).Depth(camera, cam_from_world);
+  const auto point_at = [&](int x, int y) -> Vector3d {
+    const Vector3d ray((x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1);
+    return world_from_cam * (ray * depth.at<float>(y, x));
+  };
+  const auto nearest = [&](const Vector3d& point) {
+    for (const int i : order)
+      if (scene.views[static_cast<std::size_t>(i)].See(point)) return i;
+    return -1;
+  };
+  cv::Mat band = cv::Mat::zeros(camera.height, camera.width, CV_8U);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      FieldSample sample;
+      const Vector3d point = point_at(x, y);
+      field->Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
+      bool any_sees = false, changes = false;
+      const int filler = nearest(point);
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const int nx = std::clamp(x + dx, 0, camera.width - 1),
+                    ny = std::clamp(y + dy, 0, camera.height - 1);
+          const Vector3d there = point_at(nx, ny);
+          for (const ViewWeight& entry : sample.weights) {
+            const SceneView& view = scene.views[static_cast<std::size_t>(entry.view)];
+            const bool sees = view.See(point).has_value();
+            any_sees = any_sees || sees;
+            changes = changes || sees != view.See(there).has_value();
+          }
+          if (!any_sees) changes = changes || nearest(there) != filler;
+        }
+      if (changes) band.at<std::uint8_t>(y, x) = 255;
+    }
+  return band;
+}
+
+Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band) {
+  cv::Mat difference;
+  cv::absdiff(Srgb8FromLinear(a.linear), Srgb8FromLinear(b.linear), difference);
+  Agreement agreement;
+  agreement.band_share = static_cast<double>(cv::countNonZero(band)) / static_cast<double>(band.total());
+  long outside = 0, within = 0, within_all = 0;
+  double sum = 0;
+  for (int y = 0; y < difference.rows; ++y)
+    for (int x = 0; x < difference.cols; ++x) {
+      const cv::Vec3b& d = difference.at<cv::Vec3b>(y, x);
+      sum += (d[0] + d[1] + d[2]) / 3.0;
+      const bool is_within = std::max({d[0], d[1], d[2]}) <= 2;
+      within_all += is_within;
+      if (band.at<std::uint8_t>(y, x)) continue;
+      ++outside;
+      within += is_within;
+    }
+  agreement.within_share = static_cast<double>(within) / static_cast<double>(std::max(outside, 1L));
+  agreement.within_share_of_all = static_cast<double>(within_all) / static_cast<double>(difference.total());
+  agreement.mean_abs = sum / static_cast<double>(difference.total());
+  return agreement;
+}
+
+struct Place {
+  std::string name;
+  Rigid3 cam_from_world;
+};
+
+std::vector<Place> Places(const RenderScene& scene) {
+  const auto at = [](const Vector3d& center) {
+    return LookAt(center, Vector3d(0.02, -0.01, 0), Vector3d::UnitY());
+  };
+  const Vector3d own = scene.views[scene.views.size() / 2].center_in_world;
+  return {{"outside", at({0.2, 0.1, 2.9})},
+          {"inside, moved in twice", at({0.1, -0.05, 1.0})},
+          {"on the shell, at a view", at(own)},
+          {"past the hull", at({2.2, 0.4, 1.2})}};
+}
+
+TEST(GlRenderer, EqualsTheReference) {
+  struct Case {
+    std::string name;
+    SceneSpec spec;
+  };
+  const auto cap = test::CapViewpoints(70, 0.7, 2.0, 0.03);
+  const std::vector<Case> cases{
+      {"cap", {.viewpoints = cap}},
+      {"radial-tangential", {.viewpoints = cap, .distortion = Distortion::kRadialTangential}},
+      {"fisheye, two sizes", {.viewpoints = cap, .distortion = Distortion::kFisheye, .two_sizes = true}},
+      {"sphere, large photographs",
+       {.viewpoints = test::CapViewpoints(60, M_PI, 2.0), .width = 320, .height = 240, .focal_px = 280}},
+      {"grid", {.viewpoints = test::GridViewpoints(7, 6, 0.2, 2.0)}},
+  };
+  const std::vector<FieldOptions> fields{{.kind = FieldKind::kLinear},
+                                         {.kind = FieldKind::kSubdivision},
+                                         {.kind = FieldKind::kLumigraphPerPixel},
+                                         {.kind = FieldKind::kNearest}};
+  double worst_band = 0, worst_within = 1, worst_of_all = 1;
+  for (const Case& c : cases) {
+    const auto scene = test::MakeScene(c.spec);
+    const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
+    const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+    for (const FieldOptions& field : fields) {
+      gl->SetField(field);
+      reference->SetField(field);
+      for (const Place& place : Places(*scene)) {
+        const Rendering fast = gl->Render(kCamera, place.cam_from_world);
+        const Rendering plain = reference->Render(kCamera, place.cam_from_world);
+        const cv::Mat band = VisibilityBand(*scene, reference->field(), kCamera, place.cam_from_world);
+        const Agreement agreement = Compare(fast, plain, band);
+        const std::string name = c.name + ", " + FieldName(field.kind) + ", " + place.name;
+        EXPECT_GE(agreement.within_share, 0.999) << name;
+        // Feathering leaves little to see at the edges: the band hides next to nothing.
+        EXPECT_GE(agreement.within_share_of_all, 0.99) << name;
+        EXPECT_LT(agreement.band_share, 0.25) << name;
+        EXPECT_LT(agreement.mean_abs, 0.6) << name;
+        const long pixels = static_cast<long>(plain.linear.total());
+        EXPECT_NEAR(static_cast<double>(fast.filled_px - plain.filled_px), 0,
+                    0.005 * static_cast<double>(pixels))
+            << name;
+        EXPECT_NEAR(static_cast<double>(fast.empty_px - plain.empty_px), 0,
+                    0.005 * static_cast<double>(pixels))
+            << name;
+        worst_band = std::max(worst_band, agreement.band_share);
+        worst_within = std::min(worst_within, agreement.within_share);
+        worst_of_all = std::min(worst_of_all, agreement.within_share_of_all);
+      }
+    }
+  }
+  RecordProperty("worst_within_share", std::to_string(worst_within));
+  RecordProperty("largest_band_share", std::to_string(worst_band));
+  std::printf(
+      "within 2/255 on at least %.3f %% of the pixels outside the band, which holds at most %.2f %%\n",
+      100 * worst_within, 100 * worst_band);
+}
+
+TEST(GlRenderer, ConfidenceEqualsTheReference) {
+  const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(70, 0.7, 2.0, 0.03)});
+  const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
+  const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+  for (const Place& place : Places(*scene)) {
+    cv::Mat difference;
+    cv::absdiff(gl->Render(kCamera, place.cam_from_world).confidence,
+                reference->Render(kCamera, place.cam_from_world).confidence, difference);
+    EXPECT_LT(static_cast<double>(cv::countNonZero(difference > 0.02)),
+              0.01 * static_cast<double>(difference.total()))
+        << place.name;
+  }
+}
+
+TEST(GlRenderer, LumigraphAtVerticesIsCloseToPerPixel) {
+  const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(70, 0.7, 2.0, 0.03)});
+  const auto gl = MakeRenderer(scene, {.field = {.kind = FieldKind::kLumigraph}});
+  const auto reference = MakeRenderer(
+      scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}, .renderer = RendererKind::kReference});
+  const Rigid3 pose = LookAt({0.2, 0.1, 2.9}, Vector3d::Zero(), Vector3d::UnitY());
+  const Rendering fast = gl->Render(kCamera, pose);
+  const Agreement agreement =
+      Compare(fast, reference->Render(kCamera, pose), cv::Mat::zeros(kCamera.height, kCamera.width, CV_8U));
+  EXPECT_LT(agreement.mean_abs, 1.5);
+  EXPECT_LT(fast.filled_px, 50);
+}
+
+TEST(Renderers, APhotographReturnsFromItsOwnViewpoint) {
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
+    for (const auto& viewpoints :
+         {test::CapViewpoints(70, 0.7, 2.0, 0.03), test::GridViewpoints(7, 6, 0.2, 2.0)}) {
+      const auto scene = test::MakeScene({.viewpoints = viewpoints});
+      const auto renderer = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = kind});
+      for (std::size_t i = 0; i < scene->views.size(); i += 9) {
+        const SceneView& view = scene->views[i];
+        const Rendering picture = renderer->Render(view.camera, view.cam_from_world);
+        cv::Mat difference;
+        cv::absdiff(Srgb8FromLinear(picture.linear), view.pyramid.front(), difference);
+        const cv::Scalar mean = cv::mean(difference);
+        EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << renderer->Name() << ", view " << i;
+        EXPECT_EQ(picture.empty_px, 0);
+      }
+    }
+}
+
+// The scene is the plane through the subject's centre: seen along its normal the plane proxy is exact, and
+// any blending of exact views must give the true picture, up to sampling.
+TEST(Renderers, ExactGeometryGivesTheTruePicture) {
+  const auto scene = test::MakeScene(
+      {.viewpoints = test::CapViewpoints(70, 0.5, 2.0, 0.03), .width = 320, .height = 240, .focal_px = 260});
+  const CameraModel camera = CameraModel::Pinhole(160, 120, 200);
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
+    for (const FieldKind field : {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraph,
+                                  FieldKind::kLumigraphPerPixel}) {
+      const auto renderer = MakeRenderer(scene, {.field = {.kind = field}, .renderer = kind});
+      for (const double distance : {1.0, 2.0, 2.8}) {
+        const Rigid3 pose = LookAt({0, 0, distance}, Vector3d::Zero(), Vector3d::UnitY());
+        const Rendering picture = renderer->Render(camera, pose);
+        cv::Mat difference;
+        cv::absdiff(Srgb8FromLinear(picture.linear), test::PhotographOfPlane(camera, pose), difference);
+        const cv::Scalar mean = cv::mean(difference);
+        EXPECT_LT((mean[0] + mean[1] + mean[2]) / 3, 3.0) << FieldName(field) << " from " << distance;
+      }
+    }
+}
+
+TEST(Renderers, FewViewsAndOnePlaceShowTheNearestOrBlendWithoutHoles) {
+  struct Case {
+    std::string name;
+    std::vector<Vector3d> viewpoints;
+    FieldKind used;
+  };
+  const std::vector<Case> cases{
+      {"one view", {{0, 0, 2}}, FieldKind::kNearest},
+      {"all in one place", std::vector<Vector3d>(5, Vector3d(0, 0, 2)), FieldKind::kNearest},
+      {"two views", {{-0.1, 0, 2}, {0.1, 0, 2}}, FieldKind::kLumigraph},
+      {"three views", {{-0.1, 0, 2}, {0.1, 0, 2}, {0, 0.1, 2}}, FieldKind::kLumigraph},
+      {"ring", test::RingViewpoints(30, M_PI / 3, 2, 0.005), FieldKind::kLumigraph},
+  };
+  // Narrower than the photographs, so that every pixel is seen.
+  const CameraModel camera = CameraModel::Pinhole(80, 60, 140);
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
+    for (const Case& c : cases) {
+      const auto scene = test::MakeScene({.viewpoints = c.viewpoints});
+      const auto renderer = MakeRenderer(scene, {.renderer = kind});
+      EXPECT_EQ(renderer->field().kind, c.used) << c.name;
+      const Vector3d center = c.name == "ring" ? Vector3d(1.02, 0.03, 1.73) : Vector3d(0.02, 0.01, 2.1);
+      const Rendering picture = renderer->Render(camera, LookAt(center, Vector3d::Zero(), Vector3d::UnitY()));
+      EXPECT_EQ(picture.empty_px, 0) << c.name;
+      EXPECT_EQ(picture.filled_px, 0) << c.name;
+      EXPECT_GT(cv::mean(picture.linear)[1], 0.1) << c.name;
+    }
+}
+
+TEST(Renderers, WhatNoWeightedViewSeesIsFilledAndCounted) {
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.3, 2.0)});
+  // Twice the photographs' field of view: the middle is covered, the outermost is seen by nobody.
+  const CameraModel wide = CameraModel::Pinhole(160, 120, 50);
+  const Rigid3 pose = LookAt({0, 0, 2.0}, Vector3d::Zero(), Vector3d::UnitY());
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const Rendering filled = MakeRenderer(scene, {.renderer = kind})->Render(wide, pose);
+    EXPECT_GT(filled.filled_px, 500);
+    EXPECT_GT(filled.empty_px, 500);
+    const Rendering bare = MakeRenderer(scene, {.renderer = kind, .fill = false})->Render(wide, pose);
+    EXPECT_EQ(bare.filled_px, 0);
+    EXPECT_EQ(bare.empty_px, filled.filled_px + filled.empty_px);
+    EXPECT_EQ(cv::countNonZero(bare.confidence == 0), bare.empty_px);
+  }
+}
+
+TEST(Renderers, TheFieldsPictureBlendsTheViewsColours) {
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.3, 2.0)});
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const auto renderer =
+        MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = kind, .show_field = true});
+    const SceneView& view = scene->views[12];
+    const Rendering picture = renderer->Render(view.camera, view.cam_from_world);
+    const cv::Vec3f color = picture.linear.at<cv::Vec3f>(view.camera.height / 2, view.camera.width / 2);
+    for (int channel = 0; channel < 3; ++channel)
+      EXPECT_NEAR(color[channel], ViewColor(view.id)[channel], 0.01);
+  }
+}
+
+TEST(Renderers, ExposureDifferencesAreTakenOut) {
+  auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)});
+  for (std::size_t i = 0; i < scene->views.size(); ++i) {
+    scene->views[i].pyramid =
+        MakePyramid(cv::Mat(72, 96, CV_8UC3, cv::Scalar::all(0)) +
+                    cv::Scalar::all(i % 2 ? 255 * SrgbFromLinear(0.4f) : 255 * SrgbFromLinear(0.2f)));
+    scene->views[i].scale = i % 2 ? 0.5f : 1.0f;
+  }
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const Rendering picture =
+        MakeRenderer(scene, {.renderer = kind})
+            ->Render(kCamera, LookAt({0.07, 0.03, 2.1}, Vector3d::Zero(), Vector3d::UnitY()));
+    double low = 0, high = 0;
+    cv::minMaxLoc(picture.linear.reshape(1)(cv::Rect(150, 30, 150, 60)), &low, &high);
+    EXPECT_NEAR(low, 0.2, 0.003);
+    EXPECT_NEAR(high, 0.2, 0.003);
+  }
+}
+
+TEST(Renderers, ADistortedVirtualCameraIsRefused) {
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
+  CameraModel camera = kCamera;
+  camera.distortion = Distortion::kFisheye;
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
+    EXPECT_THROW(MakeRenderer(scene, {.renderer = kind})->Render(camera, scene->views[0].cam_from_world),
+                 Error);
+}
+
+TEST(Renderers, TwoOpenGlRenderersLiveSideBySide) {
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(4, 4, 0.2, 2.0)});
+  const auto first = MakeRenderer(scene, {});
+  const auto second = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}});
+  const Rigid3 pose = LookAt({0.05, 0, 2.1}, Vector3d::Zero(), Vector3d::UnitY());
+  const Rendering before = first->Render(kCamera, pose);
+  second->Render(CameraModel::Pinhole(64, 64, 60), pose);
+  const Rendering after = first->Render(kCamera, pose);
+  cv::Mat difference;
+  cv::absdiff(before.linear, after.linear, difference);
+  EXPECT_EQ(cv::countNonZero(difference.reshape(1)), 0);
+}
+
+TEST(PyramidLevel, FollowsTheFootprint) {
+  const auto scene =
+      test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 256, .height = 256, .focal_px = 200});
+  const SceneView& view = scene->views[0];
+  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 200), 0);
+  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 4}, 200), 1);  // twice as far: half the size
+  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 50), 2);
+  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 1}, 400), 0);   // never finer than the photograph
+  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 1e-6), 8);  // nor coarser than one pixel
+}
+
+// The check on real photographs: a recorded view comes back, and OpenGL equals the reference.
+TEST(Renderers, RealGridReturnsItsPhotographs) {
+  ULF_NEED_TEST_DATA(dir, "shop_grid_even");
+  LightField light_field = ReadLightField(dir);
+  std::vector<View> few;  // every other row and column: loading is most of the time
+  for (std::size_t i = 0; i < light_field.views.size(); ++i)
+    if (i % 2 == 0 && (i / 14) % 2 == 0) few.push_back(light_field.views[i]);
+  light_field.views = few;
+  const auto scene = LoadScene(light_field, {.subject = Subject{{0, 0, -8.12}, 1.5}, .size_limit_px = 240});
+  ASSERT_EQ(scene->mesh.span, Span::kSurface);
+  const auto gl = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}});
+  const auto reference =
+      MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = RendererKind::kReference});
+  for (const std::size_t i : {0u, 24u, 31u}) {
+    const SceneView& view = scene->views[i];
+    const Rendering picture = gl->Render(view.camera, view.cam_from_world);
+    cv::Mat difference;
+    cv::absdiff(Srgb8FromLinear(picture.linear), view.pyramid.front(), difference);
+    const cv::Scalar mean = cv::mean(difference);
+    EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << "view " << view.id;
+    const cv::Mat band = VisibilityBand(*scene, gl->field(), view.camera, view.cam_from_world);
+    const Agreement agreement = Compare(picture, reference->Render(view.camera, view.cam_from_world), band);
+    EXPECT_GE(agreement.within_share, 0.999) << "view " << view.id;
+  }
+}
+
+}  // namespace
+}  // namespace ulf
