@@ -141,14 +141,16 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
-Frame FirstFrame(Device& device, const std::string& uri) {
+// None when a signal came first.
+std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
   constexpr std::chrono::seconds kPatience(10);
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < until && !stop_asked) {
     auto frame = device.Next(std::chrono::milliseconds(200));
-    if (frame && frame->status == FrameStatus::kComplete) return std::move(*frame);
+    if (frame && frame->status == FrameStatus::kComplete) return frame;
     if (!frame && device.State() != DeviceState::kStreaming) break;
   }
+  if (stop_asked) return std::nullopt;
   throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
 }
 
@@ -198,7 +200,8 @@ void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOpt
   options->coverage_width_px = light_field.coverage_width_px;
 }
 
-Prepared Prepare(const CaptureArgs& args, CaptureOptions* options) {
+// None when a signal came before the first frame: then nothing has been written.
+std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options) {
   Prepared prepared;
   if (args.resume) {
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
@@ -213,7 +216,9 @@ Prepared Prepare(const CaptureArgs& args, CaptureOptions* options) {
   }
   prepared.device = OpenDevice(args.uri);
   prepared.device->Start();
-  prepared.first = FirstFrame(*prepared.device, args.uri);
+  auto first = FirstFrame(*prepared.device, args.uri);
+  if (!first) return std::nullopt;
+  prepared.first = std::move(*first);
 
   CaptureHeader header;
   if (args.resume)
@@ -361,7 +366,12 @@ int RunCaptureCommand(const CaptureArgs& args) {
   if (!args.headless)
     fmt::print(stderr, "the operator display does not exist yet: capturing without it, as with --headless\n");
   const StopOnSignal signals;
-  Prepared prepared = Prepare(args, &options);
+  std::optional<Prepared> ready = Prepare(args, &options);
+  if (!ready) {
+    fmt::print(stderr, "stopped before the first frame: nothing was written\n");
+    return kOk;
+  }
+  Prepared& prepared = *ready;
 
   CaptureSummary summary;
   std::vector<TimedPose> live;
