@@ -527,7 +527,15 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
     seeded->mapper.AddSeed(std::move(offered));
   }
   constexpr int kMinPoints = 60;
-  if (seeded->shared.map.LivingPoints() < kMinPoints) return false;
+  Map& map = seeded->shared.map;
+  if (map.LivingPoints() < kMinPoints) return false;
+  // The views are their points' record: of all that a view should show, most was found in a few views only.
+  // Without it the first frame would be expected to find half of everything, and refused.
+  for (const Keyframe& keyframe : map.keyframes())
+    for (const Candidate& candidate : GatherCandidates(map, state.camera, keyframe.cam_from_world))
+      ++map.point(candidate.id).expected;
+  for (const MapPoint& point : map.points())
+    map.point(point.id).found = static_cast<int>(point.observations.size());
   seeded->state = TrackState::kLost;
   seeded->frames_tracked = 10;  // given, hence proven
   state_ = std::move(seeded);

@@ -118,6 +118,25 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   EXPECT_EQ(second["subject"], first["subject"]);
 }
 
+TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
+  const ScratchFolder scratch;
+  const std::string capture =
+      "capture 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
+      (scratch / "lf").string() + " --headless --deterministic --json --quality fast";
+  const auto first = JsonOf(RunUlf(capture + " --frames 100"));
+  ASSERT_GT(first["views"], 10);
+  // The hand begins anew: what it sees first has all been recorded.
+  const auto second = JsonOf(RunUlf(capture + " --resume --frames 130"));
+  const auto counted = [&](const char* reason) {
+    return second["reasons"][reason].get<int>() - first["reasons"][reason].get<int>();
+  };
+  EXPECT_EQ(counted("recorded"), second["recorded"]);
+  EXPECT_LT(counted("tracking"), 20) << "the tracker did not find itself on the rebuilt map";
+  EXPECT_GT(counted("covered"), 70);
+  EXPECT_GT(second["recorded"], 2) << "and it goes on";
+  EXPECT_EQ(second["subject"], first["subject"]);
+}
+
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
   const ScratchFolder scratch;
   const std::string first = (scratch / "first").string(), again = (scratch / "again").string();
