@@ -56,15 +56,16 @@ int MiddleView(const RenderScene& scene) {
       scene.views.begin());
 }
 
-// The subject and some of what is around it, where rendering and photograph can be told apart.
+// The subject and some of what is around it, upright so that two of it fill a panel.
 cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject) {
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const auto img = camera.ImgFromCam(center_in_cam);
   if (!img) return {0, 0, camera.width, camera.height};
-  const double half = std::max(1.5 * camera.fx * subject.radius / center_in_cam.norm(), 60.0);
-  const cv::Rect square(cv::Point(static_cast<int>(img->x() - half), static_cast<int>(img->y() - half)),
-                        cv::Point(static_cast<int>(img->x() + half), static_cast<int>(img->y() + half)));
-  return square & cv::Rect(0, 0, camera.width, camera.height);
+  const double half = std::max(1.2 * camera.fx * subject.radius / center_in_cam.norm(), 0.1 * camera.width);
+  const cv::Rect around(
+      cv::Point(static_cast<int>(img->x() - half), static_cast<int>(img->y() - 1.5 * half)),
+      cv::Point(static_cast<int>(img->x() + half), static_cast<int>(img->y() + 1.5 * half)));
+  return around & cv::Rect(0, 0, camera.width, camera.height);
 }
 
 SheetPanel RenderingBesideTruth(const RenderScene& scene) {
@@ -95,6 +96,18 @@ SheetPanel BlendingField(const std::shared_ptr<const RenderScene>& scene) {
                       FieldName(renderer->field().kind))};
 }
 
+std::string Headline(const LightField& light_field, const LightFieldReport& report) {
+  std::string text = fmt::format("{}: {} views", light_field.root.filename().string(), report.views);
+  if (report.capture_s > 0) text += fmt::format(" in {:.0f} s", report.capture_s);
+  if (report.angular_range_deg)
+    text += fmt::format(", {:.0f} x {:.0f} degrees", report.angular_range_deg->x(),
+                        report.angular_range_deg->y());
+  if (report.mean_edge_deg) text += fmt::format(", {:.2f} degrees apart", *report.mean_edge_deg);
+  if (report.covered)
+    text += fmt::format(", {:.1f} % covered within {:g} px", 100 * *report.covered, report.threshold_px);
+  return text;
+}
+
 int RunSheet(const SheetArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   std::optional<Cap> cap;
@@ -107,7 +120,7 @@ int RunSheet(const SheetArgs& args) {
   panels.push_back({DrawCoverageMap(RefinedForPictures(map)), "coverage map"});
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
-  const cv::Mat sheet = ComposeSheet(ToText(Describe(light_field, {.cap = cap})), panels);
+  const cv::Mat sheet = ComposeSheet(Headline(light_field, Describe(light_field, {.cap = cap})), panels);
   if (!cv::imwrite(args.out, sheet)) throw Error("{}: cannot be written; check folder and ending", args.out);
   fmt::print("{}\n", args.out);
   return kOk;

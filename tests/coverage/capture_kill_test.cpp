@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kSubject = "0,0,0.07,0.162";  // the studio's
+
 // `ulf capture` of the simulated camera with the poses it brings, as fast as it goes.
 pid_t StartCapture(const fs::path& dir, int seed) {
   const pid_t child = fork();
@@ -26,7 +28,8 @@ pid_t StartCapture(const fs::path& dir, int seed) {
   dup2(nowhere, STDERR_FILENO);
   const char* binary = std::getenv("ULF_BINARY");
   const std::string uri = "sim:studio?width=320&height=240&seed=" + std::to_string(seed);
-  execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--track", "known", nullptr);
+  execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--track", "known",
+        "--subject", kSubject, nullptr);
   _exit(127);
 }
 
@@ -56,9 +59,10 @@ TEST(CaptureProcess, SurvivesSigkillAtARandomMomentTwentyTimes) {
     const LightField killed = ReadLightField(dir);
     for (const View& view : killed.views) {
       EXPECT_NO_THROW(ReadViewImage(killed, view)) << "round " << round << ", view " << view.id;
-      if (!view.master_path.empty())
+      if (!view.master_path.empty()) {
         EXPECT_NO_THROW(ReadImageFile((dir / view.master_path).string()))
             << "round " << round << ", view " << view.id;
+      }
     }
     total += killed.views.size();
   }

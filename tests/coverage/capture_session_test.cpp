@@ -445,8 +445,8 @@ TEST(SafetyRectangle, HoldsTheSilhouetteOrNot) {
   const SafetyRectangle rectangle = SafetyRectangle::Of(kCamera);
   EXPECT_LT((rectangle.low - Eigen::Vector2d(32, 24)).norm(), 1e-9);
   EXPECT_LT((rectangle.high - Eigen::Vector2d(288, 216)).norm(), 1e-9);
-  // The sphere's image is 91 px wide, a little more off the axis; its centre may go about 128 - 48 = 80 px aside:
-  // 15 degrees.
+  // The sphere's image is 91 px wide, a little more off the axis; its centre may go about 128 - 48 = 80 px
+  // aside: 15 degrees.
   for (const auto& [yaw_deg, held] :
        {std::pair{0.0, true}, {13.5, true}, {16.5, false}, {-13.5, true}, {-16.5, false}}) {
     const auto outline = SphereOutline(kCamera, Turned(PoseAt(0, 0), yaw_deg), kSubject);
