@@ -14,6 +14,7 @@
 #include "acquisition/error.h"
 #include "acquisition/json_fields.h"
 #include "acquisition/transforms_json.h"
+#include "acquisition/view_json.h"
 
 namespace ulf {
 namespace {
@@ -66,20 +67,14 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   if (view.id < contents.next_view_id)
     throw Error("{}: view {} comes after view {}; the journal was edited or mixed", event.where, view.id,
                 contents.next_view_id - 1);
+  ReadViewJson(event, view);
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
-  if (event.Has("master")) view.master_path = PathInside(light_field.root, event.Text("master"), event.where);
+  if (!view.master_path.empty())
+    view.master_path = PathInside(light_field.root, view.master_path, event.where);
   view.camera = static_cast<int>(event.Number("camera", 0));
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
   view.cam_from_world = PoseFromJson(event, "cam_from_world");
-  view.device_time_s = event.Number("device_time_s", 0);
-  view.host_time_s = event.Number("host_time_s", 0);
-  view.exposure_s = event.Number("exposure_s", 0);
-  view.gain = event.Number("gain", 1);
-  view.black_level = event.Number("black_level", 0);
-  if (event.Has("f_number")) view.f_number = event.Number("f_number");
-  view.tracking_quality = event.Number("tracking_quality", 1);
-  if (event.Has("bound_px")) view.bound_px = event.Number("bound_px");
   contents.next_view_id = view.id + 1;
   light_field.views.push_back(std::move(view));
 }
@@ -203,20 +198,11 @@ void Journal::Header(const LightField& light_field) {
 }
 
 void Journal::AddView(const View& view) {
-  json event = {{"event", "view"},
-                {"id", view.id},
-                {"image", view.image_path},
-                {"camera", view.camera},
-                {"cam_from_world", PoseToJson(view.cam_from_world)},
-                {"device_time_s", view.device_time_s},
-                {"host_time_s", view.host_time_s},
-                {"exposure_s", view.exposure_s},
-                {"gain", view.gain},
-                {"black_level", view.black_level},
-                {"tracking_quality", view.tracking_quality}};
-  if (!view.master_path.empty()) event["master"] = view.master_path;
-  if (view.f_number) event["f_number"] = *view.f_number;
-  if (view.bound_px) event["bound_px"] = *view.bound_px;
+  json event = ViewToJson(view);
+  event["event"] = "view";
+  event["image"] = view.image_path;
+  event["camera"] = view.camera;
+  event["cam_from_world"] = PoseToJson(view.cam_from_world);
   Append(event.dump());
 }
 

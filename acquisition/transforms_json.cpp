@@ -10,6 +10,7 @@
 #include "acquisition/error.h"
 #include "acquisition/image.h"
 #include "acquisition/json_fields.h"
+#include "acquisition/view_json.h"
 
 namespace ulf {
 namespace {
@@ -112,19 +113,6 @@ std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
               root.string());
 }
 
-void ReadOurFrameKeys(const JsonPlace& ours, View& view) {
-  view.id = static_cast<int>(ours.Number("id", view.id));
-  view.master_path = ours.Text("master", "");
-  view.device_time_s = ours.Number("device_time_s", 0);
-  view.host_time_s = ours.Number("host_time_s", 0);
-  view.exposure_s = ours.Number("exposure_s", 0);
-  view.gain = ours.Number("gain", 1);
-  view.black_level = ours.Number("black_level", 0);
-  if (ours.Has("f_number")) view.f_number = ours.Number("f_number");
-  view.tracking_quality = ours.Number("tracking_quality", 1);
-  if (ours.Has("bound_px")) view.bound_px = ours.Number("bound_px");
-}
-
 Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
   const std::vector<double> numbers = place.Numbers(key, 3);
   return {numbers[0], numbers[1], numbers[2]};
@@ -182,20 +170,6 @@ void WriteCamera(const CameraModel& camera, json& object) {
       object["k4"] = c[3];
       break;
   }
-}
-
-json OurFrameKeys(const View& view) {
-  json ours = {{"id", view.id},
-               {"device_time_s", view.device_time_s},
-               {"host_time_s", view.host_time_s},
-               {"exposure_s", view.exposure_s},
-               {"gain", view.gain},
-               {"black_level", view.black_level},
-               {"tracking_quality", view.tracking_quality}};
-  if (!view.master_path.empty()) ours["master"] = view.master_path;
-  if (view.f_number) ours["f_number"] = *view.f_number;
-  if (view.bound_px) ours["bound_px"] = *view.bound_px;
-  return ours;
 }
 
 json OurKeys(const LightField& light_field) {
@@ -264,7 +238,7 @@ LightField ReadTransformsJson(const fs::path& file) {
       if (known == light_field.cameras.end()) light_field.cameras.push_back(camera);
     }
     if (frame.Has("ulf")) {
-      ReadOurFrameKeys({frame.Raw("ulf"), frame.where + ", ulf"}, view);
+      ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
       if (!view.master_path.empty())
         view.master_path = PathInside(light_field.root, view.master_path, frame.where);
     }
@@ -294,7 +268,7 @@ std::string TransformsJsonText(const LightField& light_field) {
     for (int r = 0; r < 4; ++r)
       rows.push_back(
           {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
-    json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", OurFrameKeys(view)}};
+    json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", ViewToJson(view)}};
     if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
     frames.push_back(std::move(frame));
   }

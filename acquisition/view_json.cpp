@@ -1,0 +1,32 @@
+#include "acquisition/view_json.h"
+
+namespace ulf {
+
+nlohmann::json ViewToJson(const View& view) {
+  nlohmann::json keys = {{"id", view.id},
+                         {"device_time_s", view.device_time_s},
+                         {"host_time_s", view.host_time_s},
+                         {"exposure_s", view.exposure_s},
+                         {"gain", view.gain},
+                         {"black_level", view.black_level},
+                         {"tracking_quality", view.tracking_quality}};
+  if (!view.master_path.empty()) keys["master"] = view.master_path;
+  if (view.f_number) keys["f_number"] = *view.f_number;
+  if (view.bound_px) keys["bound_px"] = *view.bound_px;
+  return keys;
+}
+
+void ReadViewJson(const JsonPlace& place, View& view) {
+  view.id = static_cast<int>(place.Number("id", view.id));
+  view.master_path = place.Text("master", "");
+  view.device_time_s = place.Number("device_time_s", 0);
+  view.host_time_s = place.Number("host_time_s", 0);
+  view.exposure_s = place.Number("exposure_s", 0);
+  view.gain = place.Number("gain", 1);
+  view.black_level = place.Number("black_level", 0);
+  if (place.Has("f_number")) view.f_number = place.Number("f_number");
+  view.tracking_quality = place.Number("tracking_quality", 1);
+  if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
+}
+
+}  // namespace ulf

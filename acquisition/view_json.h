@@ -1,0 +1,18 @@
+// How a view was taken, as JSON: the same keys in the journal and under "ulf" in transforms.json.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "acquisition/json_fields.h"
+#include "acquisition/light_field.h"
+
+namespace ulf {
+
+// id, master, device_time_s, host_time_s, exposure_s, gain, black_level, f_number, tracking_quality,
+// bound_px; not where its image lies nor its pose.
+nlohmann::json ViewToJson(const View& view);
+
+// Sets what is there; what is not keeps its default. `view.master_path` is as written: check it before use.
+void ReadViewJson(const JsonPlace& place, View& view);
+
+}  // namespace ulf
