@@ -28,8 +28,8 @@ nlohmann::json CameraToJson(const CameraModel& camera) {
 
 CameraModel CameraFromJson(const JsonPlace& place) {
   CameraModel camera;
-  camera.width = static_cast<int>(place.Number("width"));
-  camera.height = static_cast<int>(place.Number("height"));
+  camera.width = place.Integer("width");
+  camera.height = place.Integer("height");
   camera.fx = place.Number("fx");
   camera.fy = place.Number("fy");
   camera.cx = place.Number("cx");

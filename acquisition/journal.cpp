@@ -46,7 +46,7 @@ Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
 }
 
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
-  const int version = static_cast<int>(event.Number("version"));
+  const int version = event.Integer("version");
   if (version > kVersion)
     throw Error("{}: journal version {} is newer than this program's {}; use a newer ulf", event.where,
                 version, kVersion);
@@ -57,13 +57,13 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   light_field.calibration_source = event.Text("calibration_source", "");
   light_field.units = event.Text("units", "arbitrary");
   if (event.Has("threshold_px")) light_field.threshold_px = event.Number("threshold_px");
-  light_field.coverage_width_px = static_cast<int>(event.Number("coverage_width_px", 640));
+  light_field.coverage_width_px = event.Integer("coverage_width_px", 640);
 }
 
 void ApplyView(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   View view;
-  view.id = static_cast<int>(event.Number("id"));
+  view.id = event.Integer("id");
   if (view.id < contents.next_view_id)
     throw Error("{}: view {} comes after view {}; the journal was edited or mixed", event.where, view.id,
                 contents.next_view_id - 1);
@@ -71,7 +71,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
   if (!view.master_path.empty())
     view.master_path = PathInside(light_field.root, view.master_path, event.where);
-  view.camera = static_cast<int>(event.Number("camera", 0));
+  view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
   view.cam_from_world = PoseFromJson(event, "cam_from_world");
@@ -99,16 +99,16 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
       if (View* view = FindView(light_field, std::atoi(id.c_str())))
         view->cam_from_world = PoseFromJson(poses, id.c_str());
   } else if (kind == "subject") {
-    light_field.subject = Subject{Vector3FromJson(event, "center"), event.Number("radius")};
+    light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
   } else if (kind == "up") {
     light_field.up_in_world = Vector3FromJson(event, "up").normalized();
   } else if (kind == "remove") {
-    const int id = static_cast<int>(event.Number("id"));
+    const int id = event.Integer("id");
     std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))
-      light_field.reasons = event.Raw("reasons").get<std::map<std::string, std::uint64_t>>();
+      light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
   } else if (kind != "gap") {
     throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }

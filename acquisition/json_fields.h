@@ -34,6 +34,22 @@ struct JsonPlace {
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
 
+  // A whole number that an int holds.
+  int Integer(const char* key) const {
+    const double number = Number(key);
+    if (number != std::floor(number) || std::abs(number) > 2e9)
+      throw Error("{}: '{}' must be a whole number, not {}", where, key, Raw(key).dump().substr(0, 40));
+    return static_cast<int>(number);
+  }
+  int Integer(const char* key, int otherwise) const { return Has(key) ? Integer(key) : otherwise; }
+
+  // A subject's radius, a time's step: more than nothing.
+  double Positive(const char* key) const {
+    const double number = Number(key);
+    if (!(number > 0)) throw Error("{}: '{}' must be positive, not {}", where, key, number);
+    return number;
+  }
+
   std::string Text(const char* key) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_string())

@@ -119,26 +119,24 @@ Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
 }
 
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
-  const int version = static_cast<int>(ours.Number("format_version", kFormatVersion));
+  const int version = ours.Integer("format_version", kFormatVersion);
   if (version > kFormatVersion)
     throw Error("{}: format version {} is newer than this program's {}; use a newer ulf", ours.where, version,
                 kFormatVersion);
   if (ours.Has("subject")) {
     const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
-    light_field.subject = Subject{Vector3(subject, "center"), subject.Number("radius")};
+    light_field.subject = Subject{Vector3(subject, "center"), subject.Positive("radius")};
   }
   if (ours.Has("up")) light_field.up_in_world = Vector3(ours, "up").normalized();
   light_field.units = ours.Text("units", light_field.units);
   if (ours.Has("threshold_px")) light_field.threshold_px = ours.Number("threshold_px");
-  light_field.coverage_width_px =
-      static_cast<int>(ours.Number("coverage_width_px", light_field.coverage_width_px));
+  light_field.coverage_width_px = ours.Integer("coverage_width_px", light_field.coverage_width_px);
   light_field.device_uri = ours.Text("device_uri", "");
   light_field.device_serial = ours.Text("device_serial", "");
   light_field.calibration_source = ours.Text("calibration_source", "");
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
-    for (const auto& [reason, count] : ours.Raw("reasons").items())
-      if (count.is_number_unsigned()) light_field.reasons[reason] = count.get<std::uint64_t>();
+    light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
 }
 
 void WriteCamera(const CameraModel& camera, json& object) {

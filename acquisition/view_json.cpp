@@ -17,7 +17,7 @@ nlohmann::json ViewToJson(const View& view) {
 }
 
 void ReadViewJson(const JsonPlace& place, View& view) {
-  view.id = static_cast<int>(place.Number("id", view.id));
+  view.id = place.Integer("id", view.id);
   view.master_path = place.Text("master", "");
   view.device_time_s = place.Number("device_time_s", 0);
   view.host_time_s = place.Number("host_time_s", 0);
@@ -27,6 +27,17 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
   view.tracking_quality = place.Number("tracking_quality", 1);
   if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
+}
+
+std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
+  if (!place.object.is_object()) throw Error("{}: must be an object of counts", place.where);
+  std::map<std::string, std::uint64_t> reasons;
+  for (const auto& [reason, count] : place.object.items()) {
+    if (!count.is_number_unsigned())
+      throw Error("{}: '{}' must be a count, not {}", place.where, reason, count.dump().substr(0, 40));
+    reasons[reason] = count.get<std::uint64_t>();
+  }
+  return reasons;
 }
 
 }  // namespace ulf

@@ -15,4 +15,7 @@ nlohmann::json ViewToJson(const View& view);
 // Sets what is there; what is not keeps its default. `view.master_path` is as written: check it before use.
 void ReadViewJson(const JsonPlace& place, View& view);
 
+// {"covered": 781, "recorded": 217}: why frames were recorded or not.
+std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
+
 }  // namespace ulf

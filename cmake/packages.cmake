@@ -6,8 +6,6 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio video
 find_package(opengv REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 find_package(CGAL 5.5 REQUIRED)
-find_package(OpenEXR 3.1 REQUIRED)
-find_package(glfw3 3.3 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)

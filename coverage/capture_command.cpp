@@ -1,10 +1,7 @@
 // ulf capture: the main job, from a device's URI to a light field on disk.
 #include "coverage/capture_command.h"
 
-#include <signal.h>
-
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +14,8 @@
 #include "acquisition/intrinsics.h"
 #include "acquisition/intrinsics_options.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/output_path.h"
+#include "acquisition/stop_signal.h"
 #include "coverage/capture_session.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
@@ -49,30 +48,6 @@ struct CaptureArgs {
   std::string truth;
 
   bool TrackKnown() const { return track == "known"; }
-};
-
-std::atomic<bool> stop_asked{false};
-
-// SIGINT and SIGTERM ask for an orderly end while this lives.
-class StopOnSignal {
- public:
-  StopOnSignal() {
-    stop_asked = false;
-    struct sigaction action {};
-    action.sa_handler = [](int) { stop_asked = true; };
-    sigaction(SIGINT, &action, &before_int_);
-    sigaction(SIGTERM, &action, &before_term_);
-  }
-  ~StopOnSignal() {
-    sigaction(SIGINT, &before_int_, nullptr);
-    sigaction(SIGTERM, &before_term_, nullptr);
-  }
-  StopOnSignal(const StopOnSignal&) = delete;
-  StopOnSignal& operator=(const StopOnSignal&) = delete;
-
- private:
-  struct sigaction before_int_ {
-  }, before_term_{};
 };
 
 // "60x40", "60x40:0.95" or "60x40:95%".
@@ -145,12 +120,12 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
 std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
   constexpr std::chrono::seconds kPatience(10);
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  while (std::chrono::steady_clock::now() < until && !stop_asked) {
+  while (std::chrono::steady_clock::now() < until && !StopOnSignal::Asked()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
     if (frame && frame->status == FrameStatus::kComplete) return frame;
     if (!frame && device.State() != DeviceState::kStreaming) break;
   }
-  if (stop_asked) return std::nullopt;
+  if (StopOnSignal::Asked()) return std::nullopt;
   throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
 }
 
@@ -365,6 +340,8 @@ int RunCaptureCommand(const CaptureArgs& args) {
   CaptureOptions options = OptionsFrom(args);
   if (!args.headless)
     fmt::print(stderr, "the operator display does not exist yet: capturing without it, as with --headless\n");
+  for (const std::string& picture : {args.overlay, args.map})
+    if (!picture.empty()) RequireWritablePicture(picture);
   const StopOnSignal signals;
   std::optional<Prepared> ready = Prepare(args, &options);
   if (!ready) {
@@ -378,7 +355,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
   {
     Progress progress("capture");
     CaptureHooks hooks;
-    hooks.stop_requested = [] { return stop_asked.load(); };
+    hooks.stop_requested = [] { return StopOnSignal::Asked(); };
     hooks.after_frame = [&](const CaptureProgress& now) {
       if (now.cam_from_world) live.push_back({now.device_time_s, *now.cam_from_world});
       double share = 0;
@@ -396,10 +373,10 @@ int RunCaptureCommand(const CaptureArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report =
       Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
-  WritePictures(args, prepared.camera, summary, report);
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
+  WritePictures(args, prepared.camera, summary, report);
   if (summary.stopped_because == StoppedBecause::kDisk) {
     fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
                summary.problem);

@@ -1,6 +1,7 @@
 #include "coverage/capture_session.h"
 
 #include <algorithm>
+#include <exception>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -284,14 +285,21 @@ CaptureSummary Session::Run() {
   if (const auto subject = options_.subject ? options_.subject : resumed_subject_) SetSubject(*subject);
   const auto started = Clock::now();
   std::optional<StoppedBecause> why;
-  while (!why) {
-    why = Enough();
-    if (!why) why = TakeFrame();
+  std::exception_ptr failure;
+  try {
+    while (!why) {
+      why = Enough();
+      if (!why) why = TakeFrame();
+    }
+  } catch (...) {
+    failure = std::current_exception();  // whatever broke: what was recorded is closed first
+    why = StoppedBecause::kDeviceLost;
   }
   ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
   device_.Stop();
   summary_.stopped_because = *why;
   Close();
+  if (failure) std::rethrow_exception(failure);
   const DeviceStatistics statistics = device_.Statistics();
   summary_.dropped = statistics.incomplete + statistics.dropped + statistics.missing;
   summary_.ms_track_median = Median(ms_track_);

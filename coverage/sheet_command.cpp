@@ -10,6 +10,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/output_path.h"
 #include "coverage/contact_sheet.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/coverage_map.h"
@@ -69,6 +70,8 @@ cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, 
 }
 
 SheetPanel RenderingBesideTruth(const RenderScene& scene) {
+  if (scene.views.size() < 2)
+    return {scene.views.front().pyramid.front(), "the only view: nothing can be left out and compared"};
   const int left_out = MiddleView(scene);
   const SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
   const CameraModel camera = view.camera.WithoutDistortion();
@@ -109,6 +112,7 @@ std::string Headline(const LightField& light_field, const LightFieldReport& repo
 }
 
 int RunSheet(const SheetArgs& args) {
+  RequireWritablePicture(args.out);
   const LightField light_field = ReadLightField(args.dir);
   std::optional<Cap> cap;
   if (!args.cap.empty()) cap = Cap::ParseDegrees(args.cap);

@@ -396,6 +396,18 @@ TEST_F(BadTransforms, ImageOfAnotherSize) {
   EXPECT_THAT([&] { ReadViewImage(read, read.views[0]); },
               ThrowsMessage<Error>(AllOf(HasSubstr("64x48"), HasSubstr("65x48"))));
 }
+TEST_F(BadTransforms, SubjectWithoutExtent) {
+  document_["ulf"]["subject"]["radius"] = -1;
+  ExpectError("'radius'", "must be positive");
+}
+TEST_F(BadTransforms, IdThatIsNoWholeNumber) {
+  document_["frames"][1]["ulf"]["id"] = 1e300;
+  ExpectError("frame 1", "whole number");
+}
+TEST_F(BadTransforms, ReasonsThatAreNoCounts) {
+  document_["ulf"]["reasons"] = {{"covered", "many"}};
+  ExpectError("'covered'", "must be a count");
+}
 TEST_F(BadTransforms, NewerFormat) {
   document_["ulf"]["format_version"] = 99;
   ExpectError("99", "newer");

@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "acquisition/error.h"
 #include "coverage/light_field_report.h"
 #include "coverage/sphere_outline.h"
 #include "tests/support/planar_device.h"
@@ -96,6 +97,33 @@ std::map<std::string, std::uint64_t> Counted(const CaptureSummary& summary) {
 }
 
 using Counts = std::map<std::string, std::uint64_t>;
+
+// A device whose driver throws in the middle of a capture.
+class BreakingDevice : public PlanarDevice {
+ public:
+  using PlanarDevice::PlanarDevice;
+  std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
+    if (++asked_ > 4) throw Error("planar: the driver broke; connect it again");
+    return PlanarDevice::Next(timeout);
+  }
+
+ private:
+  int asked_ = 0;
+};
+
+TEST(CaptureSession, ADriverThatThrowsLeavesTheLightFieldClosed) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  BreakingDevice device(Sweep(40, 20, 5));
+  const auto poses = MakeKnownPoseSource(kCamera, kSubject);
+  device.Start();
+  EXPECT_THAT([&] { RunCapture(device, kCamera, *poses, NewWriter(dir), Options()); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("the driver broke")));
+  const LightField kept = ReadLightField(dir);
+  EXPECT_EQ(kept.views.size(), 4u) << "what came before is kept";
+  EXPECT_EQ(kept.reasons.at("recorded"), 4u) << "and closed in good order";
+  EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+}
 
 TEST(CaptureSession, EveryFrameHasItsReason) {
   const ScratchFolder scratch;

@@ -58,22 +58,5 @@ TEST(ContactSheet, IsMadeFromACapturedLightField) {
   EXPECT_THAT(broken.errors, testing::HasSubstr("gone.png"));
 }
 
-TEST(CaptureTruth, TellsTheErrorAgainstPosesByTime) {
-  test::ScratchFolder scratch;
-  const std::string uri = "'sim:studio?width=320&height=240&speed_deg_s=20'";
-  const std::string dir = (scratch / "lf").string(), poses = (scratch / "poses.txt").string();
-  // The tracker's own output is not the truth: the device's is. `track` writes what was tracked.
-  const auto tracked = test::RunUlf("track " + uri + " --frames 90 --deterministic -o " + poses);
-  ASSERT_EQ(tracked.exit_code, 0) << tracked.errors;
-  const auto captured = test::RunUlf("capture " + uri + " -o " + dir +
-                                     " --headless --deterministic --frames 90 --truth " + poses);
-  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
-  EXPECT_THAT(captured.output, testing::HasSubstr("of the subject distance live"));
-  EXPECT_EQ(test::RunUlf("capture " + uri + " -o " + dir + "2 --headless --truth " +
-                         (scratch / "gone.txt").string())
-                .exit_code,
-            2);
-}
-
 }  // namespace
 }  // namespace ulf

@@ -1,0 +1,33 @@
+#include "acquisition/output_path.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+void RequireWritable(const std::string& path) {
+  const fs::path parent = fs::path(path).parent_path();
+  const fs::path folder = parent.empty() ? fs::path(".") : parent;
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) throw UsageError("{}: is a folder; give a file's name", path);
+  if (!fs::is_directory(folder, ignored))
+    throw UsageError("{}: the folder {} does not exist; make it first", path, folder.string());
+  if (access(folder.c_str(), W_OK) != 0)
+    throw UsageError("{}: the folder {} is not writable; choose another", path, folder.string());
+}
+
+void RequireWritablePicture(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
+    throw UsageError("{}: give a picture's name, ending in .png or .jpg", path);
+  RequireWritable(path);
+}
+
+}  // namespace ulf
