@@ -190,6 +190,28 @@ CameraPath PathFromFile(const std::filesystem::path& file) {
   return path;
 }
 
+double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
+  constexpr double kMost = 1.6, kStep = 1.06, kMostUncovered = 0.005;
+  constexpr int kWidth = 120;
+  constexpr std::size_t kPoses = 12;
+  CameraModel small = camera.ScaledTo(kWidth, std::max(1, kWidth * camera.height / camera.width));
+  const CameraModel unzoomed = small;
+  const std::size_t stride = std::max<std::size_t>(1, path.cam_from_world.size() / kPoses);
+  double zoom = 1;
+  for (std::size_t i = 0; i < path.cam_from_world.size(); i += stride)
+    for (;;) {
+      small.fx = zoom * unzoomed.fx;
+      small.fy = zoom * unzoomed.fy;
+      const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
+      const double pixels = static_cast<double>(picture.linear.total());
+      const bool fills =
+          picture.empty_px == 0 && static_cast<double>(picture.filled_px) <= kMostUncovered * pixels;
+      if (fills || zoom * kStep > kMost) break;
+      zoom *= kStep;
+    }
+  return zoom;
+}
+
 CameraPath MakePath(const std::string& name, const RenderScene& scene, int frames) {
   if (name == "orbit") return OrbitPath(scene, frames);
   if (name == "dolly") return DollyPath(scene, frames);

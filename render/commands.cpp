@@ -32,6 +32,7 @@ struct RenderArgs : SceneArgs {
   int level = 1;
   int frames = 0;
   int width = 0, height = 0;
+  double zoom = 0;  // 0: just enough to fill the pictures of a named path
   double fps = 30;
   std::string out = "orbit.mp4";
   bool show_field = false;
@@ -94,7 +95,15 @@ int RunRender(const RenderArgs& args) {
   const int frames = args.frames > 0 ? args.frames : IsSinglePicture(args.out) ? 1 : 120;
   CameraPath path = MakePath(args.path, *scene, frames);
   if (IsSinglePicture(args.out)) path.cam_from_world.resize(1);
-  const CameraModel asked_camera = OutputCamera(*scene, args);
+  CameraModel asked_camera = OutputCamera(*scene, args);
+  const bool named_path = args.path == "orbit" || args.path == "dolly";
+  const double zoom = args.zoom > 0 ? args.zoom
+                      : named_path  ? ZoomThatFills(*renderer, path, asked_camera)
+                                    : 1.0;
+  if (zoom > 1)
+    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
+  asked_camera.fx *= zoom;
+  asked_camera.fy *= zoom;
   const auto sink = OpenPictureSink(args.out, args.fps);
   Progress progress("rendering");
   double ms = 0;
@@ -104,14 +113,14 @@ int RunRender(const RenderArgs& args) {
     const CameraModel& camera = own_camera ? path.cameras[i] : asked_camera;
     const Rendering picture = renderer->Render(camera, path.cam_from_world[i]);
     sink->Add(Srgb8FromLinear(picture.linear));
-    ms += picture.ms;
+    if (i > 0 || path.cam_from_world.size() == 1) ms += picture.ms;  // drivers compile at the first frame
     filled += picture.filled_px;
     empty += picture.empty_px;
     pixels += static_cast<long>(picture.linear.total());
     progress.Show(static_cast<double>(i + 1) / static_cast<double>(path.cam_from_world.size()));
   }
   sink->Close();
-  const double count = static_cast<double>(path.cam_from_world.size());
+  const double count = std::max(1.0, static_cast<double>(path.cam_from_world.size()) - 1);
   if (args.json) {
     const nlohmann::json report{{"frames", path.cam_from_world.size()},
                                 {"output", args.out},
@@ -250,6 +259,10 @@ void AddRender(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
       ->check(CLI::PositiveNumber);
   sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
+      ->check(CLI::PositiveNumber);
+  sub->add_option(
+         "--zoom", args->zoom,
+         "Focal length over the photographs'; if not said, orbit and dolly zoom until photographs fill them")
       ->check(CLI::PositiveNumber);
   sub->add_option("--fps", args->fps, "Of a video")->check(CLI::PositiveNumber);
   sub->add_option("-o,--output", args->out,

@@ -94,44 +94,44 @@ void GlBuffer::Release() {
   buffer_ = 0;
 }
 
-void GlVertexArray::Attribute(unsigned index, int components, unsigned type, std::size_t offset) {
+void GlEmptyVertexArray::Bind() {
   if (!array_) glCreateVertexArrays(1, &array_);
-  glEnableVertexArrayAttrib(array_, index);
-  if (type == GL_FLOAT)
-    glVertexArrayAttribFormat(array_, index, components, type, GL_FALSE, static_cast<GLuint>(offset));
-  else
-    glVertexArrayAttribIFormat(array_, index, components, type, static_cast<GLuint>(offset));
-  glVertexArrayAttribBinding(array_, index, 0);
-}
-
-void GlVertexArray::Bind(const GlBuffer& buffer, std::size_t stride) {
-  glVertexArrayVertexBuffer(array_, 0, buffer.name(), 0, static_cast<GLsizei>(stride));
   glBindVertexArray(array_);
 }
 
-void GlVertexArray::BindEmpty() {
-  if (!empty_) glCreateVertexArrays(1, &empty_);
-  glBindVertexArray(empty_);
+void GlEmptyVertexArray::Release() {
+  if (array_) glDeleteVertexArrays(1, &array_);
+  array_ = 0;
 }
 
-void GlVertexArray::Release() {
-  for (unsigned* array : {&array_, &empty_}) {
-    if (*array) glDeleteVertexArrays(1, array);
-    *array = 0;
-  }
+void GlDepth::Resize(int width, int height) {
+  if (width == width_ && height == height_) return;
+  Release();
+  width_ = width;
+  height_ = height;
+  glCreateRenderbuffers(1, &buffer_);
+  glNamedRenderbufferStorage(buffer_, GL_DEPTH_COMPONENT32F, width, height);
 }
 
-void GlTarget::Resize(int width, int height) {
+void GlDepth::Release() {
+  if (buffer_) glDeleteRenderbuffers(1, &buffer_);
+  buffer_ = 0;
+  width_ = height_ = 0;
+}
+
+void GlTarget::Resize(int width, int height, const GlDepth* depth) {
   if (width == width_ && height == height_) return;
   Release();
   width_ = width;
   height_ = height;
   glCreateTextures(GL_TEXTURE_2D, 1, &texture_);
-  glTextureStorage2D(texture_, 1, GL_RGBA32F, width, height);
+  glTextureStorage2D(texture_, 1, format_, width, height);
   glTextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glCreateFramebuffers(1, &framebuffer_);
   glNamedFramebufferTexture(framebuffer_, GL_COLOR_ATTACHMENT0, texture_, 0);
+  if (depth)
+    glNamedFramebufferRenderbuffer(framebuffer_, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth->name());
   CheckGl("making the image to draw into");
   if (glCheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw Error(
@@ -140,11 +140,19 @@ void GlTarget::Resize(int width, int height) {
         width, height);
 }
 
-void GlTarget::BindAndClear() const {
+void GlTarget::Bind() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glViewport(0, 0, width_, height_);
-  const std::array<float, 4> nothing{};
-  glClearNamedFramebufferfv(framebuffer_, GL_COLOR, 0, nothing.data());
+}
+
+void GlTarget::Clear(float value) const {
+  const std::array<float, 4> values{value, value, value, value};
+  glClearNamedFramebufferfv(framebuffer_, GL_COLOR, 0, values.data());
+}
+
+void GlTarget::ClearDepth(float value) const {
+  glDepthMask(GL_TRUE);
+  glClearNamedFramebufferfv(framebuffer_, GL_DEPTH, 0, &value);
 }
 
 void GlTarget::BindTexture(unsigned unit) const { glBindTextureUnit(unit, texture_); }

@@ -36,7 +36,6 @@ class GlBuffer {
     UploadBytes(values.data(), values.size() * sizeof(T));
   }
   void BindStorage(unsigned binding) const;
-  unsigned name() const { return buffer_; }
   void Release();
 
  private:
@@ -44,27 +43,42 @@ class GlBuffer {
   unsigned buffer_ = 0;
 };
 
-class GlVertexArray {
+// No attributes: every vertex is made up by its shader.
+class GlEmptyVertexArray {
  public:
-  void Attribute(unsigned index, int components, unsigned type, std::size_t offset);
-  void Bind(const GlBuffer& buffer, std::size_t stride);
-  void BindEmpty();  // for shaders that make up their vertices
+  void Bind();
   void Release();
 
  private:
-  unsigned array_ = 0, empty_ = 0;
+  unsigned array_ = 0;
 };
 
-// A float RGBA image to draw into.
-class GlTarget {
+// A depth buffer that several targets share.
+class GlDepth {
  public:
   void Resize(int width, int height);
-  void BindAndClear() const;
+  unsigned name() const { return buffer_; }
+  void Release();
+
+ private:
+  int width_ = 0, height_ = 0;
+  unsigned buffer_ = 0;
+};
+
+// A float image to draw into.
+class GlTarget {
+ public:
+  explicit GlTarget(unsigned format) : format_(format) {}  // GL_RGBA32F and so on
+  void Resize(int width, int height, const GlDepth* depth = nullptr);
+  void Bind() const;
+  void Clear(float value) const;
+  void ClearDepth(float value) const;  // 0 nearest to 1 farthest
   void BindTexture(unsigned unit) const;
   cv::Mat Read() const;  // CV_32FC4, B G R A
   void Release();
 
  private:
+  unsigned format_;
   int width_ = 0, height_ = 0;
   unsigned texture_ = 0, framebuffer_ = 0;
 };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -37,27 +36,55 @@ struct GpuView {
   Vec4 row0, row1, row2, intrinsics, size, k, more, color, center;
   std::array<std::int32_t, 4> place;
 };
-struct GpuCone {
-  Vec4 row0, row1, row2;
+struct GpuTriangle {
+  std::array<Vec4, 3> corner;
+  std::array<Vec4, 3> row;
 };
-struct GpuVertex {
-  float x, y, w;
-  std::uint32_t triangle;
+struct GpuFan {
+  std::uint32_t triangle, vertex, unused[2];
+  Vec4 weights;
 };
 
 constexpr int kMostLumigraphViews = 8;
 
 // What one draw of triangles needs, whatever they are triangles of.
 struct TriangleBatch {
-  std::vector<GpuVertex> vertices;
-  std::vector<GpuCone> cones;
+  std::vector<GpuTriangle> triangles;
+  std::vector<GpuFan> fans;
 };
 
-// The triangle's image; nothing when it does not meet the frame. Corners are in the camera frame.
+// A view's weights at the corners of a triangle.
+struct Entry {
+  int key;  // vertex of the viewpoint mesh, or view
+  std::array<double, 3> weights;
+};
+
+// For each triangle the views that weigh in it.
+struct EntryTable {
+  std::vector<Entry> entries;
+  std::vector<std::size_t> first;  // one more than there are triangles
+};
+
+template <typename WeightsOfCorner>
+EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&& weights_of_corner) {
+  EntryTable table;
+  for (const Triangle& t : triangles) {
+    table.first.push_back(table.entries.size());
+    std::map<int, std::array<double, 3>> of_key;
+    for (std::size_t k = 0; k < 3; ++k)
+      weights_of_corner(t[k], [&](int key, double weight) { of_key[key][k] += weight; });
+    for (const auto& [key, weights] : of_key) table.entries.push_back({key, weights});
+  }
+  table.first.push_back(table.entries.size());
+  return table;
+}
+
+// Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
+// `along` (0 to 1) grows with the triangles. Corners are in the camera frame.
 void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
-                 const CameraModel& camera, double confidence, std::int32_t first, std::int32_t count,
-                 TriangleBatch& batch) {
-  std::array<GpuVertex, 3> corners;
+                 const CameraModel& camera, double confidence, double along, const EntryTable& table,
+                 std::size_t index, TriangleBatch& batch) {
+  GpuTriangle triangle;
   std::array<int, 5> outside{};
   for (int k = 0; k < 3; ++k) {
     const Vector3d c = corners_in_cam.col(k);
@@ -68,42 +95,19 @@ void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
     outside[2] += -x > c.z();
     outside[3] += y > c.z();
     outside[4] += -y > c.z();
-    corners[At(k)] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(c.z()),
-                      static_cast<std::uint32_t>(batch.cones.size())};
+    triangle.corner[At(k)] = MakeVec4(x, y, 0.9 - 1.8 * along, c.z());
+    triangle.row[At(k)] = MakeVec4(cone_from_ray_in_cam(k, 0), cone_from_ray_in_cam(k, 1),
+                                   cone_from_ray_in_cam(k, 2), confidence);
   }
   if (std::count(outside.begin(), outside.end(), 3) > 0) return;
-  batch.vertices.insert(batch.vertices.end(), corners.begin(), corners.end());
-  const Matrix3d& m = cone_from_ray_in_cam;
-  batch.cones.push_back({MakeVec4(m(0, 0), m(0, 1), m(0, 2), confidence),
-                         MakeVec4(m(1, 0), m(1, 1), m(1, 2), std::bit_cast<float>(first)),
-                         MakeVec4(m(2, 0), m(2, 1), m(2, 2), std::bit_cast<float>(count))});
-}
-
-// A view's weights at a triangle's corners; the vertex index travels in a float's bits.
-Vec4 MakeEntry(int vertex, const std::array<double, 3>& weights) {
-  Vec4 entry = MakeVec4(0, weights[0], weights[1], weights[2]);
-  entry[0] = std::bit_cast<float>(static_cast<std::int32_t>(vertex));
-  return entry;
-}
-
-// For each triangle the range of its entries.
-struct EntryTable {
-  std::vector<Vec4> entries;
-  std::vector<std::int32_t> first;  // one more than there are triangles
-};
-
-template <typename WeightsOfCorner>
-EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&& weights_of_corner) {
-  EntryTable table;
-  for (const Triangle& t : triangles) {
-    table.first.push_back(static_cast<std::int32_t>(table.entries.size()));
-    std::map<int, std::array<double, 3>> of_key;
-    for (std::size_t k = 0; k < 3; ++k)
-      weights_of_corner(t[k], [&](int key, double weight) { of_key[key][k] += weight; });
-    for (const auto& [key, weights] : of_key) table.entries.push_back(MakeEntry(key, weights));
+  for (std::size_t e = table.first[index]; e < table.first[index + 1]; ++e) {
+    const Entry& entry = table.entries[e];
+    batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
+                          static_cast<std::uint32_t>(entry.key),
+                          {0, 0},
+                          MakeVec4(entry.weights[0], entry.weights[1], entry.weights[2], 0)});
   }
-  table.first.push_back(static_cast<std::int32_t>(table.entries.size()));
-  return table;
+  batch.triangles.push_back(triangle);
 }
 
 // How far out a distortion polynomial still grows: r squared, or the fisheye's angle.
@@ -132,10 +136,11 @@ struct GlRenderer::State {
   GlContext context;
 
   PhotographTextures photographs;
-  GlProgram triangles, lumigraph, resolve;
-  GlBuffer views, cones, entries, view_of_vertex, nearest_first, vertices;
-  GlVertexArray vertex_array;
-  GlTarget drawn, resolved;
+  GlProgram cover, fan, lumigraph, normalise, fill;
+  GlBuffer views, centers, triangles, fans, view_of_vertex, nearest_first;
+  GlEmptyVertexArray no_vertices;
+  GlDepth depth;
+  GlTarget drawn{GL_RGBA32F}, confidence{GL_R32F}, resolved{GL_RGBA32F};
   std::vector<double> trusted_extent;
 
   std::unique_ptr<MeshField> mesh_field;
@@ -147,11 +152,11 @@ struct GlRenderer::State {
   void Build();
   void UploadViews(const CameraModel& camera, const Rigid3& cam_from_world);
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
-  void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world);
+  void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void DrawLumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                               const PlaneInCamera& plane);
-  void DrawLumigraphPixels();
-  void DrawBatch(const TriangleBatch& batch);
+  void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
 };
 
@@ -162,20 +167,30 @@ void GlRenderer::State::Build() {
     trusted_extent.push_back(TrustedExtent(view.camera));
   }
   photographs.Upload(pyramids);
-  const std::string head =
-      "#version 450 core\n#define ARRAYS " + std::to_string(photographs.ArrayCount()) + "\n";
-  const std::string common = head + shaders::k_common_glsl;
-  triangles.Build("triangles", head + shaders::k_triangles_vert, common + shaders::k_triangles_frag);
-  lumigraph.Build("lumigraph", head + shaders::k_fullscreen_vert, common + shaders::k_lumigraph_frag);
-  resolve.Build("resolve", head + shaders::k_fullscreen_vert, common + shaders::k_resolve_frag);
-  vertex_array.Attribute(0, 3, GL_FLOAT, 0);
-  vertex_array.Attribute(1, 1, GL_UNSIGNED_INT, 3 * sizeof(float));
+  std::string head = "#version 450 core\n#define ARRAYS " + std::to_string(photographs.ArrayCount()) + "\n";
+  const auto some_view_is = [&](Distortion distortion) {
+    return std::any_of(scene->views.begin(), scene->views.end(),
+                       [&](const SceneView& view) { return view.camera.distortion == distortion; });
+  };
+  if (options.show_field) head += "#define SHOW_FIELD\n";
+  if (some_view_is(Distortion::kFisheye)) head += "#define FISHEYE\n";
+  if (some_view_is(Distortion::kRadialTangential)) head += "#define RADIAL_TANGENTIAL\n";
+  const std::string view = head + shaders::k_view_glsl;
+  const std::string triangle_buffers = view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl;
+  const std::string common = view + shaders::k_common_glsl;
+  const std::string with_views = common + shaders::k_views_glsl;
+  cover.Build("cover", triangle_buffers + shaders::k_cover_vert, head + shaders::k_cover_frag);
+  fan.Build("fan", triangle_buffers + shaders::k_fan_vert, common + shaders::k_fan_frag);
+  lumigraph.Build("lumigraph", head + shaders::k_fullscreen_vert, with_views + shaders::k_lumigraph_frag);
+  normalise.Build("normalise", head + shaders::k_fullscreen_vert, head + shaders::k_normalise_frag);
+  fill.Build("fill", head + shaders::k_fullscreen_vert, with_views + shaders::k_fill_frag);
 }
 
 void GlRenderer::State::UploadViews(const CameraModel& camera, const Rigid3& cam_from_world) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   std::vector<GpuView> gpu_views;
+  std::vector<Vec4> gpu_centers;
   gpu_views.reserve(scene->views.size());
   for (std::size_t i = 0; i < scene->views.size(); ++i) {
     const SceneView& view = scene->views[i];
@@ -201,8 +216,11 @@ void GlRenderer::State::UploadViews(const CameraModel& camera, const Rigid3& cam
     out.center = MakeVec4(center.x(), center.y(), center.z(), 1);
     out.place = {array, layer, PyramidLevel(view, scene->subject, virtual_center, camera.MeanFocalPx()), 0};
   }
+  for (const GpuView& view : gpu_views) gpu_centers.push_back(view.center);
   views.Upload(gpu_views);
   views.BindStorage(0);
+  centers.Upload(gpu_centers);
+  centers.BindStorage(5);
 }
 
 void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& camera,
@@ -211,34 +229,50 @@ void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& c
   program.Set("camera", MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy));
   program.Set("plane", MakeVec4(plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset));
   program.Set("far_depth", static_cast<float>(plane.far_depth));
-  program.Set("show_field", options.show_field ? 1 : 0);
-  program.Set("least_weight", static_cast<float>(kLeastWeight));
 }
 
-void GlRenderer::State::DrawBatch(const TriangleBatch& batch) {
-  if (batch.vertices.empty()) return;
-  vertices.Upload(batch.vertices);
-  cones.Upload(batch.cones);
-  cones.BindStorage(1);
-  entries.BindStorage(2);
+void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
+                                  const PlaneInCamera& plane) {
+  if (batch.triangles.empty()) return;
+  triangles.Upload(batch.triangles);
+  triangles.BindStorage(1);
+  fans.Upload(batch.fans);
+  fans.BindStorage(2);
   view_of_vertex.BindStorage(3);
-  vertex_array.Bind(vertices, sizeof(GpuVertex));
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(batch.vertices.size()));
+  no_vertices.Bind();
+
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_ALWAYS);
+  confidence.Bind();
+  cover.Use();
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
+
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_EQUAL);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  drawn.Bind();
+  SetCommon(fan, camera, plane);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.fans.size()));
+  glDisable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
 }
 
-void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world) {
+void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
+                                 const PlaneInCamera& plane) {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
   const FieldMesh& mesh = mesh_field->field_mesh();
   const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
+  const double count = static_cast<double>(mesh.triangles.size());
   TriangleBatch batch;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (placed.cone_from_ray[t].isZero(0)) continue;
     AddTriangle(cam_from_world_r * placed.corners[t], placed.cone_from_ray[t] * cam_from_world_r.transpose(),
-                camera, mesh.confidence[t], mesh_entries.first[t],
-                mesh_entries.first[t + 1] - mesh_entries.first[t], batch);
+                camera, mesh.confidence[t], static_cast<double>(t) / count, mesh_entries, t, batch);
   }
   view_of_vertex.Upload(placed.view_of_vertex);
-  DrawBatch(batch);
+  DrawBatch(batch, camera, plane);
 }
 
 void GlRenderer::State::DrawLumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
@@ -247,6 +281,7 @@ void GlRenderer::State::DrawLumigraphTriangles(const CameraModel& camera, const 
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
     for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
   });
+  const double count = static_cast<double>(image.triangles.size());
   TriangleBatch batch;
   for (std::size_t t = 0; t < image.triangles.size(); ++t) {
     // Rays with unit z as corners: what the shader normalises is then linear in the image.
@@ -255,17 +290,20 @@ void GlRenderer::State::DrawLumigraphTriangles(const CameraModel& camera, const 
       const Eigen::Vector2d& img = image.img[At(image.triangles[t][At(k)])];
       corners.col(k) = Vector3d((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
     }
-    AddTriangle(corners, corners.inverse(), camera, 1.0, table.first[t], table.first[t + 1] - table.first[t],
-                batch);
+    AddTriangle(corners, corners.inverse(), camera, 1.0, static_cast<double>(t) / count, table, t, batch);
   }
   std::vector<std::int32_t> identity(scene->views.size());
   for (std::size_t i = 0; i < identity.size(); ++i) identity[i] = static_cast<std::int32_t>(i);
   view_of_vertex.Upload(identity);
-  entries.Upload(table.entries);
-  DrawBatch(batch);
+  DrawBatch(batch, camera, plane);
 }
 
-void GlRenderer::State::DrawLumigraphPixels() {
+void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
+  SetCommon(lumigraph, camera, plane);
+  confidence.Clear(1);
+  drawn.Bind();
+  no_vertices.Bind();
+  lumigraph.Set("depth", 0.0f);
   lumigraph.Set("view_count", static_cast<int>(scene->views.size()));
   lumigraph.Set("k_best", options.field.lumigraph_k);
   lumigraph.Set("resolution_penalty", static_cast<float>(kResolutionPenalty));
@@ -275,18 +313,35 @@ void GlRenderer::State::DrawLumigraphPixels() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+// Covered pixels get depth 1, so that filling does not even start on them.
 void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
                                 const PlaneInCamera& plane) {
-  SetCommon(resolve, camera, plane);
-  resolve.Set("view_count", static_cast<int>(scene->views.size()));
-  resolve.Set("fill", options.fill ? 1 : 0);
-  resolve.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
+  const bool nearest_is_the_field = options.field.kind == FieldKind::kNearest;
+  resolved.Bind();
+  resolved.ClearDepth(0);
+  no_vertices.Bind();
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  if (!nearest_is_the_field) {
+    glDepthFunc(GL_ALWAYS);
+    confidence.BindTexture(14);
+    drawn.BindTexture(15);
+    normalise.Use();
+    normalise.Set("least_weight", static_cast<float>(kLeastWeight));
+    normalise.Set("depth", 1.0f);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_GREATER);
+  SetCommon(fill, camera, plane);
+  fill.Set("depth", 0.0f);
+  fill.Set("view_count", options.fill || nearest_is_the_field ? static_cast<int>(scene->views.size()) : 0);
+  fill.Set("nearest_is_the_field", nearest_is_the_field ? 1 : 0);
   nearest_first.Upload(ViewsByDistance(*scene, cam_from_world.OriginInSource()));
   nearest_first.BindStorage(4);
-  drawn.BindTexture(15);
-  resolved.BindAndClear();
-  vertex_array.BindEmpty();
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_DEPTH_TEST);
 }
 
 GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)
@@ -300,13 +355,13 @@ GlRenderer::~GlRenderer() {
   if (!state_) return;
   const GlContext::Current current(state_->context);
   state_->photographs.Release();
-  for (GlProgram* program : {&state_->triangles, &state_->lumigraph, &state_->resolve}) program->Release();
-  for (GlBuffer* buffer : {&state_->views, &state_->cones, &state_->entries, &state_->view_of_vertex,
-                           &state_->nearest_first, &state_->vertices})
+  State& s = *state_;
+  for (GlProgram* program : {&s.cover, &s.fan, &s.lumigraph, &s.normalise, &s.fill}) program->Release();
+  for (GlBuffer* buffer : {&s.views, &s.centers, &s.triangles, &s.fans, &s.view_of_vertex, &s.nearest_first})
     buffer->Release();
-  state_->vertex_array.Release();
-  state_->drawn.Release();
-  state_->resolved.Release();
+  for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
+  s.no_vertices.Release();
+  s.depth.Release();
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
@@ -316,13 +371,11 @@ void GlRenderer::SetField(const FieldOptions& field) {
   s.mesh_field.reset();
   const FieldKind kind = s.options.field.kind;
   if (kind != FieldKind::kLinear && kind != FieldKind::kSubdivision) return;
-  const GlContext::Current current(s.context);
   s.mesh_field = std::make_unique<MeshField>(s.scene, s.options.field.level);
   const FieldMesh& mesh = s.mesh_field->field_mesh();
   s.mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
     for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
   });
-  s.entries.Upload(s.mesh_entries.entries);
 }
 
 FieldOptions GlRenderer::field() const { return state_->options.field; }
@@ -335,28 +388,26 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
   const PlaneInCamera plane = *s.proxy.AsPlane(cam_from_world);
-  s.drawn.Resize(camera.width, camera.height);
-  s.resolved.Resize(camera.width, camera.height);
+  s.depth.Resize(camera.width, camera.height);
+  s.drawn.Resize(camera.width, camera.height, &s.depth);
+  s.confidence.Resize(camera.width, camera.height, &s.depth);
+  s.resolved.Resize(camera.width, camera.height, &s.depth);
   s.photographs.Bind();
   s.UploadViews(camera, cam_from_world);
-  s.drawn.BindAndClear();
+  s.drawn.Clear(0);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
   switch (s.options.field.kind) {
     case FieldKind::kLinear:
     case FieldKind::kSubdivision:
-      s.SetCommon(s.triangles, camera, plane);
-      s.DrawMesh(camera, cam_from_world);
+      s.DrawMesh(camera, cam_from_world, plane);
       break;
     case FieldKind::kLumigraph:
-      s.SetCommon(s.triangles, camera, plane);
       s.DrawLumigraphTriangles(camera, cam_from_world, plane);
       break;
     case FieldKind::kLumigraphPerPixel:
-      s.SetCommon(s.lumigraph, camera, plane);
-      s.vertex_array.BindEmpty();
-      s.DrawLumigraphPixels();
+      s.DrawLumigraphPixels(camera, plane);
       break;
     case FieldKind::kNearest:
       break;  // Resolve() is the nearest view

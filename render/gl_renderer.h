@@ -1,11 +1,13 @@
 // The fast renderer: OpenGL 4.5 without a window, the same contract as the reference.
 //
-// Photographs lie in sRGB texture arrays with the reference's own pyramids as mip levels. Mesh fields draw
-// each triangle of the field mesh that meets the frame once, all views that weigh in it read by one shader;
-// nothing is blended, so no precision is lost between passes. The lumigraph field evaluates weights at the
-// vertices of an image triangulation (about 2,000 triangles: a grid and the projected viewpoints) on the CPU
-// and draws its triangles with the same shader, or evaluates them at every pixel over all views. A last pass
-// fills what nothing covered.
+// Photographs lie in sRGB texture arrays with the reference's own pyramids as mip levels. Triangles that meet
+// the frame are drawn twice: once each for their order (of overlapping ones the last counts) and confidence,
+// then once for each view that weighs in them, added up in 32-bit float (the thesis's fans, all in one draw).
+// What fragments need of a view is constant over a triangle, so they read no buffers: on a software
+// rasteriser this is many times faster than one pass per triangle whose shader reads all its views. The
+// lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a grid
+// and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at every
+// pixel over all views. A last pass divides by the sum of weights and fills what nothing covered.
 #pragma once
 
 #include "render/renderer.h"

@@ -1,29 +1,32 @@
 // Lumigraph weights at every pixel over all views: the k best are kept while going through them.
+layout(std430, binding = 5) readonly buffer Centers { vec4 centers[]; };
 uniform int view_count;
 uniform int k_best;  // at most 8
 uniform float resolution_penalty;
 uniform float zero_penalty;
 uniform float above_tie;
 uniform float above_largest;
-out vec4 color;
-
-float Penalty(vec3 point, vec3 center) {
-  vec3 to_virtual = -point, to_view = center - point;
-  float angle = atan(length(cross(to_virtual, to_view)), dot(to_virtual, to_view));
-  return angle + resolution_penalty * max(0.0, length(to_view) / length(to_virtual) - 1.0);
-}
+out vec4 color;  // light times weight, weight
 
 void main() {
   vec3 ray = RayOfPixel();
   vec3 point = ray * DepthOf(ray);
+  float to_virtual = length(point);
+  vec3 back = -point / to_virtual;
   int best[9];
   float penalty[9];
   int count = 0;
+  float least_cosine = -2.0;  // of the angle that is as bad as the worst kept penalty: most views stop here
   for (int i = 0; i < view_count; ++i) {
-    float p = Penalty(point, views[i].center.xyz);
+    vec3 to_view = centers[i].xyz - point;
+    float inverse_length = inversesqrt(dot(to_view, to_view));
+    float cosine = dot(back, to_view) * inverse_length;
+    if (cosine < least_cosine) continue;
+    float p = atan(length(cross(back, to_view)) * inverse_length, cosine) +
+              resolution_penalty * max(0.0, 1.0 / (inverse_length * to_virtual) - 1.0);
     if (count == k_best + 1 && p >= penalty[count - 1]) continue;
     vec2 img;
-    if (See(i, point, img) <= 0.0) continue;
+    if (See(views[i], point, img) <= 0.0) continue;
     if (count < k_best + 1) ++count;
     int at = count - 1;
     while (at > 0 && penalty[at - 1] > p) {
@@ -33,11 +36,10 @@ void main() {
     }
     penalty[at] = p;
     best[at] = i;
+    if (count == k_best + 1) least_cosine = cos(min(penalty[count - 1], 3.14159265)) - 1e-6;
   }
-  if (count == 0) {
-    color = vec4(0.0);
-    return;
-  }
+  color = vec4(0.0);
+  if (count == 0) return;
   float threshold = above_largest * penalty[count - 1];
   if (count > k_best) {
     threshold = max(penalty[k_best], above_tie * penalty[k_best - 1]);
@@ -49,14 +51,9 @@ void main() {
     weights[n] = penalty[0] <= zero_penalty ? (n == 0 ? 1.0 : 0.0) : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
     total += weights[n];
   }
-  vec3 light = vec3(0.0);
-  float sum = 0.0;
   for (int n = 0; n < count; ++n) {
     vec2 img;
-    float weight = weights[n] / total * See(best[n], point, img);
-    if (weight <= 0.0) continue;
-    light += weight * LightOf(best[n], img);
-    sum += weight;
+    float weight = weights[n] / total * See(views[best[n]], point, img);
+    if (weight > 0.0) color += vec4(weight * LightOf(views[best[n]], img), weight);
   }
-  color = Normalised(light, sum, 1.0);
 }

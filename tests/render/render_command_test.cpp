@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -58,6 +59,32 @@ TEST(CameraPath, DollyHalvesTheDistance) {
   const CameraPath path = DollyPath(*scene, 10);
   const double first = path.cam_from_world.front().OriginInSource().norm();
   EXPECT_NEAR(path.cam_from_world.back().OriginInSource().norm(), 0.5 * first, 1e-9);
+}
+
+// Cameras rolled by a third of a right angle: from between them corners are uncovered until zoomed in.
+TEST(CameraPath, ZoomFillsThePictures) {
+  auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)});
+  const CameraModel camera = scene->views.front().camera;
+  for (SceneView& view : scene->views) {
+    const Eigen::Quaterniond roll(Eigen::AngleAxisd(M_PI / 6, Vector3d::UnitZ()));
+    view.cam_from_world.rotation = roll * view.cam_from_world.rotation;
+    view.cam_from_world.translation = roll * view.cam_from_world.translation;
+  }
+  const auto renderer = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+  const CameraPath path = OrbitPath(*scene, 6);
+  const auto uncovered = [&](double zoom) {
+    CameraModel zoomed = camera;
+    zoomed.fx *= zoom;
+    zoomed.fy *= zoom;
+    const Rendering picture = renderer->Render(zoomed, path.cam_from_world[2]);
+    return static_cast<double>(picture.filled_px + picture.empty_px) /
+           static_cast<double>(picture.linear.total());
+  };
+  const double zoom = ZoomThatFills(*renderer, path, camera);
+  EXPECT_GT(zoom, 1.1);
+  EXPECT_LE(zoom, 1.6);
+  EXPECT_GT(uncovered(1), 0.02);
+  EXPECT_LT(uncovered(zoom), 0.01);
 }
 
 TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {

@@ -164,8 +164,9 @@ TEST(GlRenderer, EqualsTheReference) {
   RecordProperty("worst_within_share", std::to_string(worst_within));
   RecordProperty("largest_band_share", std::to_string(worst_band));
   std::printf(
-      "within 2/255 on at least %.3f %% of the pixels outside the band, which holds at most %.2f %%\n",
-      100 * worst_within, 100 * worst_band);
+      "within 2/255: at least %.3f %% of the pixels outside the band (at most %.1f %% of all), %.3f %% of "
+      "all\n",
+      100 * worst_within, 100 * worst_band, 100 * worst_of_all);
 }
 
 TEST(GlRenderer, ConfidenceEqualsTheReference) {

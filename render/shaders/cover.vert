@@ -1,0 +1,9 @@
+// First pass: which triangle counts at a pixel (the depth), and its confidence.
+invariant gl_Position;
+flat out float confidence;
+
+void main() {
+  uint triangle = uint(gl_VertexID) / 3u;
+  confidence = triangles[triangle].row[0].w;
+  gl_Position = ClipPosition(triangle, uint(gl_VertexID) % 3u);
+}

@@ -1,0 +1,36 @@
+// Second pass: every triangle once for each view that weighs in it. All that the fragments need of the view and of its
+// weight is constant over the triangle and travels flat, so that fragments read no buffers.
+struct Fan {
+  uint triangle;
+  uint vertex;     // of the mesh: which view it is depends on where the camera stands
+  uint unused[2];
+  vec4 weights;    // of the view at the triangle's corners
+};
+layout(std430, binding = 2) readonly buffer Fans { Fan fans[]; };
+layout(std430, binding = 3) readonly buffer ViewOfVertex { int view_of_vertex[]; };
+
+invariant gl_Position;
+flat out vec4 row0, row1, row2, intrinsics, size, k, more, color_of_view;
+flat out ivec4 place;
+// The weight is numerator . ray / denominator . ray.
+flat out vec3 numerator, denominator;
+
+void main() {
+  Fan fan = fans[uint(gl_VertexID) / 3u];
+  vec3 r0 = triangles[fan.triangle].row[0].xyz;
+  vec3 r1 = triangles[fan.triangle].row[1].xyz;
+  vec3 r2 = triangles[fan.triangle].row[2].xyz;
+  numerator = fan.weights.x * r0 + fan.weights.y * r1 + fan.weights.z * r2;
+  denominator = r0 + r1 + r2;
+  View v = views[view_of_vertex[fan.vertex]];
+  row0 = v.row0;
+  row1 = v.row1;
+  row2 = v.row2;
+  intrinsics = v.intrinsics;
+  size = v.size;
+  k = v.k;
+  more = v.more;
+  color_of_view = v.color;
+  place = v.place;
+  gl_Position = ClipPosition(fan.triangle, uint(gl_VertexID) % 3u);
+}

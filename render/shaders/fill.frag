@@ -1,0 +1,20 @@
+// Where nothing covered the pixel (the depth test knows): the nearest view that sees it. Alpha: -1 filled, -2 empty;
+// where the nearest view is the field itself, its feather.
+layout(std430, binding = 4) readonly buffer NearestFirst { int nearest_first[]; };
+uniform int view_count;  // 0: fill nothing
+uniform bool nearest_is_the_field;
+out vec4 color;
+
+void main() {
+  color = vec4(0.0, 0.0, 0.0, -2.0);
+  vec3 ray = RayOfPixel();
+  vec3 point = ray * DepthOf(ray);
+  for (int n = 0; n < view_count; ++n) {
+    int i = nearest_first[n];
+    vec2 img;
+    float feather = See(views[i], point, img);
+    if (feather <= 0.0) continue;
+    color = vec4(LightOf(views[i], img), nearest_is_the_field ? feather : -1.0);
+    break;
+  }
+}

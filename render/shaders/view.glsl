@@ -1,0 +1,11 @@
+// A recorded view as the shaders know it.
+struct View {
+  vec4 row0, row1, row2;  // view_from_cam, 3x4
+  vec4 intrinsics;        // fx fy cx cy
+  vec4 size;              // width, height, feather in pixels, how far the distortion is trusted (r^2, or theta)
+  vec4 k;                 // k1 k2 p1 p2, or k1 k2 k3 k4
+  vec4 more;              // k3, black, scale, distortion: 0 none, 1 radial-tangential, 2 fisheye
+  vec4 color;             // of the blending field's picture
+  vec4 center;            // of the view, to be read by itself
+  ivec4 place;            // texture array, layer, level
+};
