@@ -1,5 +1,6 @@
 #include "acquisition/import_export.h"
 
+#include <cmath>
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 

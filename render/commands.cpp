@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/error.h"
+#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "render/camera_path.h"
 #include "render/evaluate.h"
@@ -18,9 +19,11 @@
 namespace ulf {
 namespace {
 
+constexpr int kLargestPicture = 16384;  // what OpenGL draws into on the machines this was tried on
+
 struct SceneArgs {
   std::string dir;
-  std::vector<double> subject;  // x y z r
+  std::string subject;
   int size_limit_px = 0;
   double memory_mb = 2048;
   std::string renderer = "gl";
@@ -53,11 +56,7 @@ RendererKind RendererFromName(const std::string& name) {
 
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
   SceneOptions options{.size_limit_px = args.size_limit_px, .memory_limit_mb = args.memory_mb};
-  if (!args.subject.empty()) {
-    if (args.subject.size() != 4 || !(args.subject[3] > 0))
-      throw UsageError("--subject: give centre and a positive radius as x,y,z,r");
-    options.subject = Subject{{args.subject[0], args.subject[1], args.subject[2]}, args.subject[3]};
-  }
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   const LightField light_field = ReadLightField(args.dir);
   Progress progress("loading");
   return LoadScene(light_field, options, &progress);
@@ -200,7 +199,10 @@ void PrintTable(const EvaluateSummary& summary) {
                result.asked.kind == result.used.kind ? "" : "  (really " + FieldName(result.used.kind) + ")");
   }
   const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;
-  if (rim_views > 0)
+  if (rim_views == summary.held_out)
+    fmt::print("\nPSNR in dB, means over all {} left-out views: each of them lies on the rim of the hull.\n",
+               rim_views);
+  else if (rim_views > 0)
     fmt::print("\nPSNR in dB, means over the {} left-out views inside the hull; the {} on its rim apart.\n",
                summary.held_out - rim_views, rim_views);
 }
@@ -232,9 +234,8 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
   sub.add_option("dir", args.dir, "The light field: a folder with a journal or a transforms.json")
       ->required();
   sub.add_option(
-         "--subject", args.subject,
-         "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted")
-      ->delimiter(',');
+      "--subject", args.subject,
+      "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
   sub.add_option("--size-limit", args.size_limit_px,
                  "Longer side of the loaded photographs in pixels; 0: as they are")
       ->check(CLI::NonNegativeNumber);
@@ -257,9 +258,9 @@ void AddRender(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--frames", args->frames, "Pictures on a named path (120; 1 for a single picture)")
       ->check(CLI::PositiveNumber);
   sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, kLargestPicture));
   sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, kLargestPicture));
   sub->add_option(
          "--zoom", args->zoom,
          "Focal length over the photographs'; if not said, orbit and dolly zoom until photographs fill them")

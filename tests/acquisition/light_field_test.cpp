@@ -470,7 +470,7 @@ TEST(Import, ParallelCamerasNeedASubject) {
       test::RunUlf("import " + (scratch / "source").string() + " -o " + (scratch / "lf2").string()).exit_code,
       2);
   EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
-  for (const char* bad : {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1"})
+  for (const char* bad : {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
     EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
 }
 

@@ -232,7 +232,9 @@ TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
 TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   const std::string dir = dir_.string();
   EXPECT_EQ(RunUlf("render " + dir + " --field bicubic -o " + Out("x.png")).exit_code, 2);
-  EXPECT_EQ(RunUlf("render " + dir + " --subject 1,2 -o " + Out("x.png")).exit_code, 2);
+  for (const char* bad : {"1,2", "1,2,nan,1", "1,2,3,inf", "1,2,3,-1"})
+    EXPECT_EQ(RunUlf("render " + dir + " --subject " + bad + " -o " + Out("x.png")).exit_code, 2) << bad;
+  EXPECT_EQ(RunUlf("render " + dir + " --width 100000 -o " + Out("x.png")).exit_code, 2);
   EXPECT_EQ(RunUlf("render " + dir + " --level 9 -o " + Out("x.png")).exit_code, 2);
   EXPECT_EQ(RunUlf("render " + dir + " -o " + Out("x.gif")).exit_code, 2);
   EXPECT_EQ(RunUlf("render").exit_code, 2);
