@@ -377,6 +377,10 @@ int RunCaptureCommand(const CaptureArgs& args) {
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
   WritePictures(args, prepared.camera, summary, report);
+  if (summary.stopped_because == StoppedBecause::kCovered && report.covered < options.until_share)
+    fmt::print(
+        stderr,
+        "the last adjustment of the poses opened some of the cap again; go on with --resume to fill it\n");
   if (summary.stopped_because == StoppedBecause::kDisk) {
     fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
                summary.problem);

@@ -16,6 +16,8 @@
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/intrinsics.h"
+#include "acquisition/output_path.h"
+#include "acquisition/stop_signal.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -83,9 +85,9 @@ Run Follow(const TrackArgs& args, Device& device) {
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   device.Start();
-  while (device.State() == DeviceState::kStreaming) {
-    const auto frame = device.Next(std::chrono::milliseconds(1000));
-    if (!frame) continue;
+  while (device.State() == DeviceState::kStreaming && !StopOnSignal::Asked()) {
+    const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame || frame->status != FrameStatus::kComplete) continue;
     if (!tracker) {
       IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
@@ -213,6 +215,9 @@ void PrintText(const std::string& truth_name, const nlohmann::ordered_json& repo
 }
 
 int RunTrack(const TrackArgs& args) {
+  for (const std::string& output : {args.output, args.final_output})
+    if (!output.empty()) RequireWritable(output);
+  const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
   // OpenCV would spread single frames over all cores, which the other threads need.
@@ -241,7 +246,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<TrackArgs>();
   CLI::App* command =
       app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
-  command->add_option("uri", args->uri, "Device: replay:PATH, sim:studio, aravis:ID")->required();
+  command->add_option("URI", args->uri,
+                      "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
   command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
   command->add_option("--truth", args->truth,
@@ -258,7 +264,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
-      "--truth reference.txt");
+      "--truth reference.txt\nSIGINT ends a live camera's run: poses are written and figures printed.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 
