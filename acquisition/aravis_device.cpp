@@ -201,7 +201,13 @@ class AravisDevice : public Device {
          [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
     stop_ = false;
     running_ = true;
-    thread_ = std::thread([this] { Capture(); });
+    thread_ = std::thread([this] {
+      try {
+        Capture();
+      } catch (const std::exception& error) {
+        Lose(fmt::format("reading its frames failed: {}", error.what()));
+      }
+    });
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
