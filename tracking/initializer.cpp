@@ -9,6 +9,19 @@ namespace {
 constexpr int kMinFeatures = 80;
 constexpr int kMinMatches = 60;
 
+// The ray of a match in the second view, aligned with the patch in the first where that works: detected
+// corners alone are too coarse for the small parallax at the start. The patch is warped by rotation only.
+Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const Pyramid& first,
+                           const Feature& to, const Pyramid& second) {
+  const auto patch = CutPatch(first, from.img, from.level);
+  const auto axes = AxesOf(camera, Rigid3{}, from.ray, from.level);
+  if (!patch || !axes) return to.ray;
+  const Rigid3 turned{Eigen::Quaterniond::FromTwoVectors(from.ray, to.ray), Eigen::Vector3d::Zero()};
+  const auto aligned = AlignPatch(camera, *patch, *axes, from.ray, turned, second, to.img);
+  if (!aligned) return to.ray;
+  return camera.RayFromImg(aligned->img).value_or(to.ray);
+}
+
 }  // namespace
 
 Initializer::Initializer(const CameraModel& camera, double min_parallax_deg, unsigned seed)
@@ -39,7 +52,8 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   std::vector<RayPair> pairs;
   std::vector<double> motion_px;
   for (const FeatureMatch& match : matches) {
-    pairs.push_back({first[match.first].ray, second[match.second].ray});
+    const Feature &from = first[match.first], &to = second[match.second];
+    pairs.push_back({from.ray, AlignedRay(camera_, from, *reference_->pyramid, to, *image.pyramid)});
     Eigen::Vector2d& expected = expected_[static_cast<std::size_t>(match.first)];
     motion_px.push_back((second[match.second].img - expected).norm());
     expected = second[match.second].img;
@@ -52,6 +66,8 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
       pairs, {.focal_px = camera_.MeanFocalPx(), .min_parallax_deg = min_parallax_deg_, .seed = seed_});
   attempt.outcome = relative.outcome;
   attempt.median_parallax_deg = relative.median_parallax_deg;
+  attempt.direction_sigma_deg = relative.direction_sigma_deg;
+  attempt.runner_up = relative.runner_up;
   if (relative.outcome != RelativePoseOutcome::kFound) return attempt;
   TwoViewStart start{*reference_, image, relative.second_from_first, {}, {}};
   for (std::size_t i = 0; i < matches.size(); ++i)

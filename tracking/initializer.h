@@ -26,6 +26,8 @@ struct InitializerAttempt {
   int matches = 0;
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
   double median_parallax_deg = 0;
+  double direction_sigma_deg = 0;
+  double runner_up = 0;
   double median_motion_px = 0;  // since the frame before
   std::optional<TwoViewStart> start;
 };

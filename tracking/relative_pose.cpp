@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -72,6 +74,7 @@ std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> 
 struct Motion {
   Rigid3 second_from_first;
   Matrix3d essential;
+  double direction_sigma = 0;  // radians for residuals of unit variance, where it was refined
   explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
 };
 
@@ -137,6 +140,7 @@ Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const
     twist.head<3>() = step.head<3>();
     const Rigid3 turned = Perturbed({motion.second_from_first.rotation, Vector3d::Zero()}, twist);
     motion = Motion({turned.rotation, (t + step(3) * side + step(4) * up).normalized()});
+    motion.direction_sigma = std::sqrt(std::max(0.0, hessian.inverse().bottomRightCorner<2, 2>().trace()));
     if (step.norm() < 1e-9) break;
   }
   return motion;
@@ -247,28 +251,75 @@ Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, d
   return result;
 }
 
-// The better of the motions that explain a flat scene, after refining each on the pairs near the plane.
-struct FlatChoice {
-  std::optional<Reconstruction> best;
-  bool ambiguous = false;
+// The motion of least truncated epipolar cost, and by how much the best clearly different one is worse.
+struct MotionChoice {
+  std::optional<Motion> best;
+  double noise = 0;      // standard deviation of the epipolar error, radians
+  double runner_up = 0;  // excess cost over noise²
 };
 
-FlatChoice ChooseFlatMotion(const SamplingResult<Matrix3d>& homography, std::span<const RayPair> pairs,
-                            double threshold, double max_ambiguity) {
-  FlatChoice choice;
-  int second = 0;
-  for (const Rigid3& pose : DecomposeHomography(homography.model)) {
-    const Motion refined = RefineMotion(Motion(pose), pairs, homography.inliers, threshold);
-    Reconstruction made = Reconstruct(refined.second_from_first, pairs, threshold);
-    const bool same = choice.best && Angle(made.pose.translation, choice.best->pose.translation) < 0.02;
-    if (!choice.best || made.count > choice.best->count) {
-      if (choice.best && !same) second = choice.best->count;
-      choice.best = std::move(made);
-    } else if (!same) {
-      second = std::max(second, made.count);
-    }
+double EpipolarCost(const Motion& motion, std::span<const RayPair> pairs, double threshold) {
+  double cost = 0;
+  for (const RayPair& pair : pairs) {
+    const double error = EpipolarError(motion.essential, pair);
+    cost += std::min(error * error, threshold * threshold);
   }
-  choice.ambiguous = choice.best && second > max_ambiguity * choice.best->count;
+  return cost;
+}
+
+// Translation directions over a half sphere: the sign is the cheirality test's business.
+std::vector<Vector3d> FanOfDirections() {
+  std::vector<Vector3d> fan;
+  for (const double x : {-1.0, 0.0, 1.0})
+    for (const double y : {-1.0, 0.0, 1.0})
+      for (const double z : {0.0, 1.0})
+        if (z > 0 || y > 0 || (y == 0 && x > 0)) fan.push_back(Vector3d(x, y, z).normalized());
+  return fan;
+}
+
+// A start, drawn in by all pairs and then settled on those near it.
+std::optional<Motion> SettleMotion(const Rigid3& start, std::span<const RayPair> pairs,
+                                   const std::vector<int>& all, double threshold) {
+  Motion motion = RefineMotion(Motion(start), pairs, all, 2 * threshold);
+  std::vector<int> near;
+  for (const int i : all)
+    if (EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]) < 2 * threshold)
+      near.push_back(i);
+  if (static_cast<int>(near.size()) < kMinMatches) return std::nullopt;
+  motion = RefineMotion(motion, pairs, near, threshold);
+  auto faced = BestMotion(motion.essential, pairs, near);
+  if (faced) faced->direction_sigma = motion.direction_sigma;
+  return faced;
+}
+
+MotionChoice ChooseMotion(const std::vector<Rigid3>& starts, std::span<const RayPair> pairs,
+                          double threshold) {
+  constexpr double kDifferent = 10 / kDegrees;  // between translation directions
+  std::vector<std::pair<double, Motion>> motions;
+  std::vector<int> all(pairs.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (const Rigid3& start : starts)
+    if (const auto motion = SettleMotion(start, pairs, all, threshold))
+      motions.emplace_back(EpipolarCost(*motion, pairs, threshold), *motion);
+  MotionChoice choice;
+  if (motions.empty()) return choice;
+  const auto best = std::min_element(motions.begin(), motions.end(),
+                                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  choice.best = best->second;
+  std::vector<double> errors;
+  for (const RayPair& pair : pairs) {
+    const double error = EpipolarError(choice.best->essential, pair);
+    if (error < threshold) errors.push_back(error);
+  }
+  constexpr double kSigmaOverMedian = 1.4826, kLeastNoise = 1e-6;
+  choice.noise = std::max(kLeastNoise, kSigmaOverMedian * MedianOf(errors));
+  double runner_up = std::numeric_limits<double>::infinity();
+  for (const auto& [cost, motion] : motions) {
+    const double between =
+        Angle(motion.second_from_first.translation, choice.best->second_from_first.translation);
+    if (between > kDifferent) runner_up = std::min(runner_up, cost - best->first);
+  }
+  choice.runner_up = runner_up / (choice.noise * choice.noise);
   return choice;
 }
 
@@ -312,7 +363,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (static_cast<int>(pairs.size()) < kMinMatches) return result;
   const double threshold = options.threshold_px / options.focal_px;
 
-  const auto rotation = SampleRotation(pairs, 2 * threshold, options.seed);
+  const auto rotation = SampleRotation(pairs, threshold, options.seed);
   const auto essential = SampleEssential(pairs, threshold, options.seed + 1);
   const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
   if (!essential || static_cast<int>(essential->inliers.size()) < kMinMatches) return result;
@@ -323,47 +374,51 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
       left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
     }
     result.median_parallax_deg = MedianOf(left_over);
-    // The essential matrix always fits a rotation, too: nearly all of its inliers then lie within the
-    // rotation.
-    if (static_cast<double>(rotation->inliers.size()) >
-        0.9 * static_cast<double>(essential->inliers.size())) {
-      result.outcome = RelativePoseOutcome::kRotationOnly;
-      return result;
-    }
   }
 
-  // A homography that explains nearly what the essential matrix explains means a flat scene (or none to tell
-  // apart). It constrains a point in two directions, the essential matrix in one: equal support is strong
-  // evidence.
+  // A homography constrains a point in two directions, the essential matrix in one: nearly equal support
+  // means a flat scene.
   const bool flat = homography && static_cast<double>(homography->inliers.size()) >
                                       0.85 * static_cast<double>(essential->inliers.size());
-  Reconstruction made;
-  if (flat) {
-    result.model = RelativePoseModel::kHomography;
-    FlatChoice choice = ChooseFlatMotion(*homography, pairs, 2 * threshold, options.max_ambiguity);
-    if (!choice.best || choice.ambiguous) {
-      result.outcome = choice.best ? RelativePoseOutcome::kAmbiguous : RelativePoseOutcome::kTooFewPoints;
-      return result;
-    }
-    made = std::move(*choice.best);
-  } else {
-    const auto motion = BestMotion(essential->model.essential, pairs, essential->inliers);
-    if (!motion) return result;
-    made = Reconstruct(RefineMotion(*motion, pairs, essential->inliers, threshold).second_from_first, pairs,
-                       2 * threshold);
+  result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
+  std::vector<Rigid3> starts{essential->model.second_from_first};
+  if (homography)
+    for (const Rigid3& pose : DecomposeHomography(homography->model)) starts.push_back(pose);
+  if (rotation)
+    for (const Vector3d& direction : FanOfDirections())
+      starts.push_back({Eigen::Quaterniond(rotation->model).normalized(), direction});
+  const MotionChoice choice = ChooseMotion(starts, pairs, threshold);
+  if (!choice.best) return result;
+  const auto explained = std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+    return EpipolarError(choice.best->essential, pair) < threshold;
+  });
+  // Any motion fits a rotation's matches: nearly all that this one explains then lie within the rotation.
+  if (rotation && static_cast<double>(rotation->inliers.size()) > 0.9 * static_cast<double>(explained)) {
+    result.outcome = RelativePoseOutcome::kRotationOnly;
+    return result;
   }
-  result.median_parallax_deg = made.median_parallax_deg;
+  result.direction_sigma_deg = choice.best->direction_sigma * choice.noise * kDegrees;
+  result.runner_up = choice.runner_up;
+  // More than chance would produce, and more than unmodelled errors (rolling shutter, lens) of some percent
+  // can.
+  if (choice.runner_up < std::max(40.0, 0.08 * static_cast<double>(pairs.size()))) {
+    result.outcome = RelativePoseOutcome::kAmbiguous;
+    return result;
+  }
+  const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
   if (made.count < options.min_points) {
     result.outcome = RelativePoseOutcome::kTooFewPoints;
     return result;
   }
-  if (made.median_parallax_deg < options.min_parallax_deg) {
+  result.median_parallax_deg = made.median_parallax_deg;
+  if (made.median_parallax_deg < options.min_parallax_deg ||
+      result.direction_sigma_deg > options.max_direction_sigma_deg) {
     result.outcome = RelativePoseOutcome::kLowParallax;
     return result;
   }
   result.outcome = RelativePoseOutcome::kFound;
   result.second_from_first = made.pose;
-  result.points_in_first = std::move(made.points);
+  result.points_in_first = made.points;
   result.points = made.count;
   return result;
 }

@@ -1,12 +1,14 @@
 // The motion between two views from matched rays alone, with the points they triangulate: what starts a map.
 //
-// Two models compete: an essential matrix (OpenGV's five-point solver inside our seeded sampler) for scenes
-// with depth, a homography for flat ones, where the essential matrix has a whole family of solutions. A
-// rotation is fitted first: when it alone explains the matches there is no parallax, nothing can be
-// triangulated, and the answer is a refusal. A homography decomposes into up to four motions; one is taken
-// only when it explains clearly more points than the next. (Hartley and Zisserman, Multiple View Geometry,
-// sections 9.6 and 13.4; Faugeras and Lustman 1988.) Translation has unit length. Rays are unit vectors in
-// their camera; residuals are angles times the focal length, px.
+// Two models are fitted: an essential matrix (OpenGV's five-point solver inside our seeded sampler; its own
+// RANSAC needs eight points a sample and never improves a model) for scenes with depth, and a homography for
+// flat ones, where five points have a whole family of solutions. A rotation is fitted first: when it alone
+// explains the matches there is no parallax, nothing can be triangulated, and the answer is a refusal. All
+// motions that either model suggests, and a fan of others, are refined on the same epipolar error; the best
+// one counts only when no clearly different motion explains the matches about as well and its direction is
+// well determined. Short baselines and two-fold planes fail here, as they should. (Hartley and Zisserman,
+// Multiple View Geometry, sections 9.6 and 13.4; Faugeras and Lustman 1988.) Translation has unit length.
+// Rays are unit vectors in their camera; residuals are angles times the focal length, px.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,10 +28,9 @@ struct RayPair {
 struct RelativePoseOptions {
   double focal_px = 500;
   double threshold_px = 1.5;
-  double min_parallax_deg = 1.0;  // median over the triangulated points
-  int min_points = 60;            // triangulated, in front of both views
-  double max_ambiguity =
-      0.75;  // the second best motion may explain at most this share of the best one's points
+  double min_parallax_deg = 0.8;       // median over the triangulated points
+  int min_points = 60;                 // triangulated, in front of both views
+  double max_direction_sigma_deg = 4;  // of the translation's direction
   unsigned seed = 1;
 };
 
@@ -39,7 +40,7 @@ enum class RelativePoseOutcome {
   kRotationOnly,  // a rotation explains the matches
   kLowParallax,
   kTooFewPoints,
-  kAmbiguous,  // two motions explain a flat scene about equally well
+  kAmbiguous,  // two motions explain the matches about equally well
 };
 const char* Name(RelativePoseOutcome outcome);
 
@@ -51,8 +52,10 @@ struct RelativePoseResult {
   Rigid3 second_from_first;                                     // of kFound only, as are the points
   std::vector<std::optional<Eigen::Vector3d>> points_in_first;  // by pair
   int points = 0;
-  double median_parallax_deg =
-      0;  // after removing the best rotation; known for every outcome with enough matches
+  double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
+  double runner_up = 0;            // excess cost of the best different motion, in noise variances
+  // Known for every outcome with enough matches: after removing the best rotation, later that of the points.
+  double median_parallax_deg = 0;
 };
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options = {});

@@ -383,8 +383,10 @@ void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in
   track.median_parallax_deg = attempt.median_parallax_deg;
   track.matched_points = attempt.matches;
   track.speed_px = attempt.median_motion_px;
-  spdlog::debug("frame {}: start: {} matches, {}, {:.2f} deg", frame, attempt.matches, Name(attempt.outcome),
-                attempt.median_parallax_deg);
+  spdlog::debug(
+      "frame {}: start: {} matches, {}, {:.2f} deg, direction to {:.2f} deg, next best worse by {:.0f}",
+      frame, attempt.matches, Name(attempt.outcome), attempt.median_parallax_deg, attempt.direction_sigma_deg,
+      attempt.runner_up);
   if (!attempt.start) return;
   StartMap(*attempt.start, Srgb8(frame_in.image));
   // The map stands or falls by whether this frame can be tracked on it.
