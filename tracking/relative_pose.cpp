@@ -401,7 +401,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   result.runner_up = choice.runner_up;
   // More than chance would produce, and more than unmodelled errors (rolling shutter, lens) of some percent
   // can.
-  if (choice.runner_up < std::max(40.0, 0.08 * static_cast<double>(pairs.size()))) {
+  if (choice.runner_up < std::max(60.0, 0.25 * static_cast<double>(pairs.size()))) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
     return result;
   }
