@@ -52,8 +52,13 @@ std::vector<Matrix3d> SolveFivePoint(std::span<const Vector3d> rays_in_first,
   const auto second = Rays(rays_in_second.first(5));
   opengv::relative_pose::CentralRelativeAdapter adapter(first, second);
   std::vector<Matrix3d> essentials;
-  for (const auto& solution : opengv::relative_pose::fivept_nister(adapter))
-    if (solution.allFinite()) essentials.emplace_back(solution);
+  // Stewenius' eigenvalue form: Nister's root bracketing, as implemented there, loses a solution now and
+  // then.
+  for (const auto& solution : opengv::relative_pose::fivept_stewenius(adapter)) {
+    const Matrix3d real = solution.real();
+    if (!real.allFinite() || solution.imag().norm() > 1e-6 * real.norm()) continue;
+    essentials.emplace_back(real.transpose());  // its E is first^T E second = 0
+  }
   return essentials;
 }
 

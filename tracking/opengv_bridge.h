@@ -21,7 +21,8 @@ std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
 std::optional<Rigid3> SolveEpnp(std::span<const Eigen::Vector3d> points_in_world,
                                 std::span<const Eigen::Vector3d> rays_in_camera);
 
-// Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Nister 2004).
+// Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels and
+// Nister 2006).
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 

@@ -106,42 +106,85 @@ std::optional<Motion> BestMotion(const Matrix3d& essential, std::span<const RayP
   return best;
 }
 
-// Gauss-Newton on the epipolar error over rotation and the direction of translation (five parameters).
+double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
+                     double gate) {
+  double cost = 0;
+  for (const int i : used) {
+    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
+    cost += std::min(error * error, gate * gate);
+  }
+  return cost;
+}
+
+struct MotionStep {
+  Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
+};
+
+// Normal equations over a turn and the translation's direction, from the pairs within the gate.
+MotionStep LinearizeMotion(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
+                           double gate, const Vector3d& side, const Vector3d& up) {
+  MotionStep equations;
+  const Matrix3d rotation = motion.second_from_first.RotationMatrix();
+  const Vector3d t = motion.second_from_first.translation;
+  for (const int i : used) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const Vector3d turned = rotation * pair.first;
+    const Vector3d line2 = t.cross(turned), line1 = t.cross(pair.second);
+    const double scale = 1 / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
+    const double error = pair.second.dot(line2) * scale;
+    if (std::abs(error) > gate) continue;
+    Eigen::Matrix<double, 5, 1> jacobian;
+    // second . (t x (omega x turned)) = omega . (turned x (second x t))
+    jacobian.head<3>() = turned.cross(pair.second.cross(t)) * scale;
+    const Vector3d by_t = turned.cross(pair.second) * scale;
+    jacobian(3) = by_t.dot(side);
+    jacobian(4) = by_t.dot(up);
+    equations.hessian.noalias() += jacobian * jacobian.transpose();
+    equations.gradient.noalias() += error * jacobian;
+  }
+  return equations;
+}
+
+// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation.
+// Truncation, not Huber: outliers that pull a little pull towards motion along the axis, whose epipolar lines
+// all are short of.
 Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
-                    double huber) {
+                    double gate, int iterations = 6) {
   Motion motion = initial;
-  constexpr int kIterations = 5;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Matrix3d rotation = motion.second_from_first.RotationMatrix();
+  double cost = TruncatedCost(motion, pairs, used, gate), damping = 1e-6;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     const Vector3d t = motion.second_from_first.translation;
     const Vector3d side = t.unitOrthogonal(), up = t.cross(side);
-    Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Identity() * 1e-12;
-    Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
-    for (const int i : used) {
-      const RayPair& pair = pairs[static_cast<std::size_t>(i)];
-      const Vector3d turned = rotation * pair.first;
-      const double algebraic = pair.second.dot(t.cross(turned));
-      const Vector3d line2 = t.cross(turned), line1 = t.cross(pair.second);
-      const double scale = 1 / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
-      const double error = algebraic * scale;
-      const double weight = std::abs(error) <= huber ? 1 : huber / std::abs(error);
-      Eigen::Matrix<double, 5, 1> jacobian;
-      // d(turned) = omega x turned;  second . (t x (omega x turned)) = omega . (turned x (second x t)).
-      jacobian.head<3>() = turned.cross(pair.second.cross(t)) * scale;
-      const Vector3d by_t = turned.cross(pair.second) * scale;
-      jacobian(3) = by_t.dot(side);
-      jacobian(4) = by_t.dot(up);
-      hessian += weight * jacobian * jacobian.transpose();
-      gradient += weight * error * jacobian;
+    const MotionStep equations = LinearizeMotion(motion, pairs, used, gate, side, up);
+    motion.direction_sigma =
+        std::sqrt(std::max(0.0, (equations.hessian + 1e-12 * MotionStep().hessian.Identity())
+                                    .inverse()
+                                    .bottomRightCorner<2, 2>()
+                                    .trace()));
+    bool moved = false;
+    double length = 0;
+    for (int attempt = 0; attempt < 4 && !moved; ++attempt) {
+      Eigen::Matrix<double, 5, 5> damped = equations.hessian;
+      damped.diagonal() *= 1 + damping;
+      damped.diagonal().array() += 1e-12;
+      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
+      if (!step.allFinite()) return motion;
+      Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
+      twist.head<3>() = step.head<3>();
+      const Rigid3 turned = Perturbed({motion.second_from_first.rotation, Vector3d::Zero()}, twist);
+      Motion candidate({turned.rotation, (t + step(3) * side + step(4) * up).normalized()});
+      const double candidate_cost = TruncatedCost(candidate, pairs, used, gate);
+      moved = candidate_cost <= cost;
+      if (moved) {
+        candidate.direction_sigma = motion.direction_sigma;
+        motion = candidate;
+        cost = candidate_cost;
+        length = step.norm();
+      }
+      damping = moved ? std::max(1e-9, 0.1 * damping) : std::max(1e-4, 30 * damping);
     }
-    const Eigen::Matrix<double, 5, 1> step = -hessian.ldlt().solve(gradient);
-    if (!step.allFinite()) break;
-    Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
-    twist.head<3>() = step.head<3>();
-    const Rigid3 turned = Perturbed({motion.second_from_first.rotation, Vector3d::Zero()}, twist);
-    motion = Motion({turned.rotation, (t + step(3) * side + step(4) * up).normalized()});
-    motion.direction_sigma = std::sqrt(std::max(0.0, hessian.inverse().bottomRightCorner<2, 2>().trace()));
-    if (step.norm() < 1e-9) break;
+    if (!moved || length < 1e-8) break;
   }
   return motion;
 }
@@ -167,7 +210,7 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
   };
   const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
     if (inliers.size() < 8) return std::nullopt;
-    return RefineMotion(motion, pairs, inliers, threshold);
+    return RefineMotion(motion, pairs, inliers, 1.5 * threshold, 4);
   };
   return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve,
                                  {.threshold = threshold, .max_iterations = 500, .seed = seed});
@@ -258,15 +301,6 @@ struct MotionChoice {
   double runner_up = 0;  // excess cost over noise²
 };
 
-double EpipolarCost(const Motion& motion, std::span<const RayPair> pairs, double threshold) {
-  double cost = 0;
-  for (const RayPair& pair : pairs) {
-    const double error = EpipolarError(motion.essential, pair);
-    cost += std::min(error * error, threshold * threshold);
-  }
-  return cost;
-}
-
 // Translation directions over a half sphere: the sign is the cheirality test's business.
 std::vector<Vector3d> FanOfDirections() {
   std::vector<Vector3d> fan;
@@ -277,30 +311,37 @@ std::vector<Vector3d> FanOfDirections() {
   return fan;
 }
 
-// A start, drawn in by all pairs and then settled on those near it.
-std::optional<Motion> SettleMotion(const Rigid3& start, std::span<const RayPair> pairs,
+// A start, drawn in by some of the pairs while the gate closes, then settled on all. A far start begins wide.
+std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<const RayPair> pairs,
                                    const std::vector<int>& all, double threshold) {
-  Motion motion = RefineMotion(Motion(start), pairs, all, 2 * threshold);
+  Motion motion(start);
+  if (far) {
+    constexpr std::size_t kEnough = 200;
+    std::vector<int> some;
+    for (std::size_t i = 0; i < all.size(); i += std::max<std::size_t>(1, all.size() / kEnough))
+      some.push_back(all[i]);
+    for (const double widen : {8.0, 4.0, 2.0})
+      motion = RefineMotion(motion, pairs, some, widen * threshold, 4);
+  }
+  motion = RefineMotion(motion, pairs, all, 1.5 * threshold);
   std::vector<int> near;
   for (const int i : all)
-    if (EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]) < 2 * threshold)
-      near.push_back(i);
+    if (EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]) < threshold) near.push_back(i);
   if (static_cast<int>(near.size()) < kMinMatches) return std::nullopt;
-  motion = RefineMotion(motion, pairs, near, threshold);
   auto faced = BestMotion(motion.essential, pairs, near);
   if (faced) faced->direction_sigma = motion.direction_sigma;
   return faced;
 }
 
-MotionChoice ChooseMotion(const std::vector<Rigid3>& starts, std::span<const RayPair> pairs,
+MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
                           double threshold) {
   constexpr double kDifferent = 10 / kDegrees;  // between translation directions
   std::vector<std::pair<double, Motion>> motions;
   std::vector<int> all(pairs.size());
   std::iota(all.begin(), all.end(), 0);
-  for (const Rigid3& start : starts)
-    if (const auto motion = SettleMotion(start, pairs, all, threshold))
-      motions.emplace_back(EpipolarCost(*motion, pairs, threshold), *motion);
+  for (const auto& [start, far] : starts)
+    if (const auto motion = SettleMotion(start, far, pairs, all, threshold))
+      motions.emplace_back(TruncatedCost(*motion, pairs, all, threshold), *motion);
   MotionChoice choice;
   if (motions.empty()) return choice;
   const auto best = std::min_element(motions.begin(), motions.end(),
@@ -315,11 +356,21 @@ MotionChoice ChooseMotion(const std::vector<Rigid3>& starts, std::span<const Ray
   choice.noise = std::max(kLeastNoise, kSigmaOverMedian * MedianOf(errors));
   double runner_up = std::numeric_limits<double>::infinity();
   for (const auto& [cost, motion] : motions) {
-    const double between =
-        Angle(motion.second_from_first.translation, choice.best->second_from_first.translation);
-    if (between > kDifferent) runner_up = std::min(runner_up, cost - best->first);
+    // As axes: the sign follows from which side the points are on.
+    const double cosine =
+        motion.second_from_first.translation.dot(choice.best->second_from_first.translation);
+    if (std::acos(std::min(1.0, std::abs(cosine))) > kDifferent)
+      runner_up = std::min(runner_up, cost - best->first);
   }
   choice.runner_up = runner_up / (choice.noise * choice.noise);
+  // Once more on what is certainly its own: outliers that happen to lie in the band pull no longer.
+  const double direction_sigma = choice.best->direction_sigma;
+  if (const auto polished =
+          BestMotion(RefineMotion(*choice.best, pairs, all, std::min(threshold, 4 * choice.noise)).essential,
+                     pairs, all)) {
+    choice.best = polished;
+    choice.best->direction_sigma = direction_sigma;
+  }
   return choice;
 }
 
@@ -363,45 +414,55 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (static_cast<int>(pairs.size()) < kMinMatches) return result;
   const double threshold = options.threshold_px / options.focal_px;
 
-  const auto rotation = SampleRotation(pairs, threshold, options.seed);
+  const auto rotation = SampleRotation(pairs, 1.5 * threshold, options.seed);
   const auto essential = SampleEssential(pairs, threshold, options.seed + 1);
   const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
-  if (!essential || static_cast<int>(essential->inliers.size()) < kMinMatches) return result;
   if (rotation) {
     std::vector<double> left_over;
-    for (const int i : essential->inliers) {
-      const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    for (const RayPair& pair : pairs)
       left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
-    }
     result.median_parallax_deg = MedianOf(left_over);
   }
 
   // A homography constrains a point in two directions, the essential matrix in one: nearly equal support
   // means a flat scene.
-  const bool flat = homography && static_cast<double>(homography->inliers.size()) >
-                                      0.85 * static_cast<double>(essential->inliers.size());
+  const bool flat =
+      homography && essential &&
+      static_cast<double>(homography->inliers.size()) > 0.85 * static_cast<double>(essential->inliers.size());
   result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
-  std::vector<Rigid3> starts{essential->model.second_from_first};
+  std::vector<std::pair<Rigid3, bool>> starts;  // and whether it may be far off
+  if (essential) starts.emplace_back(essential->model.second_from_first, false);
   if (homography)
-    for (const Rigid3& pose : DecomposeHomography(homography->model)) starts.push_back(pose);
+    for (const Rigid3& pose : DecomposeHomography(homography->model)) starts.emplace_back(pose, false);
   if (rotation)
     for (const Vector3d& direction : FanOfDirections())
-      starts.push_back({Eigen::Quaterniond(rotation->model).normalized(), direction});
+      starts.emplace_back(Rigid3{Eigen::Quaterniond(rotation->model).normalized(), direction}, true);
   const MotionChoice choice = ChooseMotion(starts, pairs, threshold);
-  if (!choice.best) return result;
-  const auto explained = std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
-    return EpipolarError(choice.best->essential, pair) < threshold;
+  // Any motion fits a rotation's matches: nearly all that the best one explains then lie within the rotation,
+  // whose residual has two dimensions and the noise of both views.
+  const double noise = std::max(choice.noise, 0.05 * threshold);
+  const auto explained =
+      !choice.best ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+        return EpipolarError(choice.best->essential, pair) < std::min(threshold, 3 * noise);
+      });
+  const auto turned = !rotation ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+    return (rotation->model * pair.first - pair.second).norm() < (choice.best ? 4.5 * noise : threshold);
   });
-  // Any motion fits a rotation's matches: nearly all that this one explains then lie within the rotation.
-  if (rotation && static_cast<double>(rotation->inliers.size()) > 0.9 * static_cast<double>(explained)) {
+  if (turned >= kMinMatches && static_cast<double>(turned) > 0.9 * static_cast<double>(explained)) {
     result.outcome = RelativePoseOutcome::kRotationOnly;
     return result;
   }
+  if (!choice.best) return result;
   result.direction_sigma_deg = choice.best->direction_sigma * choice.noise * kDegrees;
   result.runner_up = choice.runner_up;
-  // More than chance would produce, and more than unmodelled errors (rolling shutter, lens) of some percent
-  // can.
-  if (choice.runner_up < std::max(60.0, 0.25 * static_cast<double>(pairs.size()))) {
+  // The excess must be more than noise would produce, more than unmodelled errors (rolling shutter, lens) of
+  // some percent can, and more than outliers make that happen to lie in one motion's band and not in the
+  // other's.
+  const double outliers = static_cast<double>(pairs.size()) - static_cast<double>(explained);
+  constexpr double kChanceInBand = 0.03;
+  const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
+                           (choice.noise * choice.noise);
+  if (choice.runner_up < std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
     return result;
   }

@@ -1,0 +1,166 @@
+#include "tracking/bundle_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/tracking/geometry_scene.h"
+#include "tracking/residuals.h"
+
+namespace ulf {
+namespace {
+
+using test::Draw;
+
+struct Scene {
+  BundleProblem truth;
+  BundleProblem disturbed;
+};
+
+Scene MakeScene(double noise_px, double outliers, unsigned seed, const CameraModel& camera) {
+  Draw draw(seed);
+  Scene scene;
+  for (int c = 0; c < 6; ++c) {
+    const Eigen::Vector3d center(0.4 * c - 1, draw.Uniform(-0.3, 0.3), draw.Uniform(-0.3, 0.3));
+    scene.truth.cam_from_world.push_back(LookAt(center, {0, 0, 4}, -Eigen::Vector3d::UnitY()));
+    scene.truth.fixed.push_back(c < 2);
+  }
+  for (int p = 0; p < 150; ++p)
+    scene.truth.points.emplace_back(draw.Uniform(-1.2, 1.2), draw.Uniform(-0.9, 0.9), draw.Uniform(3, 5.5));
+  for (int c = 0; c < 6; ++c)
+    for (int p = 0; p < 150; ++p) {
+      auto img = camera.ImgFromCam(scene.truth.cam_from_world[static_cast<std::size_t>(c)] *
+                                   scene.truth.points[static_cast<std::size_t>(p)]);
+      if (!img || !camera.Contains(*img)) continue;
+      *img += Eigen::Vector2d(draw.Normal(noise_px), draw.Normal(noise_px));
+      if (draw.Uniform(0, 1) < outliers)
+        *img += Eigen::Vector2d(draw.Uniform(10, 40), draw.Uniform(-40, -10));
+      scene.truth.observations.push_back({c, p, *img, std::max(0.2, noise_px), false});
+    }
+  scene.disturbed = scene.truth;
+  for (std::size_t c = 2; c < 6; ++c) {
+    Eigen::Matrix<double, 6, 1> twist;
+    for (int i = 0; i < 6; ++i) twist(i) = draw.Uniform(-0.02, 0.02);
+    scene.disturbed.cam_from_world[c] = Perturbed(scene.disturbed.cam_from_world[c], twist);
+  }
+  for (Eigen::Vector3d& point : scene.disturbed.points) point += 0.05 * draw.Direction();
+  return scene;
+}
+
+double CenterError(const BundleProblem& a, const BundleProblem& b) {
+  double worst = 0;
+  for (std::size_t c = 0; c < a.cam_from_world.size(); ++c)
+    worst =
+        std::max(worst, (a.cam_from_world[c].OriginInSource() - b.cam_from_world[c].OriginInSource()).norm());
+  return worst;
+}
+
+TEST(BundleAdjustment, RecoversTruth) {
+  const CameraModel camera = test::SceneCamera();
+  for (const double noise_px : {0.0, 0.5})
+    for (const double outliers : {0.0, 0.05})
+      for (const unsigned seed : {1u, 2u, 3u}) {
+        Scene scene = MakeScene(noise_px, outliers, seed, camera);
+        const BundleSummary summary =
+            AdjustBundle(camera, scene.disturbed, {.robust_iterations = 20, .iterations = 20});
+        ASSERT_TRUE(summary.usable) << summary.message;
+        EXPECT_LT(summary.final_rms_sigmas, summary.initial_rms_sigmas);
+        EXPECT_LT(CenterError(scene.disturbed, scene.truth), 1e-4 + 0.06 * noise_px)
+            << noise_px << " px, outliers " << outliers << ", seed " << seed;
+        if (outliers > 0) {
+          int marked = 0;
+          for (const BundleObservation& seen : scene.disturbed.observations) marked += seen.outlier;
+          EXPECT_GT(marked, 0.7 * outliers * static_cast<double>(scene.disturbed.observations.size()));
+        }
+      }
+}
+
+TEST(BundleAdjustment, FixedCamerasStay) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0, 4, camera);
+  AdjustBundle(camera, scene.disturbed);
+  for (const std::size_t c : {0u, 1u})
+    EXPECT_EQ(scene.disturbed.cam_from_world[c].Matrix(), scene.truth.cam_from_world[c].Matrix());
+}
+
+TEST(BundleAdjustment, WithOneFixedCameraTheScaleStays) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0, 5, camera);
+  scene.disturbed.fixed.assign(6, false);
+  const auto extent = [](const BundleProblem& problem) {
+    double farthest = 0;
+    for (const Rigid3& pose : problem.cam_from_world)
+      farthest =
+          std::max(farthest, (pose.OriginInSource() - problem.cam_from_world[0].OriginInSource()).norm());
+    return farthest;
+  };
+  const double before = extent(scene.disturbed);
+  const Eigen::Matrix4d first = scene.disturbed.cam_from_world[0].Matrix();
+  const BundleSummary summary = AdjustBundle(camera, scene.disturbed);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_LT((scene.disturbed.cam_from_world[0].Matrix() - first).norm(), 1e-12);
+  EXPECT_NEAR(extent(scene.disturbed), before, 0.01 * before);
+}
+
+TEST(BundleAdjustment, NothingToAdjustIsNotUsable) {
+  BundleProblem empty;
+  EXPECT_FALSE(AdjustBundle(test::SceneCamera(), empty).usable);
+}
+
+TEST(Residuals, DerivativesAgreeWithDifferences) {
+  const CameraModel fisheye{640, 480, 300, 302, 322, 241, Distortion::kFisheye, {0.02, -0.004, 0.001, 0, 0}};
+  for (const CameraModel& camera : {test::SceneCamera(), CameraModel::Pinhole(640, 480, 500), fisheye})
+    for (const unsigned seed : {1u, 2u, 3u}) {
+      Draw draw(seed);
+      const Rigid3 pose = test::RandomPose(draw, 0.5, 0.5);
+      Eigen::Vector3d point = pose.Inverse() * Eigen::Vector3d(draw.Uniform(-1, 1), draw.Uniform(-1, 1), 4);
+      const ReprojectionCost cost(camera, {300, 200}, 0.7);
+      PoseBlock block = ToBlock(pose);
+      const double* parameters[] = {block.data(), point.data()};
+      Eigen::Vector2d residual;
+      Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
+      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+      double* jacobians[] = {by_pose.data(), by_point.data()};
+      ASSERT_TRUE(cost.Evaluate(parameters, residual.data(), jacobians));
+
+      const PoseManifold manifold;
+      const auto residual_at = [&](const Eigen::Matrix<double, 6, 1>& delta, const Eigen::Vector3d& shift) {
+        PoseBlock moved;
+        manifold.Plus(block.data(), delta.data(), moved.data());
+        const Eigen::Vector3d moved_point = point + shift;
+        const double* at[] = {moved.data(), moved_point.data()};
+        Eigen::Vector2d value;
+        cost.Evaluate(at, value.data(), nullptr);
+        return value;
+      };
+      constexpr double kStep = 1e-6;
+      for (int k = 0; k < 6; ++k) {
+        Eigen::Matrix<double, 6, 1> delta = Eigen::Matrix<double, 6, 1>::Zero();
+        delta(k) = kStep;
+        const Eigen::Vector2d numeric =
+            (residual_at(delta, Eigen::Vector3d::Zero()) - residual_at(-delta, Eigen::Vector3d::Zero())) /
+            (2 * kStep);
+        EXPECT_LT((numeric - by_pose.col(k)).norm(), 1e-4 * (1 + numeric.norm())) << "pose " << k;
+      }
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3d shift = kStep * Eigen::Vector3d::Unit(k);
+        const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
+        const Eigen::Vector2d numeric =
+            (residual_at(still, shift) - residual_at(still, -shift)) / (2 * kStep);
+        EXPECT_LT((numeric - by_point.col(k)).norm(), 1e-4 * (1 + numeric.norm())) << "point " << k;
+      }
+    }
+}
+
+TEST(Residuals, ManifoldMinusInvertsPlus) {
+  Draw draw(6);
+  const PoseBlock block = ToBlock(test::RandomPose(draw, 2, 2));
+  Eigen::Matrix<double, 6, 1> delta, back;
+  for (int i = 0; i < 6; ++i) delta(i) = draw.Uniform(-0.3, 0.3);
+  const PoseManifold manifold;
+  PoseBlock moved;
+  manifold.Plus(block.data(), delta.data(), moved.data());
+  manifold.Minus(moved.data(), block.data(), back.data());
+  EXPECT_LT((back - delta).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace ulf

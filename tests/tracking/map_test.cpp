@@ -1,0 +1,196 @@
+#include "tracking/map.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/tracking/geometry_scene.h"
+#include "tracking/relocalizer.h"
+
+namespace ulf {
+namespace {
+
+using test::Draw;
+
+Descriptor RandomDescriptor(Draw& draw) {
+  Descriptor descriptor{};
+  for (auto& word : descriptor)
+    for (int bit = 0; bit < 64; ++bit) word = word << 1 | (draw.Uniform(0, 1) < 0.5 ? 1u : 0u);
+  return descriptor;
+}
+
+Descriptor Disturbed(Descriptor descriptor, int bits, Draw& draw) {
+  for (int i = 0; i < bits; ++i) {
+    const int bit = static_cast<int>(draw.Uniform(0, 255.9));
+    descriptor[static_cast<std::size_t>(bit / 64)] ^= std::uint64_t{1} << (bit % 64);
+  }
+  return descriptor;
+}
+
+// Keyframes in a row before a wall of points, each seeing those near it.
+struct World {
+  CameraModel camera = test::SceneCamera();
+  Map map{camera};
+  std::vector<int> points;
+
+  explicit World(int keyframes, unsigned seed = 1) {
+    Draw draw(seed);
+    std::vector<Descriptor> looks;
+    for (int p = 0; p < 60 * keyframes; ++p) {
+      points.push_back(map.AddPoint({draw.Uniform(-1, keyframes), draw.Uniform(-1, 1), draw.Uniform(3, 4)}));
+      looks.push_back(RandomDescriptor(draw));
+    }
+    for (int k = 0; k < keyframes; ++k) {
+      Keyframe keyframe;
+      keyframe.cam_from_world.translation = {-static_cast<double>(k), 0, 0};
+      std::vector<Feature> features;
+      std::vector<int> seen;
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        const auto img = camera.ImgFromCam(keyframe.cam_from_world * map.point(points[p]).position);
+        if (!img || !camera.Contains(*img)) continue;
+        features.push_back({*img, *camera.RayFromImg(*img), 0, 0, Disturbed(looks[p], 20, draw)});
+        seen.push_back(points[p]);
+      }
+      keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
+      const int id = map.AddKeyframe(std::move(keyframe));
+      for (int i = 0; i < static_cast<int>(seen.size()); ++i)
+        map.Observe(seen[static_cast<std::size_t>(i)], {id, i, features[static_cast<std::size_t>(i)].img, 1});
+    }
+    for (const int point : points) map.Update(point);
+  }
+
+  // Every link exists in both directions, and the counts are right.
+  void ExpectConsistent() const {
+    for (const Keyframe& keyframe : map.keyframes()) {
+      int count = 0;
+      for (int i = 0; i < static_cast<int>(keyframe.point_of_feature.size()); ++i) {
+        const int id = keyframe.point_of_feature[static_cast<std::size_t>(i)];
+        if (id < 0) continue;
+        ++count;
+        const auto& observations = map.point(id).observations;
+        EXPECT_TRUE(map.point(id).alive);
+        EXPECT_EQ(
+            std::count_if(observations.begin(), observations.end(),
+                          [&](const Observation& o) { return o.keyframe == keyframe.id && o.feature == i; }),
+            1);
+      }
+      EXPECT_EQ(count, keyframe.points);
+    }
+    for (const MapPoint& point : map.points())
+      for (const Observation& o : point.observations)
+        EXPECT_EQ(map.keyframe(o.keyframe).point_of_feature[static_cast<std::size_t>(o.feature)], point.id);
+  }
+};
+
+TEST(MapTest, ObservationsLinkBothWaysThroughEveryChange) {
+  World world(5);
+  world.ExpectConsistent();
+  const int victim = world.map.keyframe(2).point_of_feature[3];
+  world.map.RemovePoint(victim);
+  world.ExpectConsistent();
+  EXPECT_EQ(world.map.Resolve(victim), -1);
+  world.map.RemoveKeyframe(3);
+  world.ExpectConsistent();
+  world.map.Clear();
+  world.ExpectConsistent();
+  EXPECT_EQ(world.map.LivingPoints(), 0);
+  EXPECT_EQ(world.map.LivingKeyframes(), 0);
+  EXPECT_EQ(world.map.FirstKeyframe(), -1);
+}
+
+TEST(MapTest, APointWithOneObservationGoes) {
+  World world(4);
+  for (const int id : world.points) {
+    if (world.map.point(id).observations.size() != 2) continue;
+    world.map.Forget(id, world.map.point(id).observations[0].keyframe);
+    EXPECT_FALSE(world.map.point(id).alive);
+    world.ExpectConsistent();
+    return;
+  }
+  FAIL() << "no point with two observations in the scene";
+}
+
+TEST(MapTest, MergedPointsSayWhereTheyWent) {
+  World world(4);
+  int a = -1, b = -1;  // seen by different keyframes
+  for (const int id : world.points)
+    for (const int other : world.points) {
+      if (a >= 0 || id == other || world.map.point(id).observations.empty() ||
+          world.map.point(other).observations.empty())
+        continue;
+      if (world.map.point(id).observations.back().keyframe <
+          world.map.point(other).observations.front().keyframe) {
+        a = id;
+        b = other;
+      }
+    }
+  ASSERT_GE(a, 0);
+  const std::size_t together =
+      world.map.point(a).observations.size() + world.map.point(b).observations.size();
+  world.map.Merge(a, b);
+  EXPECT_FALSE(world.map.point(a).alive);
+  EXPECT_EQ(world.map.Resolve(a), b);
+  EXPECT_EQ(world.map.point(b).observations.size(), together);
+  world.ExpectConsistent();
+}
+
+TEST(MapTest, AnchorsSurviveTheirKeyframe) {
+  World world(5);
+  const Eigen::Matrix4d before = world.map.PoseOf(2).Matrix();
+  world.map.RemoveKeyframe(2);
+  EXPECT_LT((world.map.PoseOf(2).Matrix() - before).norm(), 1e-12);
+  // The parent moves, the removed one with it; and so through two removals.
+  const int parent = world.map.keyframe(2).parent;
+  const Eigen::Matrix4d relative = before * world.map.PoseOf(parent).Inverse().Matrix();
+  world.map.keyframe(parent).cam_from_world.translation += Eigen::Vector3d(0.1, 0.2, 0.3);
+  EXPECT_LT((world.map.PoseOf(2).Matrix() - relative * world.map.PoseOf(parent).Matrix()).norm(), 1e-12);
+  const Eigen::Matrix4d moved = world.map.PoseOf(2).Matrix();
+  world.map.RemoveKeyframe(parent);
+  EXPECT_LT((world.map.PoseOf(2).Matrix() - moved).norm(), 1e-12);
+}
+
+TEST(MapTest, CovisibilityFallsWithDistance) {
+  const World world(6);
+  const auto neighbours = world.map.Covisible(0, 1);
+  ASSERT_GE(neighbours.size(), 1u);
+  EXPECT_EQ(neighbours.front().keyframe, 1);
+  for (std::size_t i = 1; i < neighbours.size(); ++i)
+    EXPECT_LE(neighbours[i].shared, neighbours[i - 1].shared);
+}
+
+TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {
+  const World world(8);
+  KeyframeIndex index(1);
+  for (const Keyframe& keyframe : world.map.keyframes()) index.Add(keyframe);
+  Draw draw(9);
+  for (const int wanted : {0, 3, 7}) {
+    std::vector<Feature> features = world.map.keyframe(wanted).features->all();
+    for (Feature& feature : features) feature.descriptor = Disturbed(feature.descriptor, 20, draw);
+    const FeatureSet query(features, 640, 480);
+    const auto ranked = index.Query(query, 3);
+    ASSERT_FALSE(ranked.empty());
+    EXPECT_EQ(ranked.front(), wanted);
+  }
+  index.Remove(3);
+  const auto without = index.Query(*world.map.keyframe(3).features, 8);
+  EXPECT_EQ(std::count(without.begin(), without.end(), 3), 0);
+}
+
+TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
+  const World world(5);
+  Draw draw(4);
+  const Rigid3 truth{Eigen::Quaterniond(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY())),
+                     {-2.2, 0.1, 0.05}};
+  std::vector<Feature> features;
+  for (const MapPoint& point : world.map.points()) {
+    const auto img = world.camera.ImgFromCam(truth * point.position);
+    if (!img || !world.camera.Contains(*img) || point.observations.empty()) continue;
+    features.push_back({*img, *world.camera.RayFromImg(*img), 0, 0, Disturbed(point.descriptor, 25, draw)});
+  }
+  const auto found = ProposePose(world.camera, world.map, 2, FeatureSet(features, 640, 480), 1);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.01);
+  for (Feature& feature : features) feature.descriptor = RandomDescriptor(draw);
+  EXPECT_FALSE(ProposePose(world.camera, world.map, 2, FeatureSet(features, 640, 480), 1));
+}
+
+}  // namespace
+}  // namespace ulf
