@@ -198,8 +198,8 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     cv::FAST(image(inside), keypoints, threshold, true);
     // Several times as many candidates as wanted leave something for poorly textured cells.
     const int found = static_cast<int>(keypoints.size());
-    if (found < 4 * wanted) threshold = std::max(kFastLowest, threshold - std::max(1, threshold / 8));
-    if (found > 8 * wanted) threshold = std::min(kFastHighest, threshold + std::max(1, threshold / 8));
+    if (found < 3 * wanted) threshold = std::max(kFastLowest, threshold - std::max(1, threshold / 8));
+    if (found > 5 * wanted) threshold = std::min(kFastHighest, threshold + std::max(1, threshold / 8));
 
     corners.clear();
     for (const cv::KeyPoint& keypoint : keypoints)

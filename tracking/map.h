@@ -68,6 +68,7 @@ struct Keyframe {
   bool pinned = false;                     // its pose is given (a seed): never adjusted, never removed
   std::vector<int> point_of_feature;       // -1: none
   int points = 0;                          // features with a point
+  int points_at_birth = 0;                 // those that were tracked when it was made
 };
 
 class Map {

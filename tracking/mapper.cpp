@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <unordered_map>
 #include <unordered_set>
@@ -96,13 +97,24 @@ void Mapper::Run() {
 }
 
 void Mapper::Process(NewKeyframe& offered) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
   const int newest = Insert(offered);
   CullRecentPoints(newest);
   Triangulate(newest, Neighbours(newest, kTriangulateWith));
+  const auto triangulated = Clock::now();
   Fuse(newest, Neighbours(newest, kFuseWith));
+  const auto fused = Clock::now();
   AdjustLocal(newest, true);
+  const auto adjusted = Clock::now();
   CullKeyframes(newest);
   index_.Add(map_.keyframe(newest));
+  const auto ms = [](auto from, auto to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+  };
+  spdlog::debug("keyframe {}: {:.1f} ms to triangulate, {:.1f} to merge, {:.1f} to adjust, {:.1f} to clean",
+                newest, ms(start, triangulated), ms(triangulated, fused), ms(fused, adjusted),
+                ms(adjusted, Clock::now()));
 }
 
 void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color) {
@@ -145,6 +157,10 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
       map_.Update(point);
     }
   }
+  for (const int keyframe : {first, second}) {
+    const std::lock_guard lock(shared_.mutex);
+    map_.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+  }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
 }
@@ -177,6 +193,7 @@ int Mapper::Insert(NewKeyframe& offered) {
     if (point != seen.point) seen.observation = Measure(map_.point(point), id, seen.observation.feature);
     if (map_.Observe(point, seen.observation)) map_.Update(point);
   }
+  map_.keyframe(id).points_at_birth = map_.keyframe(id).points;
   int kept = 0;
   for (int k = id; k >= 0; --k) {
     Keyframe& keyframe = map_.keyframe(k);

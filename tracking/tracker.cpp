@@ -120,7 +120,7 @@ struct Tracker::State {
   void Accept(const TrackedImage& image, const Located& located, Track& track);
   void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
   void DescribeKeyframe(const FeatureSet& detected, const Located& located, NewKeyframe& offered) const;
-  bool WantsKeyframe(const Located& located, const Keyframe& reference, int reference_points) const;
+  bool WantsKeyframe(const Located& located, int reference_points) const;
 
   std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
                                 const std::unordered_map<int, Vector2d>* first_points) const;
@@ -171,7 +171,7 @@ std::optional<Located> Tracker::State::LocateAll(const TrackedImage& image, Loca
   if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
   located.matches = InliersOf(fine.matches, *refined);
   AlignUndetected(camera, image, located.candidates, fine.expected, refined->cam_from_world,
-                  options.features / 4, located.matches);
+                  options.features / 5, located.matches);
   refined = RefinePose(camera, ToObservations(located.candidates, located.matches), refined->cam_from_world);
   if (!refined) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
@@ -295,8 +295,7 @@ void Tracker::State::Accept(const TrackedImage&, const Located& located, Track& 
   ++frames_tracked;
 }
 
-bool Tracker::State::WantsKeyframe(const Located& located, const Keyframe& reference,
-                                   int reference_points) const {
+bool Tracker::State::WantsKeyframe(const Located& located, int reference_points) const {
   const int matched = static_cast<int>(located.matches.size());
   if (frames_since_keyframe < 2) return false;
   const Rigid3& pose = last.anchor.cam_from_keyframe;
@@ -305,10 +304,9 @@ bool Tracker::State::WantsKeyframe(const Located& located, const Keyframe& refer
   const double depth = std::max(1e-9, MedianOf(depths));
   const double moved = pose.OriginInSource().norm() / depth;
   const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
-  const bool thin = matched < 0.6 * reference_points || matched < 100;
-  const bool far = moved > 0.07 || turned_deg > 12;
-  (void)reference;
-  return (thin && (moved > 0.015 || turned_deg > 3)) || far;
+  const bool thin = matched < 0.75 * reference_points || matched < 80;
+  const bool far = moved > 0.06 || turned_deg > 10;
+  return (thin && (moved > 0.02 || turned_deg > 4)) || far;
 }
 
 // A keyframe's features: the detected ones, and one for each point that its patch alone found. Detected
@@ -355,15 +353,16 @@ void Tracker::State::DescribeKeyframe(const FeatureSet& detected, const Located&
 
 void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
                                    Track& track) {
-  NewKeyframe offered;
   {
     const std::lock_guard lock(shared.mutex);
-    const Keyframe& reference = shared.map.keyframe(last.anchor.keyframe_id);
-    int confirmed = 0;
-    for (const int point : reference.point_of_feature)
-      confirmed += point >= 0 && shared.map.point(point).observations.size() >= 3;
-    if (!WantsKeyframe(located, reference, confirmed)) return;
+    if (!WantsKeyframe(located, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth)) return;
   }
+  // One at a time: until the last one is in the map, nobody knows whether another is needed.
+  if (!mapper.Idle()) {
+    ++keyframes_left_out;
+    return;
+  }
+  NewKeyframe offered;
   offered.keyframe.time_s = image.time_s;
   offered.keyframe.cam_from_world = located.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
@@ -439,6 +438,9 @@ Track Tracker::State::Step(const Frame& frame_in) {
   track.sharpness = sharpness.Step(*image.pyramid);
   ++frames_since_keyframe;
   located_.reset();
+  // A replay gives the mapper the time that a camera would: it may be a few frames behind, not more.
+  constexpr int kMayLag = 3;
+  if (options.wait_for_mapper && frames_since_keyframe > kMayLag) mapper.Drain();
 
   switch (state) {
     case TrackState::kInitializing:

@@ -1,0 +1,133 @@
+// What the stages of tracking one 640x480 frame cost, beside cv::ORB with 1,000 features on the same picture.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/core/utility.hpp>
+#include <opencv2/features2d.hpp>
+
+#include "tests/tracking/geometry_scene.h"
+#include "tests/tracking/textured_room.h"
+#include "tracking/bundle_adjustment.h"
+#include "tracking/map_matching.h"
+#include "tracking/matching.h"
+#include "tracking/tracker.h"
+
+namespace ulf {
+namespace {
+
+using test::TexturedRoom;
+
+const cv::Mat& Picture(int frame) {
+  static const TexturedRoom room({});
+  static std::vector<cv::Mat> made(64);
+  cv::Mat& picture = made[static_cast<std::size_t>(frame)];
+  if (picture.empty())
+    picture = room.Take(TexturedRoom::HandAt(frame), static_cast<std::uint64_t>(frame)).image.pixels;
+  return picture;
+}
+
+void BM_CvOrb1000(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const auto orb = cv::ORB::create(1000);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  for (auto _ : state) orb->detectAndCompute(Picture(3), cv::noArray(), keypoints, descriptors);
+}
+BENCHMARK(BM_CvOrb1000)->Unit(benchmark::kMillisecond);
+
+void BM_Pyramid(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(BuildPyramid(Picture(3)));
+}
+BENCHMARK(BM_Pyramid)->Unit(benchmark::kMillisecond);
+
+void BM_Features(benchmark::State& state) {
+  FeatureExtractor extractor(TexturedRoom::Camera());
+  const Pyramid pyramid = BuildPyramid(Picture(3));
+  for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(pyramid, static_cast<int>(state.range(0))));
+}
+BENCHMARK(BM_Features)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
+
+void BM_MatchAll1000x1000(benchmark::State& state) {
+  FeatureExtractor extractor(TexturedRoom::Camera());
+  const FeatureSet first = extractor.Extract(BuildPyramid(Picture(3)), 1000);
+  const FeatureSet second = extractor.Extract(BuildPyramid(Picture(6)), 1000);
+  std::vector<int> a(static_cast<std::size_t>(first.size())), b(static_cast<std::size_t>(second.size()));
+  for (int i = 0; i < first.size(); ++i) a[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < second.size(); ++i) b[static_cast<std::size_t>(i)] = i;
+  for (auto _ : state) benchmark::DoNotOptimize(MatchAll(first, a, second, b));
+}
+BENCHMARK(BM_MatchAll1000x1000)->Unit(benchmark::kMillisecond);
+
+void BM_AlignPatch(benchmark::State& state) {
+  const CameraModel camera = TexturedRoom::Camera();
+  const Pyramid pyramid = BuildPyramid(Picture(3));
+  FeatureExtractor extractor(camera);
+  const FeatureSet features = extractor.Extract(pyramid, 500);
+  struct Job {
+    ReferencePatch patch;
+    PatchAxes axes;
+    Feature feature;
+  };
+  std::vector<Job> jobs;
+  for (const Feature& feature : features.all()) {
+    const auto patch = CutPatch(pyramid, feature.img, feature.level);
+    const auto axes = AxesOf(camera, Rigid3{}, feature.ray, feature.level);
+    if (patch && axes) jobs.push_back({*patch, *axes, feature});
+  }
+  std::size_t next = 0;
+  for (auto _ : state) {
+    const Job& job = jobs[next++ % jobs.size()];
+    benchmark::DoNotOptimize(AlignPatch(camera, job.patch, job.axes, job.feature.ray, Rigid3{}, pyramid,
+                                        job.feature.img + Eigen::Vector2d(0.7, -0.4)));
+  }
+}
+BENCHMARK(BM_AlignPatch)->Unit(benchmark::kMicrosecond);
+
+void BM_RefinePose(benchmark::State& state) {
+  const auto scene = test::MakeAbsoluteScene(static_cast<int>(state.range(0)), 0.5, 0.1, 1);
+  Eigen::Matrix<double, 6, 1> twist;
+  twist << 0.003, -0.002, 0.001, 0.004, -0.003, 0.005;
+  const Rigid3 start = Perturbed(scene.cam_from_world, twist);
+  for (auto _ : state) benchmark::DoNotOptimize(RefinePose(test::SceneCamera(), scene.matches, start));
+}
+BENCHMARK(BM_RefinePose)->Arg(400)->Unit(benchmark::kMillisecond);
+
+void BM_AbsolutePose(benchmark::State& state) {
+  const auto scene = test::MakeAbsoluteScene(300, 1, 0.01 * static_cast<double>(state.range(0)), 1);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(AbsolutePose(test::SceneCamera(), scene.matches, {.max_iterations = 2000}));
+}
+BENCHMARK(BM_AbsolutePose)
+    ->ArgName("outliers_percent")
+    ->Arg(0)
+    ->Arg(50)
+    ->Arg(80)
+    ->Unit(benchmark::kMillisecond);
+
+void BM_RelativePose(benchmark::State& state) {
+  const auto scene = test::MakeRelativeScene(700, test::Shape::kDeep, 0.8, 0.3, 0.2, 1);
+  for (auto _ : state) benchmark::DoNotOptimize(RelativePose(scene.pairs, {.focal_px = 525}));
+}
+BENCHMARK(BM_RelativePose)->Unit(benchmark::kMillisecond);
+
+// Tracking CPU without mapping, over frames of a map that stands.
+void BM_TrackedFrame(benchmark::State& state) {
+  cv::setNumThreads(1);
+  Tracker tracker(TexturedRoom::Camera(), {.deterministic = true});
+  int k = 0;
+  const auto step = [&] {
+    Frame frame;
+    const int phase = k % 126;
+    frame.image.pixels = Picture(phase < 63 ? phase : 126 - phase);
+    frame.id = static_cast<std::uint64_t>(k);
+    frame.device_time_s = k++ / 30.0;
+    return tracker.Step(frame);
+  };
+  while (k < 126) step();
+  for (auto _ : state) state.SetIterationTime(step().cpu_s);
+}
+BENCHMARK(BM_TrackedFrame)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace ulf
+
+BENCHMARK_MAIN();
