@@ -1,9 +1,11 @@
 #include "coverage/capture_session.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
-#include <exception>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <utility>
 
 #include "coverage/sphere_outline.h"
@@ -254,7 +256,11 @@ std::optional<StoppedBecause> Session::TakeFrame() {
 }
 
 void Session::Close() {
-  poses_.Finish();
+  try {
+    poses_.Finish();
+  } catch (const std::exception& error) {
+    spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
+  }
   CorrectPoses(true);
   LightFieldWriter writer = spool_.Finish();
   if (const auto failure = spool_.Failure()) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "tracking/bundle_adjustment.h"
 #include "tracking/map_matching.h"
@@ -59,6 +60,7 @@ bool Mapper::Offer(NewKeyframe keyframe) {
     return true;
   }
   std::unique_lock lock(queue_mutex_);
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   const auto has_room = [&] { return static_cast<int>(queue_.size()) < options_.queue_length; };
   if (!has_room() && !options_.wait_when_full) return false;
   changed_.wait(lock, has_room);
@@ -89,8 +91,14 @@ void Mapper::Run() {
     hurry_ = false;
     lock.unlock();
     changed_.notify_all();
-    Process(next);
+    std::exception_ptr failure;
+    try {
+      Process(next);
+    } catch (...) {
+      failure = std::current_exception();
+    }
     lock.lock();
+    if (failure) failure_ = failure;
     working_ = false;
     changed_.notify_all();
   }

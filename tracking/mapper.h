@@ -11,6 +11,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -47,7 +48,7 @@ class Mapper {
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // False when it was refused.
+  // False when it was refused. Throws what broke while mapping earlier keyframes.
   bool Offer(NewKeyframe keyframe);
   bool Idle() const;
   void Drain();  // returns when all that was offered is in the map
@@ -87,6 +88,7 @@ class Mapper {
   std::deque<NewKeyframe> queue_;
   bool working_ = false;
   bool ending_ = false;
+  std::exception_ptr failure_;  // what broke in the second thread: thrown to whoever offers or drains next
   std::atomic<bool> hurry_{false};  // more is waiting: local adjustment may end early
   std::thread thread_;
 };
