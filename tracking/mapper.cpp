@@ -9,9 +9,10 @@
 #include <unordered_set>
 #include <utility>
 
-#include "tracking/bundle_adjustment.h"
+#include "tracking/map_adjustment.h"
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
+#include "tracking/quantile.h"
 #include "tracking/triangulation.h"
 
 namespace ulf {
@@ -27,73 +28,61 @@ constexpr int kHeldKeyframes = 20;
 constexpr double kChi2 = 5.99;  // 95 % in two dimensions
 constexpr double kMinParallaxDeg = 1.0;
 
-double MedianDepth(const Map& map, const Keyframe& keyframe, const Rigid3& cam_from_world) {
+double MedianDepth(const Map& map, const Keyframe& keyframe) {
   std::vector<double> depths;
   for (const int point : keyframe.point_of_feature)
-    if (point >= 0) depths.push_back((cam_from_world * map.point(point).position).z());
-  if (depths.empty()) return 1;
-  std::nth_element(depths.begin(), depths.begin() + static_cast<long>(depths.size() / 2), depths.end());
-  return depths[depths.size() / 2];
+    if (point >= 0) depths.push_back((keyframe.cam_from_world * map.point(point).position).z());
+  return depths.empty() ? 1 : Median(std::move(depths));
 }
 
 }  // namespace
 
-Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index,
-               const MapperOptions& options)
-    : camera_(camera), shared_(shared), map_(shared.map), index_(index), options_(options) {
-  if (!options_.synchronous) thread_ = std::thread([this] { Run(); });
+Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous)
+    : camera_(camera), shared_(shared), map_(shared.map), index_(index), synchronous_(synchronous) {
+  if (!synchronous_) thread_ = std::thread([this] { Run(); });
 }
 
 Mapper::~Mapper() {
   {
-    const std::lock_guard lock(queue_mutex_);
+    const std::lock_guard lock(work_mutex_);
     ending_ = true;
-    hurry_ = true;
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
 }
 
 bool Mapper::Offer(NewKeyframe keyframe) {
-  if (options_.synchronous) {
+  if (synchronous_) {
     Process(keyframe);
     return true;
   }
-  std::unique_lock lock(queue_mutex_);
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  const auto has_room = [&] { return static_cast<int>(queue_.size()) < options_.queue_length; };
-  if (!has_room() && !options_.wait_when_full) return false;
-  changed_.wait(lock, has_room);
-  queue_.push_back(std::move(keyframe));
-  if (!options_.wait_when_full) hurry_ = true;
+  {
+    const std::lock_guard lock(work_mutex_);
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    if (next_ || working_) return false;
+    next_ = std::move(keyframe);
+  }
   changed_.notify_all();
   return true;
 }
 
-bool Mapper::Idle() const {
-  const std::lock_guard lock(queue_mutex_);
-  return queue_.empty() && !working_;
-}
-
 void Mapper::Drain() {
-  std::unique_lock lock(queue_mutex_);
-  changed_.wait(lock, [&] { return queue_.empty() && !working_; });
+  std::unique_lock lock(work_mutex_);
+  changed_.wait(lock, [&] { return !next_ && !working_; });
 }
 
 void Mapper::Run() {
-  std::unique_lock lock(queue_mutex_);
+  std::unique_lock lock(work_mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return ending_ || !queue_.empty(); });
+    changed_.wait(lock, [&] { return ending_ || next_; });
     if (ending_) return;
-    NewKeyframe next = std::move(queue_.front());
-    queue_.pop_front();
+    NewKeyframe keyframe = std::move(*next_);
+    next_.reset();
     working_ = true;
-    hurry_ = false;
     lock.unlock();
-    changed_.notify_all();
     std::exception_ptr failure;
     try {
-      Process(next);
+      Process(keyframe);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -149,14 +138,10 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
                   {first, match.first, a.img, DetectedSigmaPx(a.level)});
     }
   }
-  Adjust({first, second}, {}, 15, 15);
+  AdjustMap(camera_, shared_, {first, second}, {}, {.robust_iterations = 15, .iterations = 15});
   // Adjustment changes depths: normalise again so that the median is one.
-  std::vector<double> depths;
-  for (const int point : map_.keyframe(first).point_of_feature)
-    if (point >= 0) depths.push_back(map_.point(point).position.z());
-  if (!depths.empty()) {
-    std::nth_element(depths.begin(), depths.begin() + static_cast<long>(depths.size() / 2), depths.end());
-    const double again = 1 / depths[depths.size() / 2];
+  const double again = 1 / MedianDepth(map_, map_.keyframe(first));
+  {
     const std::lock_guard lock(shared_.mutex);
     map_.keyframe(second).cam_from_world.translation *= again;
     for (const int point : std::vector<int>(map_.keyframe(first).point_of_feature)) {
@@ -304,7 +289,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
     const FeatureSet& other_features = *other.features;
     const Vector3d other_center = other.cam_from_world.OriginInSource();
     const double baseline = (other_center - center).norm();
-    if (baseline < 0.01 * MedianDepth(map_, other, other.cam_from_world)) continue;
+    if (baseline < 0.01 * MedianDepth(map_, other)) continue;
     const Rigid3 other_from_this = other.cam_from_world * keyframe.cam_from_world.Inverse();
     const Vector3d epipole_direction = other_from_this.translation.normalized();
     std::vector<int> open;
@@ -447,63 +432,14 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  Adjust(local, held, 4, 6);
+  AdjustMap(camera_, shared_, local, held, {.robust_iterations = 4, .iterations = 6, .stop = &ending_});
 }
 
 void Mapper::AdjustAll() {
   std::vector<int> all;
   for (const Keyframe& keyframe : map_.keyframes())
     if (keyframe.alive) all.push_back(keyframe.id);
-  if (all.size() >= 2) Adjust(all, {}, 10, 40);
-}
-
-void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held, int robust_iterations,
-                    int iterations) {
-  BundleProblem problem;
-  std::unordered_map<int, int> camera_index, point_index;
-  std::vector<int> point_ids;
-  std::vector<std::pair<int, int>> origin;  // point id and keyframe of each observation
-  const auto add_camera = [&](int id, bool fixed) {
-    camera_index[id] = static_cast<int>(problem.cam_from_world.size());
-    problem.cam_from_world.push_back(map_.keyframe(id).cam_from_world);
-    problem.fixed.push_back(fixed || map_.keyframe(id).pinned);
-  };
-  // The first keyframe holds the world where it takes part.
-  for (const int id : free) add_camera(id, id == map_.FirstKeyframe());
-  for (const int id : held) add_camera(id, true);
-  const std::vector<int>& owners = free.empty() ? held : free;
-  for (const int keyframe : owners)
-    for (const int id : map_.keyframe(keyframe).point_of_feature) {
-      if (id < 0 || point_index.contains(id)) continue;
-      point_index[id] = static_cast<int>(point_ids.size());
-      point_ids.push_back(id);
-    }
-  for (const int id : point_ids) {
-    const MapPoint& point = map_.point(id);
-    problem.points.push_back(point.position);
-    for (const Observation& o : point.observations) {
-      const auto camera = camera_index.find(o.keyframe);
-      if (camera == camera_index.end()) continue;
-      problem.observations.push_back({camera->second, point_index[id], o.img, o.sigma_px, false});
-      origin.emplace_back(id, o.keyframe);
-    }
-  }
-  const BundleSummary summary = AdjustBundle(
-      camera_, problem, {.robust_iterations = robust_iterations, .iterations = iterations, .stop = &hurry_});
-  spdlog::debug(
-      "bundle: {} cameras ({} held), {} points, {} observations: {:.3f} -> {:.3f} sigmas, {} outliers",
-      problem.cam_from_world.size(), held.size(), problem.points.size(), problem.observations.size(),
-      summary.initial_rms_sigmas, summary.final_rms_sigmas, summary.outliers);
-  if (!summary.usable) return;
-
-  const std::lock_guard lock(shared_.mutex);
-  for (const auto& [id, camera] : camera_index)
-    map_.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(camera)];
-  for (std::size_t i = 0; i < point_ids.size(); ++i) map_.point(point_ids[i]).position = problem.points[i];
-  for (std::size_t i = 0; i < origin.size(); ++i)
-    if (problem.observations[i].outlier && map_.point(origin[i].first).alive)
-      map_.Forget(origin[i].first, origin[i].second);
-  for (const int id : point_ids) map_.Update(id);
+  if (all.size() >= 2) AdjustMap(camera_, shared_, all, {}, {.robust_iterations = 10, .iterations = 40});
 }
 
 // A keyframe is superfluous when nine tenths of its points are seen as well by three others.

@@ -4,13 +4,12 @@
 //
 // Runs in a thread of its own, or, where the same frames must give the same bytes, inside Offer(). It alone
 // changes the map's structure; it reads without the lock and takes it for every change, so the tracker waits
-// for microseconds only. The queue is bounded: when it is full a keyframe is refused (live) or waited for
-// (replay).
+// for microseconds only. One keyframe at a time: while one is worked on, others are refused. Until it is in
+// the map nobody knows whether another is needed, and what a later frame shows is worth as much.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -23,12 +22,6 @@
 #include "tracking/relocalizer.h"
 
 namespace ulf {
-
-struct MapperOptions {
-  bool synchronous = false;
-  bool wait_when_full = false;
-  int queue_length = 2;
-};
 
 // A frame that shall become a keyframe, with the points it saw; `keyframe` in the observations is not yet
 // known.
@@ -43,14 +36,15 @@ struct NewKeyframe {
 
 class Mapper {
  public:
-  Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, const MapperOptions& options);
+  // Synchronous: everything happens inside Offer().
+  Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous);
   ~Mapper();
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // False when it was refused. Throws what broke while mapping earlier keyframes.
+  // False when it was refused: the one before is still being worked on. Throws what broke while mapping
+  // earlier keyframes.
   bool Offer(NewKeyframe keyframe);
-  bool Idle() const;
   void Drain();  // returns when all that was offered is in the map
 
   // The following are called by the tracker while the mapper rests.
@@ -68,8 +62,6 @@ class Mapper {
   void Fuse(int newest, const std::vector<int>& neighbours);
   void FuseInto(int keyframe, const std::vector<int>& points);
   void AdjustLocal(int newest, bool poses_too);
-  void Adjust(const std::vector<int>& free, const std::vector<int>& held, int robust_iterations,
-              int iterations);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;
@@ -80,16 +72,15 @@ class Mapper {
   SharedMap& shared_;
   Map& map_;
   KeyframeIndex& index_;
-  MapperOptions options_;
+  bool synchronous_;
   std::vector<int> recent_points_;
 
-  mutable std::mutex queue_mutex_;
+  std::mutex work_mutex_;  // of the following
   std::condition_variable changed_;
-  std::deque<NewKeyframe> queue_;
+  std::optional<NewKeyframe> next_;
   bool working_ = false;
-  bool ending_ = false;
   std::exception_ptr failure_;  // what broke in the second thread: thrown to whoever offers or drains next
-  std::atomic<bool> hurry_{false};  // more is waiting: local adjustment may end early
+  std::atomic<bool> ending_{false};
   std::thread thread_;
 };
 

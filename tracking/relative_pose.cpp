@@ -14,6 +14,7 @@
 
 #include "tracking/absolute_pose.h"
 #include "tracking/opengv_bridge.h"
+#include "tracking/quantile.h"
 #include "tracking/sampling.h"
 #include "tracking/triangulation.h"
 
@@ -33,13 +34,6 @@ Matrix3d Cross(const Vector3d& v) {
 }
 
 double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-double MedianOf(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Matrix3d correlation = Matrix3d::Zero();
@@ -290,7 +284,7 @@ Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, d
     ++result.count;
     parallax_deg.push_back(ParallaxAngle(*point, Vector3d::Zero(), center2) * kDegrees);
   }
-  result.median_parallax_deg = MedianOf(parallax_deg);
+  result.median_parallax_deg = Median(parallax_deg);
   return result;
 }
 
@@ -353,7 +347,7 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
     if (error < threshold) errors.push_back(error);
   }
   constexpr double kSigmaOverMedian = 1.4826, kLeastNoise = 1e-6;
-  choice.noise = std::max(kLeastNoise, kSigmaOverMedian * MedianOf(errors));
+  choice.noise = std::max(kLeastNoise, kSigmaOverMedian * Median(errors));
   double runner_up = std::numeric_limits<double>::infinity();
   for (const auto& [cost, motion] : motions) {
     // As axes: the sign follows from which side the points are on.
@@ -421,7 +415,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     std::vector<double> left_over;
     for (const RayPair& pair : pairs)
       left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
-    result.median_parallax_deg = MedianOf(left_over);
+    result.median_parallax_deg = Median(left_over);
   }
 
   // A homography constrains a point in two directions, the essential matrix in one: nearly equal support

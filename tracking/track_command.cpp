@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
@@ -18,6 +17,8 @@
 #include "acquisition/intrinsics.h"
 #include "acquisition/output_path.h"
 #include "acquisition/stop_signal.h"
+#include "tracking/quantile.h"
+#include "tracking/thread_clock.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -54,19 +55,6 @@ struct Run {
   std::vector<double> orb_cpu_ms;
   TrackerStatistics map;
 };
-
-double ThreadCpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(at), values.end());
-  return values[at];
-}
 
 // What cv::ORB costs on the same frame, thread and moment: the unit in which tracking cost is told.
 double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame) {

@@ -11,29 +11,19 @@
 #include <unordered_set>
 
 #include "acquisition/error.h"
+#include "tracking/frame_locator.h"
 #include "tracking/initializer.h"
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
+#include "tracking/quantile.h"
 #include "tracking/relocalizer.h"
+#include "tracking/thread_clock.h"
 
 namespace ulf {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-double ThreadCpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double MedianOf(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Energy of fine detail: the variance of the Laplacian, a little below full resolution where noise would
 // rule.
@@ -50,7 +40,7 @@ class Sharpness {
  public:
   double Step(const Pyramid& pyramid) {
     const double detail = DetailOf(pyramid);
-    const double usual = MedianOf({recent_.begin(), recent_.end()});
+    const double usual = Median({recent_.begin(), recent_.end()});
     recent_.push_back(detail);
     if (recent_.size() > kRecent) recent_.pop_front();
     return usual > 0 ? detail / usual : 1;
@@ -59,19 +49,6 @@ class Sharpness {
  private:
   static constexpr std::size_t kRecent = 31;
   std::deque<double> recent_;
-};
-
-// Fewer agreeing matches than this are not even a hint of a pose.
-constexpr int kMinCoarse = 12;
-
-// What one frame's matching against the map came to.
-struct Located {
-  Rigid3 cam_from_world;
-  std::vector<Candidate> candidates;
-  std::vector<PointMatch> matches;  // inliers only
-  double expected = 0;              // how many points should have been found, by their record
-  std::vector<int> expected_ids;
-  double center_sigma = 0;
 };
 
 // The last frame that was tracked.
@@ -91,8 +68,8 @@ struct Tracker::State {
         extractor(camera_in),
         shared(camera_in),
         index(options_in.seed),
-        mapper(camera_in, shared, index,
-               {.synchronous = options_in.deterministic, .wait_when_full = options_in.wait_for_mapper}),
+        mapper(camera_in, shared, index, options_in.deterministic),
+        locator(camera_in, shared, options_in.features / 5),
         initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed) {}
 
   CameraModel camera;
@@ -101,6 +78,7 @@ struct Tracker::State {
   SharedMap shared;
   KeyframeIndex index;
   Mapper mapper;
+  FrameLocator locator;
   Initializer initializer;
   Sharpness sharpness;
 
@@ -109,6 +87,7 @@ struct Tracker::State {
   int frame = 0;
   int frames_since_keyframe = 0;
   int frames_tracked = 0;  // on this map
+  int map_id = 0;
   int keyframes_left_out = 0;
   double mapping_cpu_s = 0;  // spent inside Step(), when synchronous
 
@@ -117,74 +96,12 @@ struct Tracker::State {
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(const TrackedImage& image, Track& track);
   bool Relocalize(const TrackedImage& image, Track& track);
-  void Accept(const TrackedImage& image, const Located& located, Track& track);
+  void Accept(const Located& located, Track& track);
   void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
-  void DescribeKeyframe(const FeatureSet& detected, const Located& located, NewKeyframe& offered) const;
   bool WantsKeyframe(const Located& located, int reference_points) const;
 
-  std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
-                                const std::unordered_map<int, Vector2d>* first_points) const;
-  std::optional<Located> LocateAll(const TrackedImage& image, Located located, double radius_px) const;
   std::optional<Located> located_;  // of the frame in work
 };
-
-namespace {
-
-std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
-  std::vector<PointMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined.inlier[i]) inliers.push_back(matches[i]);
-  return inliers;
-}
-
-}  // namespace
-
-// Matches the points of the frame before, then the whole neighbourhood of the map under the better pose.
-std::optional<Located> Tracker::State::Locate(const TrackedImage& image, const Rigid3& predicted,
-                                              double first_radius_px,
-                                              const std::unordered_map<int, Vector2d>* first_points) const {
-  Located located;
-  {
-    const std::lock_guard lock(shared.mutex);
-    located.candidates = GatherCandidates(shared.map, camera, predicted);
-  }
-  std::vector<int> first;
-  if (first_points)
-    for (int i = 0; i < static_cast<int>(located.candidates.size()); ++i)
-      if (first_points->contains(located.candidates[static_cast<std::size_t>(i)].id)) first.push_back(i);
-  if (first_points && first.empty()) return std::nullopt;
-
-  const MapMatches coarse = MatchMap(camera, image, located.candidates, first, predicted,
-                                     {.radius_px = first_radius_px, .max_distance = 80, .align = false});
-  const auto refined =
-      RefinePose(camera, ToObservations(located.candidates, coarse.matches), predicted, {.gate_sigmas = 3});
-  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
-  located.cam_from_world = refined->cam_from_world;
-  return LocateAll(image, std::move(located), 4);
-}
-
-std::optional<Located> Tracker::State::LocateAll(const TrackedImage& image, Located located,
-                                                 double radius_px) const {
-  MapMatches fine = MatchMap(camera, image, located.candidates, {}, located.cam_from_world,
-                             {.radius_px = radius_px, .max_distance = 70});
-  auto refined = RefinePose(camera, ToObservations(located.candidates, fine.matches), located.cam_from_world);
-  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
-  located.matches = InliersOf(fine.matches, *refined);
-  AlignUndetected(camera, image, located.candidates, fine.expected, refined->cam_from_world,
-                  options.features / 5, located.matches);
-  refined = RefinePose(camera, ToObservations(located.candidates, located.matches), refined->cam_from_world);
-  if (!refined) return std::nullopt;
-  located.cam_from_world = refined->cam_from_world;
-  located.center_sigma = refined->center_sigma;
-  located.matches = InliersOf(located.matches, *refined);
-  located.expected = 0;
-  for (const int i : fine.expected) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
-    located.expected += candidate.find_rate;
-    located.expected_ids.push_back(candidate.id);
-  }
-  return located;
-}
 
 bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
   Rigid3 last_pose;
@@ -198,9 +115,9 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
   const auto enough = [&] {
     return located && static_cast<int>(located->matches.size()) >= options.min_tracked_points;
   };
-  located = Locate(image, predicted, 12 * unit, &last.img_of_point);
-  if (!enough()) located = Locate(image, predicted, 30 * unit, &last.img_of_point);
-  if (!enough() && last.velocity) located = Locate(image, last_pose, 40 * unit, &last.img_of_point);
+  located = locator.Locate(image, predicted, 12 * unit, last.img_of_point);
+  if (!enough()) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point);
+  if (!enough() && last.velocity) located = locator.Locate(image, last_pose, 40 * unit, last.img_of_point);
   if (!enough()) {
     spdlog::debug("frame {}: lost: {} points of {:.0f} expected, {} known in the frame before", frame,
                   located ? located->matches.size() : 0, located ? located->expected : 0.0,
@@ -214,12 +131,13 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
     return false;
   }
   located_ = std::move(located);
-  Accept(image, *located_, track);
+  Accept(*located_, track);
   return true;
 }
 
 bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
   constexpr int kCandidates = 5;
+  const double unit = camera.width / 640.0;
   const std::vector<int> ranked = index.Query(*image.features, kCandidates);
   for (const int keyframe : ranked) {
     std::optional<PoseProposal> proposal;
@@ -232,15 +150,14 @@ bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
     }
     if (!proposal) continue;
     located.cam_from_world = proposal->cam_from_world;
-    std::optional<Located> wide = LocateAll(image, std::move(located), 10);
+    std::optional<Located> wide = locator.Refine(image, std::move(located), 10 * unit);
     if (!wide) continue;
-    wide->expected_ids.clear();
-    const std::optional<Located> found = LocateAll(image, std::move(*wide), 4);
+    const std::optional<Located> found = locator.Refine(image, std::move(*wide), 4 * unit);
     if (!found || static_cast<int>(found->matches.size()) < options.min_relocalized_points) continue;
     if (static_cast<double>(found->matches.size()) < 0.3 * found->expected) continue;
     last = {};
     located_ = *found;
-    Accept(image, *located_, track);
+    Accept(*located_, track);
     track.relocalized = true;
     spdlog::debug("frame {}: found again by keyframe {} with {} points", frame, keyframe,
                   found->matches.size());
@@ -250,7 +167,7 @@ bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
 }
 
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
-void Tracker::State::Accept(const TrackedImage&, const Located& located, Track& track) {
+void Tracker::State::Accept(const Located& located, Track& track) {
   LastFrame now;
   std::vector<double> motion_px;
   {
@@ -281,7 +198,7 @@ void Tracker::State::Accept(const TrackedImage&, const Located& located, Track& 
                 located.matches.size(), located.expected, located.candidates.size(),
                 std::count_if(located.matches.begin(), located.matches.end(),
                               [](const PointMatch& m) { return m.aligned; }),
-                MedianOf(motion_px));
+                Median(motion_px));
   last = std::move(now);
   const int matched = static_cast<int>(located.matches.size());
   constexpr double kPlenty = 80;
@@ -291,7 +208,7 @@ void Tracker::State::Accept(const TrackedImage&, const Located& located, Track& 
   track.quality =
       std::min(1.0, matched / kPlenty) * std::min(1.0, 1.25 * matched / std::max(1.0, located.expected));
   track.center_sigma = located.center_sigma;
-  track.speed_px = MedianOf(motion_px);
+  track.speed_px = Median(motion_px);
   ++frames_tracked;
 }
 
@@ -301,54 +218,12 @@ bool Tracker::State::WantsKeyframe(const Located& located, int reference_points)
   const Rigid3& pose = last.anchor.cam_from_keyframe;
   std::vector<double> depths;
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
-  const double depth = std::max(1e-9, MedianOf(depths));
+  const double depth = std::max(1e-9, Median(depths));
   const double moved = pose.OriginInSource().norm() / depth;
   const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
   const bool thin = matched < 0.75 * reference_points || matched < 80;
   const bool far = moved > 0.06 || turned_deg > 10;
   return (thin && (moved > 0.02 || turned_deg > 4)) || far;
-}
-
-// A keyframe's features: the detected ones, and one for each point that its patch alone found. Detected
-// corners next to those would become second copies of the same points and are left out.
-void Tracker::State::DescribeKeyframe(const FeatureSet& detected, const Located& located,
-                                      NewKeyframe& offered) const {
-  std::vector<int> point_of(static_cast<std::size_t>(detected.size()), -1);
-  std::vector<bool> shadowed(static_cast<std::size_t>(detected.size()), false);
-  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
-    const int feature = located.matches[static_cast<std::size_t>(m)].feature;
-    if (feature >= 0) point_of[static_cast<std::size_t>(feature)] = m;
-  }
-  std::vector<Feature> features;
-  const auto add = [&](const Feature& feature, int m) {
-    if (m >= 0) {
-      const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
-      offered.seen.push_back({located.candidates[static_cast<std::size_t>(match.candidate)].id,
-                              {-1, static_cast<int>(features.size()), match.img, match.sigma_px}});
-    }
-    features.push_back(feature);
-  };
-  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
-    const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
-    if (match.feature >= 0) continue;
-    const auto ray = camera.RayFromImg(match.img);
-    if (!ray) continue;
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-    const double distance = (located.cam_from_world * candidate.position).norm();
-    const int level =
-        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
-                                                std::log(kPyramidFactor))),
-                   0, kPyramidLevels - 1);
-    constexpr double kShadowPx = 3;
-    detected.ForEachNear(match.img, kShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
-                         [&](int i) { shadowed[static_cast<std::size_t>(i)] = true; });
-    add({match.img, *ray, 0, level, candidate.descriptor}, m);
-  }
-  for (int i = 0; i < detected.size(); ++i)
-    if (point_of[static_cast<std::size_t>(i)] >= 0 || !shadowed[static_cast<std::size_t>(i)])
-      add(detected[i], point_of[static_cast<std::size_t>(i)]);
-  offered.keyframe.features =
-      std::make_shared<const FeatureSet>(std::move(features), camera.width, camera.height);
 }
 
 void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
@@ -357,17 +232,12 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
     const std::lock_guard lock(shared.mutex);
     if (!WantsKeyframe(located, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth)) return;
   }
-  // One at a time: until the last one is in the map, nobody knows whether another is needed.
-  if (!mapper.Idle()) {
-    ++keyframes_left_out;
-    return;
-  }
   NewKeyframe offered;
   offered.keyframe.time_s = image.time_s;
   offered.keyframe.cam_from_world = located.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
   offered.keyframe.color = Srgb8(frame_in.image);
-  DescribeKeyframe(*image.features, located, offered);
+  locator.Describe(*image.features, located, offered);
   const double before_s = ThreadCpuSeconds();
   track.keyframe = mapper.Offer(std::move(offered));
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
@@ -412,7 +282,7 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   mapper.Drain();
   std::vector<double> depths;
   for (const Vector3d& point : start.points) depths.push_back(point.z());
-  mapper.StartFromTwoViews(start, 1 / std::max(1e-9, MedianOf(depths)), color);
+  mapper.StartFromTwoViews(start, 1 / std::max(1e-9, Median(depths)), color);
 }
 
 Track Tracker::State::Step(const Frame& frame_in) {
@@ -420,6 +290,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
   mapping_cpu_s = 0;
   Track track;
   track.state = state;
+  track.map_id = map_id;
   ++frame;
   if (frame_in.status != FrameStatus::kComplete || frame_in.image.empty()) {
     track.skipped = true;
@@ -466,8 +337,10 @@ Track Tracker::State::Step(const Frame& frame_in) {
     initializer.Restart();
     state = TrackState::kInitializing;
     frames_tracked = 0;
+    ++map_id;
   }
   track.state = state;
+  track.map_id = map_id;
   track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
   return track;
 }

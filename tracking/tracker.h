@@ -51,7 +51,9 @@ struct Anchored {
 // What became of one frame.
 struct Track {
   TrackState state = TrackState::kInitializing;
-  bool skipped = false;                  // incomplete or empty frame: nothing was tried, the state stays
+  bool skipped = false;  // incomplete or empty frame: nothing was tried, the state stays
+  int map_id =
+      0;  // counts worlds: a map that is lost within its first ten frames is thrown away for a new one
   bool relocalized = false;              // found again in this frame after being lost
   std::optional<Rigid3> cam_from_world;  // none unless tracking
   std::optional<Anchored> anchor;        // the same pose, for PoseOf(); set whenever cam_from_world is
@@ -99,7 +101,8 @@ class Tracker {
   // Waits for the mapper and adjusts the whole map. Frames may follow; call it again then.
   void Finish();
 
-  // The pose that `anchor` means now. Any anchor ever given remains valid.
+  // The pose that `anchor` means now. Any anchor ever given remains valid; one of a discarded map
+  // (Track::map_id) keeps its pose in that map's world.
   Rigid3 PoseOf(const Anchored& anchor) const;
 
   // Map points that support the last frame's pose; empty unless tracking.

@@ -274,7 +274,6 @@ TEST(TrackCommand, BadArgumentsAreNamed) {
   const auto missing = test::RunUlf("track replay:/no/such/folder --focal-px 500");
   EXPECT_NE(missing.exit_code, 0);
   EXPECT_NE(missing.errors.find("/no/such/folder"), std::string::npos) << missing.errors;
-  EXPECT_EQ(test::RunUlf("track").exit_code, 2);
   EXPECT_EQ(test::RunUlf("track nonsense:thing --focal-px 500").exit_code, 2);
   EXPECT_EQ(test::RunUlf("track sim:studio --frames -3").exit_code, 2);
 }

@@ -1,0 +1,110 @@
+#include "tracking/frame_locator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+using Eigen::Vector2d;
+
+namespace {
+
+// Fewer agreeing matches than this are not even a hint of a pose.
+constexpr int kMinCoarse = 12;
+
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
+  std::vector<PointMatch> inliers;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined.inlier[i]) inliers.push_back(matches[i]);
+  return inliers;
+}
+
+}  // namespace
+
+std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
+                                            double first_radius_px,
+                                            const std::unordered_map<int, Vector2d>& first_points) const {
+  Located located;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    located.candidates = GatherCandidates(shared_.map, camera_, predicted);
+  }
+  std::vector<int> first;
+  for (int i = 0; i < static_cast<int>(located.candidates.size()); ++i)
+    if (first_points.contains(located.candidates[static_cast<std::size_t>(i)].id)) first.push_back(i);
+  if (first.empty()) return std::nullopt;
+
+  const MapMatches coarse = MatchMap(camera_, image, located.candidates, first, predicted,
+                                     {.radius_px = first_radius_px, .max_distance = 80, .align = false});
+  const auto refined =
+      RefinePose(camera_, ToObservations(located.candidates, coarse.matches), predicted, {.gate_sigmas = 3});
+  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
+  located.cam_from_world = refined->cam_from_world;
+  return Refine(image, std::move(located), 4 * camera_.width / 640.0);
+}
+
+std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located located,
+                                            double radius_px) const {
+  MapMatches fine = MatchMap(camera_, image, located.candidates, {}, located.cam_from_world,
+                             {.radius_px = radius_px, .max_distance = 70});
+  auto refined =
+      RefinePose(camera_, ToObservations(located.candidates, fine.matches), located.cam_from_world);
+  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
+  located.matches = InliersOf(fine.matches, *refined);
+  AlignUndetected(camera_, image, located.candidates, fine.expected, refined->cam_from_world,
+                  most_undetected_, located.matches);
+  refined = RefinePose(camera_, ToObservations(located.candidates, located.matches), refined->cam_from_world);
+  if (!refined) return std::nullopt;
+  located.cam_from_world = refined->cam_from_world;
+  located.center_sigma = refined->center_sigma;
+  located.matches = InliersOf(located.matches, *refined);
+  located.expected = 0;
+  located.expected_ids.clear();
+  for (const int i : fine.expected) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
+    located.expected += candidate.find_rate;
+    located.expected_ids.push_back(candidate.id);
+  }
+  return located;
+}
+
+void FrameLocator::Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const {
+  std::vector<int> point_of(static_cast<std::size_t>(detected.size()), -1);
+  std::vector<bool> shadowed(static_cast<std::size_t>(detected.size()), false);
+  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
+    const int feature = located.matches[static_cast<std::size_t>(m)].feature;
+    if (feature >= 0) point_of[static_cast<std::size_t>(feature)] = m;
+  }
+  std::vector<Feature> features;
+  const auto add = [&](const Feature& feature, int m) {
+    if (m >= 0) {
+      const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
+      keyframe.seen.push_back({located.candidates[static_cast<std::size_t>(match.candidate)].id,
+                               {-1, static_cast<int>(features.size()), match.img, match.sigma_px}});
+    }
+    features.push_back(feature);
+  };
+  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
+    const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
+    if (match.feature >= 0) continue;
+    const auto ray = camera_.RayFromImg(match.img);
+    if (!ray) continue;
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    const double distance = (located.cam_from_world * candidate.position).norm();
+    const int level =
+        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
+                                                std::log(kPyramidFactor))),
+                   0, kPyramidLevels - 1);
+    constexpr double kShadowPx = 3;
+    detected.ForEachNear(match.img, kShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
+                         [&](int i) { shadowed[static_cast<std::size_t>(i)] = true; });
+    add({match.img, *ray, 0, level, candidate.descriptor}, m);
+  }
+  for (int i = 0; i < detected.size(); ++i)
+    if (point_of[static_cast<std::size_t>(i)] >= 0 || !shadowed[static_cast<std::size_t>(i)])
+      add(detected[i], point_of[static_cast<std::size_t>(i)]);
+  keyframe.keyframe.features =
+      std::make_shared<const FeatureSet>(std::move(features), camera_.width, camera_.height);
+}
+
+}  // namespace ulf

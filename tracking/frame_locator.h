@@ -1,0 +1,49 @@
+// A frame's pose against the map, from a prediction: the points of the frame before, then the whole
+// neighbourhood under the better pose, then points whose corners were not detected, by their patches; each
+// time the pose is refined.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "tracking/map_matching.h"
+#include "tracking/mapper.h"
+
+namespace ulf {
+
+// What one frame's matching against the map came to.
+struct Located {
+  Rigid3 cam_from_world;
+  std::vector<Candidate> candidates;
+  std::vector<PointMatch> matches;  // that support the pose
+  double expected = 0;              // how many points should have been found, by their record
+  std::vector<int> expected_ids;
+  double center_sigma = 0;
+};
+
+class FrameLocator {
+ public:
+  // `most_undetected`: how many patches may be tried without a detected corner, per frame.
+  FrameLocator(const CameraModel& camera, const SharedMap& shared, int most_undetected)
+      : camera_(camera), shared_(shared), most_undetected_(most_undetected) {}
+
+  // Begins with the points in `first` (by id), within `first_radius_px` of where the prediction has them.
+  std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
+                                const std::unordered_map<int, Eigen::Vector2d>& first) const;
+  // From candidates and a pose that is good to `radius_px`.
+  std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px) const;
+
+  // The frame as a keyframe's features and observations: the detected corners, and one feature for each point
+  // that its patch alone found. Detected corners next to those would become second copies of the same points:
+  // left out.
+  void Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const;
+
+ private:
+  CameraModel camera_;
+  const SharedMap& shared_;
+  int most_undetected_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,18 @@
+// Bundle adjustment of a part of the map: its keyframes and points out, adjusted, and back in.
+#pragma once
+
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "tracking/bundle_adjustment.h"
+#include "tracking/map.h"
+
+namespace ulf {
+
+// Adjusts the keyframes `free` and all points they see (those of `held` where none is free); `held`, pinned
+// keyframes and the map's first stay. Observations that no longer fit are forgotten. Reads without the lock
+// and takes it to write: call it from the thread that changes the map.
+BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options);
+
+}  // namespace ulf

@@ -1,0 +1,19 @@
+// Order statistics of a handful of numbers.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+namespace ulf {
+
+// The value below which `share` of the values lie (nearest rank); 0 for none.
+inline double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<long>(share * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+inline double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
+
+}  // namespace ulf

@@ -1,0 +1,14 @@
+// CPU time of the calling thread, in seconds: what tracking costs, whoever else uses the machine.
+#pragma once
+
+#include <ctime>
+
+namespace ulf {
+
+inline double ThreadCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace ulf
