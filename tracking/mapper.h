@@ -79,7 +79,7 @@ class Mapper {
   std::condition_variable changed_;
   std::optional<NewKeyframe> next_;
   bool working_ = false;
-  std::exception_ptr failure_;  // what broke in the second thread: thrown to whoever offers or drains next
+  std::exception_ptr failure_;  // what broke in the second thread: thrown by the next Offer()
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
