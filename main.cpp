@@ -30,6 +30,10 @@ int main(int argc, char** argv) {
   ulf::AddRenderCommands(app, chosen);
   ulf::AddCoverageCommands(app, chosen);
 
+  if (argc == 1) {
+    std::fputs(app.help().c_str(), stderr);
+    return ulf::kWrongUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
