@@ -1,12 +1,18 @@
 #include "acquisition/device.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
 #include "acquisition/error.h"
 
 namespace ulf {
+
+const char* Name(DeviceState state) {
+  constexpr std::array kNames{"connected", "streaming", "faulted", "reconnecting", "ended", "lost"};
+  return kNames[static_cast<std::size_t>(state)];
+}
 
 DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t colon = uri.find(':');

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -14,6 +15,15 @@ namespace ulf {
 // recorded.
 enum class FrameStatus { kComplete, kIncomplete };
 
+// kStill: a photograph of a tethered camera, in full resolution, with intrinsics of its own.
+enum class FrameKind { kLive, kStill };
+
+// The file as the camera made it. A light field keeps a camera's JPEG byte for byte.
+struct EncodedImage {
+  std::string extension;  // ".jpg", ".nef", ...: lower case
+  std::shared_ptr<const std::string> bytes;
+};
+
 struct Frame {
   Image image;
   std::uint64_t id = 0;  // the device's own counter
@@ -23,10 +33,11 @@ struct Frame {
   double exposure_s = 0;   // 0: unknown
   double gain = 1;         // linear: 10^(dB/20)
   double black_level = 0;  // as a share of full scale
+  std::optional<double> f_number;
   FrameStatus status = FrameStatus::kComplete;
-  // The file behind the image where it is one already (replay): a light field keeps a camera's JPEG byte for
-  // byte.
-  std::string source_path;
+  FrameKind kind = FrameKind::kLive;
+  std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
+  std::optional<EncodedImage> raw;      // beside it, what only a raw converter reads
   // Known without tracking: the simulator's truth, a replayed light field's pose. Never used by a tracker.
   std::optional<Rigid3> known_cam_from_world;
 };

@@ -65,18 +65,9 @@ std::string EncodePng(const cv::Mat& pixels) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::string LowerCaseExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension;
+EncodedImage Png(const cv::Mat& pixels) {
+  return {".png", std::make_shared<const std::string>(EncodePng(pixels))};
 }
-
-// What the frame looks like as a file: bytes and ending.
-struct EncodedImage {
-  std::string bytes;
-  std::string extension;
-};
 
 bool IsPlain8BitSrgb(const Image& image) {
   return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
@@ -84,16 +75,16 @@ bool IsPlain8BitSrgb(const Image& image) {
 
 // For every tool: 8-bit sRGB. A camera's own JPEG is kept byte for byte.
 EncodedImage ForEveryTool(const Frame& frame) {
-  const std::string extension = LowerCaseExtension(frame.source_path);
-  if ((extension == ".jpg" || extension == ".jpeg") && IsPlain8BitSrgb(frame.image))
-    return {ReadWholeFile(frame.source_path), ".jpg"};
-  return {EncodePng(Srgb8(frame.image)), ".png"};
+  if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
+    return *frame.encoded;
+  return Png(Srgb8(frame.image));
 }
 
-// What the camera gave beyond that; empty bytes where there is nothing more.
-EncodedImage Master(const Frame& frame) {
-  if (IsPlain8BitSrgb(frame.image)) return {};
-  return {EncodePng(frame.image.pixels), ".png"};
+// What the camera gave beyond that, if it did.
+std::optional<EncodedImage> Master(const Frame& frame) {
+  if (frame.raw) return frame.raw;
+  if (IsPlain8BitSrgb(frame.image)) return std::nullopt;
+  return Png(frame.image.pixels);
 }
 
 }  // namespace
@@ -207,19 +198,20 @@ View LightFieldWriter::AddView(const Frame& frame, View view) {
   view.id = state_->next_view_id;
   const std::string name = fmt::format("{:06}", view.id);
   const EncodedImage image = ForEveryTool(frame);
-  const EncodedImage master = Master(frame);
+  const std::optional<EncodedImage> master = Master(frame);
   view.image_path = "images/" + name + image.extension;
-  view.master_path = master.bytes.empty() ? "" : "masters/" + name + master.extension;
+  view.master_path = master ? "masters/" + name + master->extension : "";
+  view.f_number = frame.f_number;
   view.device_time_s = frame.device_time_s;
   view.host_time_s = frame.host_time_s;
   view.exposure_s = frame.exposure_s;
   view.gain = frame.gain;
   view.black_level = frame.black_level;
-  if (!master.bytes.empty()) {
+  if (master) {
     fs::create_directories(root / "masters");
-    WriteFileAtomically(root / view.master_path, master.bytes);
+    WriteFileAtomically(root / view.master_path, *master->bytes);
   }
-  WriteFileAtomically(root / view.image_path, image.bytes);
+  WriteFileAtomically(root / view.image_path, *image.bytes);
   state_->journal.AddView(view);
   ++state_->next_view_id;
   state_->light_field.views.push_back(view);
@@ -273,7 +265,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame) {
   fs::path path;
   do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
   while (fs::exists(path));
-  WriteFileAtomically(path, image.bytes);
+  WriteFileAtomically(path, *image.bytes);
 }
 
 void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {

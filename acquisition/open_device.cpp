@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/aravis_device.h"
+#include "acquisition/aravis/aravis_device.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/replay_device.h"

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <opencv2/videoio.hpp>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/image_header.h"
 #include "acquisition/light_field_io.h"
@@ -54,6 +55,10 @@ bool IsImageName(const fs::path& path) {
 bool IsJpegName(const fs::path& path) {
   const auto header = ReadImageHeader(path.string());
   return header && header->kind == "JPEG";
+}
+
+EncodedImage JpegFile(const fs::path& path) {
+  return {".jpg", std::make_shared<const std::string>(ReadWholeFile(path))};
 }
 
 std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
@@ -115,7 +120,7 @@ class FolderSource : public Source {
     frame.image.transfer = options_.TransferOf(pixels);
     frame.id = next_;
     frame.device_time_s = options_.TimeOf(next_);
-    if (header_ && header_->kind == "JPEG") frame.source_path = file.string();
+    if (header_ && header_->kind == "JPEG") frame.encoded = JpegFile(file);
     ++next_;
     return frame;
   }
@@ -266,7 +271,7 @@ class LightFieldSource : public Source {
     frame.gain = view.gain;
     frame.black_level = view.black_level;
     const fs::path file = light_field_.root / view.image_path;
-    if (IsJpegName(file)) frame.source_path = file.string();
+    if (IsJpegName(file)) frame.encoded = JpegFile(file);
     frame.known_cam_from_world = view.cam_from_world;
     ++next_;
     return frame;

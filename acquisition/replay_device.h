@@ -9,7 +9,7 @@
 //
 // Nothing is live: frames wait until they are asked for, none is dropped, and the same path gives the same
 // frames. host_time_s is 0 except in a light field: these frames did not reach this machine now. JPEG files
-// are named in Frame::source_path, so that a recording keeps them byte for byte. 8 and 16 bits are taken as
+// are named in Frame::encoded, so that a recording keeps them byte for byte. 8 and 16 bits are taken as
 // sRGB and float as linear unless `transfer` says otherwise.
 #pragma once
 

@@ -8,7 +8,7 @@
 
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "acquisition/gige_vision_probe.h"
+#include "acquisition/aravis/gige_vision_probe.h"
 #include "tests/acquisition/aravis_fixture.h"
 
 namespace ulf {

@@ -180,12 +180,12 @@ TEST(LightFieldOnDisk, LinearFramesKeepTheirMaster) {
 TEST(LightFieldOnDisk, ACamerasJpegIsKeptByteForByte) {
   ScratchFolder scratch;
   Frame frame = NoiseFrame(1);
-  frame.source_path = (scratch / "IMG_1.JPG").string();
-  cv::imwrite(frame.source_path, frame.image.pixels);
+  cv::imwrite((scratch / "IMG_1.JPG").string(), frame.image.pixels);
+  frame.encoded = {".jpg", std::make_shared<const std::string>(ReadWholeFile(scratch / "IMG_1.JPG"))};
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
   const View view = writer.AddView(frame, ViewNumber(0));
   EXPECT_EQ(view.image_path, "images/000001.jpg");
-  EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.image_path), ReadWholeFile(frame.source_path));
+  EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.image_path), *frame.encoded->bytes);
 }
 
 TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {

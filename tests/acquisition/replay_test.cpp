@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
@@ -68,7 +69,7 @@ TEST(ReplayFolder, GivesImagesInNameOrderAtTheirTimes) {
     EXPECT_EQ(frames[i].status, FrameStatus::kComplete);
     EXPECT_EQ(frames[i].image.transfer, Transfer::kSrgb);
     EXPECT_FALSE(frames[i].known_cam_from_world);
-    EXPECT_TRUE(frames[i].source_path.empty()) << "only a camera's JPEG is kept as the file it is";
+    EXPECT_FALSE(frames[i].encoded) << "only a camera's JPEG is kept as the file it is";
   }
 }
 
@@ -85,7 +86,9 @@ TEST(ReplayFolder, NamesTheJpegFileBehindAFrame) {
   test::ScratchFolder scratch;
   const fs::path file = scratch / "a.jpg";
   cv::imwrite(file.string(), Numbered(3));
-  EXPECT_EQ(Replay("replay:" + scratch.path().string()).at(0).source_path, file.string());
+  const auto encoded = Replay("replay:" + scratch.path().string()).at(0).encoded;
+  ASSERT_TRUE(encoded);
+  EXPECT_EQ(*encoded->bytes, ReadWholeFile(file));
 }
 
 TEST(ReplayFolder, IsNotLiveAndStartsAgainFromTheBeginning) {
@@ -271,7 +274,8 @@ TEST(ReplayOfRealData, HandheldKitchenFolderAndVideo) {
     const auto frame = folder->Next(1s);
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->image.pixels.size(), cv::Size(640, 480));
-    EXPECT_EQ(fs::path(frame->source_path).filename(), fmt::format("frame-{:06}.color.jpg", i));
+    ASSERT_TRUE(frame->encoded);
+    EXPECT_EQ(*frame->encoded->bytes, ReadWholeFile(kitchen / fmt::format("frame-{:06}.color.jpg", i)));
     EXPECT_DOUBLE_EQ(frame->device_time_s, i / 30.0);
   }
   const auto video = OpenDevice("replay:" + (kitchen / "first300.mp4").string());

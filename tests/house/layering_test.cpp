@@ -36,8 +36,8 @@ const std::map<std::string, std::set<std::string>> kStricter = {
 // An outside library has few includers: header prefix, and the stems that may include it.
 const std::map<std::string, std::set<std::string>> kOutside = {
     {"opengv/", {"tracking/opengv_bridge"}},
-    {"arv.h", {"acquisition/aravis_calls", "acquisition/simulator/simulated_gige_camera"}},
-    {"acquisition/aravis_calls.h", {"acquisition/aravis_configuration", "acquisition/aravis_device"}},
+    {"arv.h", {"acquisition/aravis/aravis_calls", "acquisition/simulator/simulated_gige_camera"}},
+    {"acquisition/aravis/aravis_calls.h", {"acquisition/aravis/aravis_configuration", "acquisition/aravis/aravis_device"}},
     {"CGAL/", {"render/spherical_delaunay", "render/image_triangulation"}},
 };
 
@@ -119,8 +119,8 @@ TEST(Layering, FindsAPlantedClimb) {
            Case{"tracking/opengv_bridge.cpp", "#include <opengv/types.hpp>\n", false},
            Case{"render/loop_subdivision.cpp", "#include <CGAL/Delaunay_triangulation_on_sphere_2.h>\n",
                 true},
-           Case{"acquisition/aravis_calls.h", "#include <arv.h>\n", false},
-           Case{"acquisition/replay_device.cpp", "#include \"acquisition/aravis_calls.h\"\n", true},
+           Case{"acquisition/aravis/aravis_calls.h", "#include <arv.h>\n", false},
+           Case{"acquisition/replay_device.cpp", "#include \"acquisition/aravis/aravis_calls.h\"\n", true},
            Case{"render/a.cpp", "#include \"tests/support/test_paths.h\"\n", true},
            Case{"render/a.txt", "#include \"tracking/map.h\"\n", false},
        }) {

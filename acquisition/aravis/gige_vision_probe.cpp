@@ -1,4 +1,4 @@
-#include "acquisition/gige_vision_probe.h"
+#include "acquisition/aravis/gige_vision_probe.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>

@@ -1,11 +1,11 @@
-#include "acquisition/aravis_configuration.h"
+#include "acquisition/aravis/aravis_configuration.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "acquisition/gige_vision_probe.h"
+#include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf {
 namespace {

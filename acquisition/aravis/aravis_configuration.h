@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "acquisition/aravis_calls.h"
-#include "acquisition/aravis_options.h"
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_options.h"
 #include "acquisition/pixel_format.h"
 
 namespace ulf {

@@ -1,4 +1,4 @@
-#include "acquisition/aravis_device.h"
+#include "acquisition/aravis/aravis_device.h"
 
 #include <spdlog/spdlog.h>
 
@@ -9,11 +9,11 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/aravis_calls.h"
-#include "acquisition/aravis_configuration.h"
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
-#include "acquisition/gige_vision_probe.h"
+#include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf {
 namespace {

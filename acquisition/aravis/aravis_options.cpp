@@ -1,4 +1,4 @@
-#include "acquisition/aravis_options.h"
+#include "acquisition/aravis/aravis_options.h"
 
 #include <cmath>
 #include <cstdio>
