@@ -36,6 +36,13 @@ int main(int argc, char** argv) {
   }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    if (app.get_subcommands().empty() && !app.remaining().empty()) {
+      std::fprintf(stderr, "ulf: there is no command '%s'; 'ulf --help' lists them\n",
+                   app.remaining().front().c_str());
+      return ulf::kWrongUsage;
+    }
+    return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
   }
