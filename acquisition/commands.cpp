@@ -1,6 +1,7 @@
 #include "acquisition/commands.h"
 
 #include "acquisition/devices_command.h"
+#include "acquisition/features_command.h"
 #include "acquisition/import_command.h"
 #include "acquisition/simulator/simulate_command.h"
 
@@ -8,6 +9,7 @@ namespace ulf {
 
 void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddDevicesCommand(app, chosen);
+  AddFeaturesCommand(app, chosen);
   AddSimulateCommand(app, chosen);
   AddImportCommand(app, chosen);
 }

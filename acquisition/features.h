@@ -14,6 +14,10 @@ namespace ulf {
 enum class FeatureType { kInteger, kFloat, kBoolean, kEnumeration, kString, kCommand };
 const char* Name(FeatureType type);
 
+// For whom a feature is meant, as its maker says.
+enum class FeatureVisibility { kBeginner, kExpert, kGuru, kInvisible };
+const char* Name(FeatureVisibility visibility);
+
 struct Feature {
   std::string name;
   std::string category;  // "AcquisitionControl"; nested ones with '/'
@@ -24,6 +28,9 @@ struct Feature {
   std::string unit;
   std::vector<std::string> choices;  // of an enumeration, those available now
   std::string description;
+  FeatureVisibility visibility = FeatureVisibility::kBeginner;
+  bool streamable = true;            // belongs in a feature file
+  std::vector<std::string> selects;  // features that have one value for each value of this one
 };
 
 // An open device's features. Throws Error naming the device and the feature.
@@ -39,6 +46,18 @@ class FeatureAccess {
   // read-only or out of range, with the range or the choices.
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
+
+// "integer", "0 to 10 step 2", "Off, On", ...: what a feature takes, for people.
+std::string RangeText(const Feature& feature);
+// The names most alike `wrong`, best first: for errors.
+std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
+                                      std::size_t count = 3);
+
+// What `feature` would read back after being set to `value`. Throws UsageError, beginning with `who`, for
+// what does not parse or is out of range.
+std::string CheckedValue(const std::string& who, const Feature& feature, const std::string& value);
+// Whether two values of a feature are the same but for how they are written.
+bool SameValue(const Feature& feature, const std::string& a, const std::string& b);
 
 // By scheme, as OpenDevice. Throws UsageError for a device without features (replay, sim).
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);

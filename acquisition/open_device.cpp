@@ -3,6 +3,7 @@
 #include <array>
 
 #include "acquisition/aravis/aravis_device.h"
+#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/replay_device.h"

@@ -17,7 +17,8 @@ constexpr int kLocalPacketSize = 7800;
 
 class Configurator {
  public:
-  Configurator(ArvCamera* camera, std::string who) : camera_(camera), who_(std::move(who)) {}
+  Configurator(const AravisSession& session, std::string who)
+      : session_(session), camera_(session.Camera()), who_(std::move(who)) {}
 
   AravisConfigured Write(const AravisOptions& options) {
     arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
@@ -35,7 +36,7 @@ class Configurator {
     WriteExposure(options.exposure_us);
     WriteGain(options.gain_db);
     WriteFrameRate(options.fps);
-    if (arv_camera_is_gv_device(camera_)) WritePackets(options.packet_size);
+    if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options.packet_size);
     ReadBack(configured);
     return configured;
   }
@@ -135,8 +136,7 @@ class Configurator {
     Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
   }
 
-  void WritePackets(std::optional<int> packet_size) {
-    const std::string address = AravisGigeAddress(camera_);
+  void WritePackets(const std::string& address, std::optional<int> packet_size) {
     if (PacketSocketWouldMishear(address))
       arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
     if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
@@ -174,22 +174,16 @@ class Configurator {
     configured.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
   }
 
+  const AravisSession& session_;
   ArvCamera* camera_;
   std::string who_;
 };
 
 }  // namespace
 
-AravisConfigured ConfigureAravis(ArvCamera* camera, const std::string& who, const AravisOptions& options) {
-  return Configurator(camera, who).Write(options);
-}
-
-std::string AravisGigeAddress(ArvCamera* camera) {
-  GSocketAddress* address = arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera)));
-  char* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address)));
-  std::string result = Text(text);
-  g_free(text);
-  return result;
+AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
+                                 const AravisOptions& options) {
+  return Configurator(session, who).Write(options);
 }
 
 }  // namespace ulf

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_options.h"
+#include "acquisition/aravis/aravis_session.h"
 #include "acquisition/pixel_format.h"
 
 namespace ulf {
@@ -21,9 +21,7 @@ struct AravisConfigured {
 };
 
 // `who` names the camera in errors. Throws Error for a setting that the camera does not have or take.
-AravisConfigured ConfigureAravis(ArvCamera* camera, const std::string& who, const AravisOptions& options);
-
-// The IPv4 address of a GigE Vision camera.
-std::string AravisGigeAddress(ArvCamera* camera);
+AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
+                                 const AravisOptions& options);
 
 }  // namespace ulf

@@ -11,137 +11,17 @@
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_configuration.h"
+#include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_session.h"
+#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
-#include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf {
 namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-
-struct Discovered {
-  std::string id, physical_id, address, vendor, model, serial, protocol;
-
-  bool IsGige() const { return protocol == "GigEVision"; }
-  // GigE Vision opens by address: at once, and through the network that leads there.
-  std::string OpenBy() const { return IsGige() && !address.empty() ? address : id; }
-  bool Answers(const std::string& name) const {
-    return name == id || name == serial || name == physical_id || name == address ||
-           name == vendor + "-" + serial || name == vendor + "-" + model + "-" + serial;
-  }
-};
-
-std::vector<Discovered> Discover() {
-  static std::mutex mutex;  // the library's list is one for the process
-  const std::lock_guard lock(mutex);
-  arv_update_device_list();
-  std::vector<Discovered> found;
-  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
-    found.push_back({Text(arv_get_device_id(i)), Text(arv_get_device_physical_id(i)),
-                     Text(arv_get_device_address(i)), Text(arv_get_device_vendor(i)),
-                     Text(arv_get_device_model(i)), Text(arv_get_device_serial_nbr(i)),
-                     Text(arv_get_device_protocol(i))});
-  return found;
-}
-
-bool IsIpv4(const std::string& text) {
-  if (text.find('.') == std::string::npos || !g_hostname_is_ip_address(text.c_str())) return false;
-  return text.find(':') == std::string::npos;
-}
-
-// What to open for the ID of a URI.
-std::string Resolve(const std::string& uri, const std::string& id) {
-  if (IsIpv4(id)) return id;
-  const std::vector<Discovered> found = Discover();
-  if (found.empty())
-    throw Error(
-        "{}: no camera answers; looked for GigE Vision on every network and for USB3 Vision. Check power, "
-        "cable "
-        "and firewall (UDP port 3956), name the camera's address if it is behind a router, or use sim:studio",
-        uri);
-  if (id.empty()) return found.front().OpenBy();
-  std::vector<Discovered> matching;
-  std::string list;
-  for (const Discovered& camera : found) {
-    if (camera.Answers(id)) matching.push_back(camera);
-    list += fmt::format("{}{} (serial {}, {})", list.empty() ? "" : "; ", camera.id, camera.serial,
-                        camera.OpenBy());
-  }
-  if (matching.empty()) throw Error("{}: no camera is named '{}'; found are: {}", uri, id, list);
-  const bool ambiguous = std::any_of(matching.begin(), matching.end(), [&](const Discovered& camera) {
-    return camera.physical_id != matching.front().physical_id;
-  });
-  if (ambiguous) throw Error("{}: '{}' names more than one camera; say which by address: {}", uri, id, list);
-  return matching.front().OpenBy();
-}
-
-// The signal handler may run in the library's heartbeat thread while another thread lets go: if the last
-// reference then falls inside the emission, the library waits for its own thread and aborts. So the handler
-// only sets a flag, and letting go disconnects it, waits until it is out, and gives the emission time to
-// return.
-class Session {
- public:
-  explicit Session(ArvCamera* camera) : camera_(camera) {
-    if (ARV_IS_GV_DEVICE(Device()) || ARV_IS_UV_DEVICE(Device()))
-      handler_ = g_signal_connect(Device(), "control-lost", G_CALLBACK(&Session::OnControlLost), this);
-  }
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-
-  ~Session() {
-    if (handler_) g_signal_handler_disconnect(Device(), handler_);
-    while (inside_handler_.load() > 0) std::this_thread::sleep_for(milliseconds(1));
-    std::this_thread::sleep_for(milliseconds(50));
-    ReleaseStream();
-    g_object_unref(camera_);
-  }
-
-  ArvCamera* Camera() const { return camera_; }
-  ArvDevice* Device() const { return arv_camera_get_device(camera_); }
-  ArvStream* Stream() const { return stream_; }
-  void TakeStream(ArvStream* stream) { stream_ = stream; }
-  void ReleaseStream() { g_clear_object(&stream_); }
-  bool ControlLost() const { return control_lost_.load(); }
-  bool IsController() const {
-    return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
-  }
-
- private:
-  static void OnControlLost(ArvDevice* /*device*/, gpointer self) {
-    auto* session = static_cast<Session*>(self);
-    ++session->inside_handler_;
-    session->control_lost_ = true;
-    --session->inside_handler_;
-  }
-
-  ArvCamera* camera_;
-  ArvStream* stream_ = nullptr;
-  gulong handler_ = 0;
-  std::atomic<bool> control_lost_{false};
-  std::atomic<int> inside_handler_{0};
-};
-
-// Lets go of cameras that are gone: each call to them waits out its retries, seconds in all.
-class Reaper {
- public:
-  static Reaper& Instance() {
-    static Reaper reaper;
-    return reaper;
-  }
-  ~Reaper() {
-    for (std::thread& thread : threads_) thread.join();
-  }
-  void Bury(std::unique_ptr<Session> session) {
-    const std::lock_guard lock(mutex_);
-    threads_.emplace_back([session = std::move(session)]() mutable { session.reset(); });
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::thread> threads_;
-};
 
 const char* StatusText(ArvBufferStatus status) {
   switch (status) {
@@ -163,7 +43,7 @@ const char* StatusText(ArvBufferStatus status) {
 class AravisDevice : public Device {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
-    const std::string open_by = Resolve(uri.Text(), uri.path);
+    const std::string open_by = ResolveAravis(uri.Text(), uri.path);
     info_.uri = uri.Text();
     if (uri.path.empty()) {
       DeviceUri named = uri;
@@ -171,7 +51,7 @@ class AravisDevice : public Device {
       info_.uri = named.Text();
     }
     Open(open_by);
-    configured_ = ConfigureAravis(session_->Camera(), info_.uri, options_);
+    configured_ = ConfigureAravis(*session_, info_.uri, options_);
     spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", info_.uri, info_.maker,
                   info_.model, configured_.width, configured_.height, configured_.format.name,
                   configured_.exposure_s, configured_.gain, configured_.period_s);
@@ -231,7 +111,7 @@ class AravisDevice : public Device {
         !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(1000)) == GigeControl::kNoAnswer;
     if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
     if (state_ == DeviceState::kLost) {
-      Reaper::Instance().Bury(std::move(session_));
+      AravisSession::Bury(std::move(session_));
       return;
     }
     state_ = DeviceState::kEnded;
@@ -250,28 +130,14 @@ class AravisDevice : public Device {
 
  private:
   void Open(const std::string& open_by) {
-    ArvCamera* camera =
-        Must(info_.uri, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
-             [&](GError** e) { return arv_camera_new(open_by.c_str(), e); });
-    session_ = std::make_unique<Session>(camera);
+    session_ = AravisSession::Open(info_.uri, open_by);
     if (!session_->IsController()) {
       // A program that was killed keeps control until its heartbeat has run out, three seconds after.
       Try([&](GError** e) { arv_gv_device_take_control(ARV_GV_DEVICE(session_->Device()), e); });
-      if (!session_->IsController())
-        throw Error(
-            "{}: another program controls this camera; close it (its control ends some seconds later), then "
-            "try "
-            "again",
-            info_.uri);
+      if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
     }
-    if (arv_camera_is_gv_device(camera)) gige_address_ = AravisGigeAddress(camera);
-    info_.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera, e); }, ""));
-    info_.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera, e); }, ""));
-    info_.serial =
-        Text(Maybe([&](GError** e) { return arv_camera_get_device_serial_number(camera, e); }, ""));
-    info_.bus = arv_camera_is_gv_device(camera)        ? "GigEVision"
-                : ARV_IS_UV_DEVICE(session_->Device()) ? "USB3Vision"
-                                                       : "";
+    gige_address_ = session_->GigeAddress();
+    session_->Describe(info_);
   }
 
   void CreateStream() {
@@ -432,7 +298,7 @@ class AravisDevice : public Device {
   AravisOptions options_;
   DeviceInfo info_;           // problem and available under mutex_ while the thread runs
   std::string gige_address_;  // empty: another bus
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<AravisSession> session_;
   AravisConfigured configured_;
   std::unique_ptr<FrameQueue> queue_;
   std::thread thread_;
@@ -450,28 +316,5 @@ class AravisDevice : public Device {
 }  // namespace
 
 std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri) { return std::make_unique<AravisDevice>(uri); }
-
-std::vector<DeviceInfo> ListAravisDevices() {
-  std::vector<DeviceInfo> list;
-  for (const Discovered& camera : Discover()) {
-    DeviceInfo info{.uri = "aravis:" + camera.OpenBy(),
-                    .maker = camera.vendor,
-                    .model = camera.model,
-                    .serial = camera.serial,
-                    .bus = camera.protocol,
-                    .problem = ""};
-    if (camera.IsGige()) {
-      const GigeControl control = AskGigeControl(camera.address);
-      if (control == GigeControl::kControlled)
-        info.problem = "another program controls it; close that program, its control ends some seconds later";
-      if (control == GigeControl::kNoAnswer)
-        info.problem = "answers discovery but not at its own address " + camera.address +
-                       "; give the camera and this computer's network interface addresses in one network";
-    }
-    info.available = info.problem.empty();
-    list.push_back(info);
-  }
-  return list;
-}
 
 }  // namespace ulf

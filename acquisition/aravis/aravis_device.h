@@ -29,16 +29,11 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "acquisition/device.h"
 
 namespace ulf {
 
 std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri);
-
-// Discovery: about a second. Cameras that another program controls or that cannot be reached say so in
-// `problem`.
-std::vector<DeviceInfo> ListAravisDevices();
 
 }  // namespace ulf

@@ -1,6 +1,7 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 
 #include <arpa/inet.h>
+#include <fmt/core.h>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
@@ -8,69 +9,235 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <cstdint>
+#include <cstring>
+#include <memory>
 #include <set>
 
 namespace ulf {
 namespace {
 
-constexpr std::uint16_t kGvcpPort = 3956;
-constexpr std::uint32_t kControlChannelPrivilege = 0x0A00;
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPort = 0x0A04,
+                        kPrimaryApplicationAddress = 0x0A14;
+// A discovery answer holds the first registers; these are places in it.
+constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
+                      kModelAt = 0x68, kSerialAt = 0xD8, kUserNameAt = 0xE8, kDiscoveryBytes = 0xF8;
 
 struct Socket {
   int fd = -1;
+  Socket() : fd(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
   ~Socket() {
     if (fd >= 0) close(fd);
   }
 };
 
+std::optional<sockaddr_in> GvcpPortOf(const std::string& ipv4_address) {
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(kGvcpPort);
+  if (inet_pton(AF_INET, ipv4_address.c_str(), &at.sin_addr) != 1) return std::nullopt;
+  return at;
+}
+
+std::string AddressText(std::uint32_t host_order) {
+  return fmt::format("{}.{}.{}.{}", host_order >> 24, host_order >> 16 & 0xFF, host_order >> 8 & 0xFF,
+                     host_order & 0xFF);
+}
+
+std::uint32_t AddressNumber(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1 ? ntohl(address.s_addr) : 0;
+}
+
+// Key, "acknowledge" (and for discovery "by broadcast if need be"), DISCOVERY, no payload, request id.
+constexpr std::array<std::uint8_t, 8> kDiscover{0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x2A};
+
+std::optional<GigeAnswer> ParseDiscovery(const std::uint8_t* answer, ssize_t size) {
+  const bool is_discovery =
+      size >= static_cast<ssize_t>(kHeaderBytes + kDiscoveryBytes) && answer[2] == 0x00 && answer[3] == 0x03;
+  if (!is_discovery) return std::nullopt;
+  const std::uint8_t* registers = answer + kHeaderBytes;
+  const auto address = [&](std::size_t at) {
+    std::uint32_t number = 0;
+    std::memcpy(&number, registers + at, 4);
+    return AddressText(ntohl(number));
+  };
+  const auto text = [&](std::size_t at, std::size_t length) {
+    const char* begin = reinterpret_cast<const char*>(registers + at);
+    return std::string(begin, strnlen(begin, length));
+  };
+  return GigeAnswer{.address = address(kAddressAt),
+                    .netmask = address(kNetmaskAt),
+                    .maker = text(kMakerAt, 32),
+                    .model = text(kModelAt, 32),
+                    .serial = text(kSerialAt, 16),
+                    .user_name = text(kUserNameAt, 16)};
+}
+
 }  // namespace
 
-GigeControl AskGigeControl(const std::string& ipv4_address, std::chrono::milliseconds timeout) {
-  sockaddr_in camera{};
-  camera.sin_family = AF_INET;
-  camera.sin_port = htons(kGvcpPort);
-  if (inet_pton(AF_INET, ipv4_address.c_str(), &camera.sin_addr) != 1) return GigeControl::kNoAnswer;
-  const Socket socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
-  if (socket.fd < 0 || connect(socket.fd, reinterpret_cast<sockaddr*>(&camera), sizeof(camera)) != 0)
-    return GigeControl::kNoAnswer;
-
+std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, std::uint32_t register_address,
+                                              milliseconds timeout) {
+  const auto camera = GvcpPortOf(ipv4_address);
+  const Socket socket;
+  if (!camera || socket.fd < 0 ||
+      connect(socket.fd, reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) != 0)
+    return std::nullopt;
   // Key, "acknowledge", READREG, four bytes of payload, request id, register address; all big-endian.
-  constexpr std::array<std::uint8_t, 12> kRequest = {
-      0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0xCA, 0x11, 0x00, 0x00, kControlChannelPrivilege >> 8, 0x00};
+  std::array<std::uint8_t, 12> request = {0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0xCA, 0x11};
+  for (int i = 0; i < 4; ++i)
+    request[static_cast<std::size_t>(8 + i)] = static_cast<std::uint8_t>(register_address >> (24 - 8 * i));
   for (int attempt = 0; attempt < 2; ++attempt) {
-    if (send(socket.fd, kRequest.data(), kRequest.size(), 0) < 0) continue;
+    const auto give_up = Clock::now() + timeout;
+    if (send(socket.fd, request.data(), request.size(), 0) < 0) {
+      // "Connection refused" of the question before: the address exists and nothing listens there (yet).
+      pollfd nothing{-1, 0, 0};
+      poll(&nothing, 1, 10);
+      continue;
+    }
     pollfd waiting{socket.fd, POLLIN, 0};
-    if (poll(&waiting, 1, static_cast<int>(timeout.count())) != 1) continue;
-    // Status, READREG acknowledged, length, request id, value.
-    std::array<std::uint8_t, 64> answer{};
-    const ssize_t size = recv(socket.fd, answer.data(), answer.size(), 0);
-    const bool is_ours =
-        size >= 12 && answer[2] == 0x00 && answer[3] == 0x81 && answer[6] == 0xCA && answer[7] == 0x11;
-    if (!is_ours) continue;
-    const bool controlled = (answer[11] & 0x03) != 0;  // exclusive access or control access
-    return controlled ? GigeControl::kControlled : GigeControl::kFree;
+    for (;;) {
+      const auto left = std::chrono::duration_cast<milliseconds>(give_up - Clock::now()).count();
+      if (left < 0 || poll(&waiting, 1, static_cast<int>(left)) != 1) break;
+      // Status, READREG acknowledged, length, request id, value.
+      std::array<std::uint8_t, 64> answer{};
+      const ssize_t size = recv(socket.fd, answer.data(), answer.size(), 0);
+      if (size < 0) break;
+      const bool is_ours =
+          size >= 8 && answer[2] == 0x00 && answer[3] == 0x81 && answer[6] == 0xCA && answer[7] == 0x11;
+      if (!is_ours) continue;
+      if (size < 12 || answer[0] != 0 || answer[1] != 0) return std::nullopt;
+      std::uint32_t value = 0;
+      std::memcpy(&value, answer.data() + 8, 4);
+      return ntohl(value);
+    }
   }
-  return GigeControl::kNoAnswer;
+  return std::nullopt;
+}
+
+GigeControl AskGigeControl(const std::string& ipv4_address, milliseconds timeout) {
+  const auto privilege = ReadGigeRegister(ipv4_address, kControlChannelPrivilege, timeout);
+  if (!privilege) return GigeControl::kNoAnswer;
+  return *privilege & 0x03 ? GigeControl::kControlled : GigeControl::kFree;  // exclusive or shared control
+}
+
+std::string AskGigeController(const std::string& ipv4_address) {
+  const std::uint32_t address = ReadGigeRegister(ipv4_address, kPrimaryApplicationAddress).value_or(0);
+  if (address == 0) return "";
+  const std::uint32_t port = ReadGigeRegister(ipv4_address, kPrimaryApplicationPort).value_or(0) & 0xFFFF;
+  std::string text = AddressText(address);
+  for (const NetworkInterface& own : NetworkInterfaces())
+    if (own.address == text) text += ", this computer";
+  return port == 0 ? text : fmt::format("{} (UDP port {})", text, port);
+}
+
+std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, milliseconds timeout) {
+  const auto camera = GvcpPortOf(ipv4_address);
+  const Socket socket;
+  if (!camera || socket.fd < 0 ||
+      sendto(socket.fd, kDiscover.data(), kDiscover.size(), 0, reinterpret_cast<const sockaddr*>(&*camera),
+             sizeof(*camera)) < 0)
+    return std::nullopt;
+  pollfd waiting{socket.fd, POLLIN, 0};
+  if (poll(&waiting, 1, static_cast<int>(timeout.count())) != 1) return std::nullopt;
+  std::array<std::uint8_t, 1024> answer{};
+  return ParseDiscovery(answer.data(), recv(socket.fd, answer.data(), answer.size(), 0));
+}
+
+std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
+  std::vector<std::unique_ptr<Socket>> sockets;
+  std::vector<pollfd> waiting;
+  for (const NetworkInterface& interface : NetworkInterfaces()) {
+    auto socket = std::make_unique<Socket>();
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    inet_pton(AF_INET, interface.address.c_str(), &own.sin_addr);
+    const int yes = 1;
+    setsockopt(socket->fd, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
+    if (bind(socket->fd, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) continue;
+    // Out through this interface whatever the routes say.
+    setsockopt(socket->fd, SOL_SOCKET, SO_BINDTODEVICE, interface.name.c_str(),
+               static_cast<socklen_t>(interface.name.size() + 1));
+    const std::uint32_t mask = AddressNumber(interface.netmask);
+    for (const std::uint32_t to : {0xFFFFFFFFu, AddressNumber(interface.address) | ~mask}) {
+      const auto everyone = GvcpPortOf(AddressText(to));
+      sendto(socket->fd, kDiscover.data(), kDiscover.size(), 0, reinterpret_cast<const sockaddr*>(&*everyone),
+             sizeof(*everyone));
+    }
+    waiting.push_back({socket->fd, POLLIN, 0});
+    sockets.push_back(std::move(socket));
+  }
+  std::vector<GigeAnswer> found;
+  const auto give_up = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<milliseconds>(give_up - Clock::now()).count();
+    if (left < 0 || poll(waiting.data(), waiting.size(), static_cast<int>(left)) < 1) break;
+    for (const pollfd& ready : waiting) {
+      if (!(ready.revents & POLLIN)) continue;
+      std::array<std::uint8_t, 1024> bytes{};
+      const auto answer = ParseDiscovery(bytes.data(), recv(ready.fd, bytes.data(), bytes.size(), 0));
+      const bool known = !answer || std::any_of(found.begin(), found.end(), [&](const GigeAnswer& other) {
+        return other.address == answer->address && other.serial == answer->serial;
+      });
+      if (!known) found.push_back(*answer);
+    }
+  }
+  return found;
+}
+
+std::vector<NetworkInterface> NetworkInterfaces() {
+  std::vector<NetworkInterface> interfaces;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return interfaces;
+  for (const ifaddrs* entry = list; entry; entry = entry->ifa_next) {
+    if (!entry->ifa_addr || !entry->ifa_netmask || entry->ifa_addr->sa_family != AF_INET ||
+        !(entry->ifa_flags & IFF_UP))
+      continue;
+    const auto number = [](const sockaddr* address) {
+      return ntohl(reinterpret_cast<const sockaddr_in*>(address)->sin_addr.s_addr);
+    };
+    interfaces.push_back({.name = entry->ifa_name,
+                          .address = AddressText(number(entry->ifa_addr)),
+                          .netmask = AddressText(number(entry->ifa_netmask)),
+                          .loopback = (entry->ifa_flags & IFF_LOOPBACK) != 0});
+  }
+  freeifaddrs(list);
+  return interfaces;
+}
+
+std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces) {
+  const std::uint32_t camera_address = AddressNumber(camera.address);
+  std::string own;
+  for (const NetworkInterface& interface : interfaces) {
+    const std::uint32_t mask = AddressNumber(interface.netmask);
+    if ((AddressNumber(interface.address) & mask) == (camera_address & mask)) return "";
+    if (!interface.loopback)
+      own += fmt::format("{}{} has {} mask {}", own.empty() ? "" : ", ", interface.name, interface.address,
+                         interface.netmask);
+  }
+  return fmt::format(
+      "wrong network: the camera has the address {}{}, this computer {}. Give one of them an address in the "
+      "other's network",
+      camera.address, camera.netmask == "0.0.0.0" ? "" : " mask " + camera.netmask,
+      own.empty() ? "has none outside itself" : "is elsewhere: " + own);
 }
 
 bool PacketSocketWouldMishear(const std::string& camera_ipv4_address) {
-  in_addr camera{};
-  if (inet_pton(AF_INET, camera_ipv4_address.c_str(), &camera) != 1) return true;
-  if ((ntohl(camera.s_addr) >> 24) == 127) return true;
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return true;
+  const std::uint32_t camera = AddressNumber(camera_ipv4_address);
+  const std::vector<NetworkInterface> interfaces = NetworkInterfaces();
+  if (camera == 0 || camera >> 24 == 127 || interfaces.empty()) return true;
   std::set<std::string> networks;
-  bool is_own_address = false;
-  for (const ifaddrs* entry = list; entry; entry = entry->ifa_next) {
-    if (!entry->ifa_addr || entry->ifa_addr->sa_family != AF_INET) continue;
-    if (reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr.s_addr == camera.s_addr)
-      is_own_address = true;
-    if ((entry->ifa_flags & IFF_UP) && !(entry->ifa_flags & IFF_LOOPBACK)) networks.insert(entry->ifa_name);
+  for (const NetworkInterface& interface : interfaces) {
+    if (interface.address == camera_ipv4_address) return true;
+    if (!interface.loopback) networks.insert(interface.name);
   }
-  freeifaddrs(list);
-  return is_own_address || networks.size() > 1;
+  return networks.size() > 1;
 }
 
 }  // namespace ulf

@@ -17,9 +17,9 @@
 #include <mutex>
 #include <thread>
 
+#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/error.h"
 #include "acquisition/simulator/genicam_description.h"
-#include "acquisition/simulator/gige_discovery.h"
 
 namespace ulf {
 namespace {
@@ -70,10 +70,10 @@ void RequireFree(const std::string& address) {
         "ip addr add {}/8 dev lo",
         address, address);
   if (failed == EADDRINUSE) {
-    const auto serial = SerialOfGigeCamera(address, std::chrono::milliseconds(300));
+    const auto camera = AskGigeCamera(address);
     throw Error("{}:{} is taken by {}; stop it, or serve on another address (ip addr add 127.0.0.2/8 dev lo)",
                 address, kGvcpPort,
-                serial ? "a GigE Vision camera with serial '" + *serial + "'" : "another program");
+                camera ? "a GigE Vision camera with serial '" + camera->serial + "'" : "another program");
   }
   if (failed != 0) throw Error("{}:{} cannot be opened: {}", address, kGvcpPort, std::strerror(failed));
 }
@@ -206,8 +206,10 @@ void SimulatedGigeCamera::State::Serve() {
   arv_fake_camera_set_fill_pattern(registers, OnFill, this);
   renderer = std::thread([this] { Render(); });
 
-  for (int attempt = 0; attempt < 10; ++attempt)
-    if (SerialOfGigeCamera(options.interface, std::chrono::milliseconds(200)) == options.serial) return;
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    const auto camera = AskGigeCamera(options.interface, std::chrono::milliseconds(200));
+    if (camera && camera->serial == options.serial) return;
+  }
   throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
               options.serial, options.interface, kGvcpPort);
 }

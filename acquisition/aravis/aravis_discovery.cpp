@@ -1,0 +1,157 @@
+#include "acquisition/aravis/aravis_discovery.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/gige_vision_probe.h"
+
+namespace ulf {
+namespace {
+
+struct Discovered {
+  std::string id, physical_id, address, vendor, model, serial, protocol;
+
+  bool IsGige() const { return protocol == "GigEVision"; }
+  // GigE Vision opens by address: at once, and through the network that leads there.
+  std::string OpenBy() const { return IsGige() && !address.empty() ? address : id; }
+  bool Answers(const std::string& name) const {
+    return name == id || name == serial || name == physical_id || name == address ||
+           name == vendor + "-" + serial || name == vendor + "-" + model + "-" + serial;
+  }
+};
+
+std::vector<Discovered> Discover() {
+  static std::mutex mutex;  // the library's list is one for the process
+  const std::lock_guard lock(mutex);
+  arv_update_device_list();
+  std::vector<Discovered> found;
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+    found.push_back({Text(arv_get_device_id(i)), Text(arv_get_device_physical_id(i)),
+                     Text(arv_get_device_address(i)), Text(arv_get_device_vendor(i)),
+                     Text(arv_get_device_model(i)), Text(arv_get_device_serial_nbr(i)),
+                     Text(arv_get_device_protocol(i))});
+  return found;
+}
+
+bool IsIpv4(const std::string& text) {
+  if (text.find('.') == std::string::npos || !g_hostname_is_ip_address(text.c_str())) return false;
+  return text.find(':') == std::string::npos;
+}
+
+std::string GigeProblem(const Discovered& camera) {
+  const GigeControl control = AskGigeControl(camera.address);
+  if (control == GigeControl::kFree) return "";
+  if (control == GigeControl::kControlled) {
+    const std::string who = AskGigeController(camera.address);
+    return fmt::format(
+        "another program controls it{}; close that program, its control ends some seconds later",
+        who.empty() ? "" : ", from " + who);
+  }
+  for (const GigeAnswer& answer : DiscoverGigeCameras())
+    if (answer.address == camera.address) {
+      const std::string wrong_network = WrongNetworkText(answer, NetworkInterfaces());
+      if (!wrong_network.empty()) return wrong_network;
+    }
+  return "answers discovery but not at its own address " + camera.address +
+         "; check the firewall (UDP port 3956) and the routes to it";
+}
+
+// USB devices of the USB3 Vision class (0xEF, 0x05 on an interface) whose node this user may not open. The
+// library does not list them: it opens a device to read its name.
+std::vector<DeviceInfo> ForbiddenUsbCameras() {
+  namespace fs = std::filesystem;
+  const auto read = [](const fs::path& file) {
+    std::string line;
+    std::getline(std::ifstream(file) >> std::ws, line);
+    return line;
+  };
+  std::vector<DeviceInfo> list;
+  std::error_code error;
+  for (const fs::directory_entry& interface : fs::directory_iterator("/sys/bus/usb/devices", error)) {
+    const std::string name = interface.path().filename();
+    const std::size_t colon = name.find(':');
+    if (colon == std::string::npos || read(interface.path() / "bInterfaceClass") != "ef" ||
+        read(interface.path() / "bInterfaceSubClass") != "05" ||
+        read(interface.path() / "bInterfaceProtocol") != "00")
+      continue;
+    const fs::path device = interface.path().parent_path() / name.substr(0, colon);
+    const std::string node =
+        fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", read(device / "busnum"), read(device / "devnum"));
+    const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
+    const int reason = file >= 0 ? 0 : errno;
+    if (file >= 0) close(file);
+    if (reason != EACCES && reason != EPERM) continue;
+    DeviceInfo info{
+        .uri = "aravis:" + read(device / "serial"),
+        .maker = read(device / "manufacturer"),
+        .model = read(device / "product"),
+        .serial = read(device / "serial"),
+        .bus = "USB3Vision",
+        .available = false,
+        .problem = node +
+                   " may not be opened by this user; install udev/70-ulf-cameras.rules in "
+                   "/etc/udev/rules.d, run 'udevadm control --reload', and plug the camera in again"};
+    const bool known = std::any_of(list.begin(), list.end(), [&](const DeviceInfo& other) {
+      return other.uri == info.uri && other.problem == info.problem;
+    });
+    if (!known) list.push_back(std::move(info));
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string ResolveAravis(const std::string& uri, const std::string& id) {
+  if (IsIpv4(id)) return id;
+  const std::vector<Discovered> found = Discover();
+  if (found.empty()) {
+    std::string forbidden;
+    for (const DeviceInfo& camera : ForbiddenUsbCameras())
+      forbidden += fmt::format("; {} {}: {}", camera.maker, camera.model, camera.problem);
+    throw Error(
+        "{}: no camera answers; looked for GigE Vision on every network and for USB3 Vision{}. Check power, "
+        "cable and firewall (UDP port 3956), name the camera's address if it is behind a router, or use "
+        "sim:studio",
+        uri, forbidden);
+  }
+  if (id.empty()) return found.front().OpenBy();
+  std::vector<Discovered> matching;
+  std::string list;
+  for (const Discovered& camera : found) {
+    if (camera.Answers(id)) matching.push_back(camera);
+    list += fmt::format("{}{} (serial {}, {})", list.empty() ? "" : "; ", camera.id, camera.serial,
+                        camera.OpenBy());
+  }
+  if (matching.empty()) throw Error("{}: no camera is named '{}'; found are: {}", uri, id, list);
+  const bool ambiguous = std::any_of(matching.begin(), matching.end(), [&](const Discovered& camera) {
+    return camera.physical_id != matching.front().physical_id || camera.address != matching.front().address;
+  });
+  if (ambiguous) throw Error("{}: '{}' names more than one camera; say which by address: {}", uri, id, list);
+  return matching.front().OpenBy();
+}
+
+std::vector<DeviceInfo> ListAravisDevices() {
+  std::vector<DeviceInfo> list;
+  for (const Discovered& camera : Discover()) {
+    DeviceInfo info{.uri = "aravis:" + camera.OpenBy(),
+                    .maker = camera.vendor,
+                    .model = camera.model,
+                    .serial = camera.serial,
+                    .bus = camera.protocol,
+                    .problem = ""};
+    if (camera.IsGige()) info.problem = GigeProblem(camera);
+    info.available = info.problem.empty();
+    list.push_back(info);
+  }
+  for (DeviceInfo& camera : ForbiddenUsbCameras()) list.push_back(std::move(camera));
+  return list;
+}
+
+}  // namespace ulf

@@ -1,0 +1,260 @@
+#include "acquisition/aravis/aravis_features.h"
+
+#include <cfloat>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_session.h"
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace {
+
+std::optional<FeatureType> TypeOf(ArvGcNode* node) {
+  if (ARV_IS_GC_ENUMERATION(node)) return FeatureType::kEnumeration;
+  if (ARV_IS_GC_COMMAND(node)) return FeatureType::kCommand;
+  if (ARV_IS_GC_BOOLEAN(node)) return FeatureType::kBoolean;
+  if (ARV_IS_GC_FLOAT(node)) return FeatureType::kFloat;
+  if (ARV_IS_GC_INTEGER(node)) return FeatureType::kInteger;
+  if (ARV_IS_GC_STRING(node)) return FeatureType::kString;
+  return std::nullopt;  // a category, a bare register, a port
+}
+
+std::string SquashSpace(const std::string& text) {
+  std::string squashed;
+  for (const char c : text) {
+    const bool space = c == ' ' || c == '\n' || c == '\t' || c == '\r';
+    if (space && (squashed.empty() || squashed.back() == ' ')) continue;
+    squashed += space ? ' ' : c;
+  }
+  if (!squashed.empty() && squashed.back() == ' ') squashed.pop_back();
+  return squashed;
+}
+
+// How a description says for whom and whether to keep: properties among a node's children. None: unsaid.
+template <typename Value, typename Read>
+std::optional<Value> Property(ArvGcNode* node, const char* name, Value unsaid, Read read) {
+  for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child;
+       child = arv_dom_node_get_next_sibling(child))
+    if (ARV_IS_GC_PROPERTY_NODE(child) && Text(arv_dom_node_get_node_name(child)) == name) {
+      const Value value = read(ARV_GC_PROPERTY_NODE(child), unsaid);
+      if (value != unsaid) return value;
+    }
+  return std::nullopt;
+}
+
+std::optional<bool> StreamableOf(ArvGcNode* node) {
+  const auto value =
+      Property(node, "Streamable", ARV_GC_STREAMABLE_UNDEFINED, arv_gc_property_node_get_streamable);
+  if (!value) return std::nullopt;
+  return *value == ARV_GC_STREAMABLE_YES;
+}
+
+FeatureVisibility VisibilityOf(ArvGcNode* node) {
+  switch (Property(node, "Visibility", ARV_GC_VISIBILITY_UNDEFINED, arv_gc_property_node_get_visibility)
+              .value_or(ARV_GC_VISIBILITY_BEGINNER)) {
+    case ARV_GC_VISIBILITY_EXPERT:
+      return FeatureVisibility::kExpert;
+    case ARV_GC_VISIBILITY_GURU:
+      return FeatureVisibility::kGuru;
+    case ARV_GC_VISIBILITY_INVISIBLE:
+      return FeatureVisibility::kInvisible;
+    default:
+      return FeatureVisibility::kBeginner;
+  }
+}
+
+class AravisFeatures : public FeatureAccess {
+ public:
+  explicit AravisFeatures(const DeviceUri& uri) {
+    if (!uri.options.empty())
+      throw UsageError("'{}': features are set by name here; leave the options behind '?' out", uri.Text());
+    info_.uri = uri.Text();
+    session_ = AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path));
+    session_->Describe(info_);
+    genicam_ = arv_device_get_genicam(session_->Device());
+    arv_device_set_range_check_policy(session_->Device(), ARV_RANGE_CHECK_POLICY_ENABLE);
+    arv_device_set_access_check_policy(session_->Device(), ARV_ACCESS_CHECK_POLICY_ENABLE);
+    Walk("Root", "");
+    WalkOrphans(ARV_DOM_NODE(genicam_));
+    for (const auto& [name, category] : tree_)
+      description_marks_streamable_ |= StreamableOf(arv_gc_get_node(genicam_, name.c_str())).value_or(false);
+  }
+
+  DeviceInfo Info() const override { return info_; }
+
+  std::vector<Feature> List() override {
+    std::vector<Feature> features;
+    for (const auto& [name, category] : tree_)
+      if (auto feature = Read(name, category)) features.push_back(std::move(*feature));
+    return features;
+  }
+
+  std::optional<Feature> Find(const std::string& name) override {
+    for (const auto& [known, category] : tree_)
+      if (known == name) return Read(name, category);
+    return Read(name, "");
+  }
+
+  void Set(const std::string& name, const std::string& text) override {
+    const auto feature = Find(name);
+    if (!feature) throw UsageError("{}: has no feature '{}'", info_.uri, name);
+    if (!session_->IsController())
+      throw Error("{}: {} cannot be written: {}", info_.uri, name, session_->WhoControls());
+    if (!feature->writable)
+      throw UsageError("{}: {} is read-only, or locked by another setting", info_.uri, name);
+    const std::string value = CheckedValue(info_.uri, *feature, text);
+    ArvDevice* device = session_->Device();
+    const std::string what = name + (value.empty() ? "" : "=" + value);
+    Must(info_.uri, what, [&](GError** e) {
+      switch (feature->type) {
+        case FeatureType::kCommand:
+          return arv_device_execute_command(device, name.c_str(), e);
+        case FeatureType::kBoolean:
+          return arv_device_set_boolean_feature_value(device, name.c_str(), value == "true", e);
+        case FeatureType::kInteger:
+          return arv_device_set_integer_feature_value(device, name.c_str(), std::stoll(value), e);
+        case FeatureType::kFloat:
+          return arv_device_set_float_feature_value(device, name.c_str(), std::stod(value), e);
+        default:
+          return arv_device_set_string_feature_value(device, name.c_str(), value.c_str(), e);
+      }
+    });
+  }
+
+ private:
+  void Walk(const std::string& name, const std::string& category) {
+    ArvGcNode* node = arv_gc_get_node(genicam_, name.c_str());
+    if (!node || !walked_.insert(name).second) return;
+    if (!ARV_IS_GC_CATEGORY(node)) {
+      if (TypeOf(node)) tree_.emplace_back(name, category);
+      return;
+    }
+    const std::string inner = name == "Root" ? "" : category.empty() ? name : category + "/" + name;
+    for (const GSList* entry = arv_gc_category_get_features(ARV_GC_CATEGORY(node)); entry;
+         entry = entry->next)
+      Walk(Text(static_cast<const char*>(entry->data)), inner);
+  }
+
+  // Categories that their maker forgot to hang into the tree.
+  void WalkOrphans(ArvDomNode* node) {
+    for (ArvDomNode* child = arv_dom_node_get_first_child(node); child;
+         child = arv_dom_node_get_next_sibling(child)) {
+      if (ARV_IS_GC_CATEGORY(child))
+        Walk(Text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(child))), "");
+      else if (!ARV_IS_GC_FEATURE_NODE(child))
+        WalkOrphans(child);
+    }
+  }
+
+  std::optional<Feature> Read(const std::string& name, const std::string& category) {
+    ArvGcNode* node = arv_gc_get_node(genicam_, name.c_str());
+    const auto type = node ? TypeOf(node) : std::nullopt;
+    if (!type) return std::nullopt;
+    ArvGcFeatureNode* feature_node = ARV_GC_FEATURE_NODE(node);
+    if (!Maybe([&](GError** e) { return arv_gc_feature_node_is_implemented(feature_node, e); }, true))
+      return std::nullopt;
+    Feature feature;
+    feature.name = name;
+    feature.category = category;
+    feature.type = *type;
+    feature.description = SquashSpace(Text(arv_gc_feature_node_get_description(feature_node)));
+    if (feature.description.empty())
+      feature.description = SquashSpace(Text(arv_gc_feature_node_get_tooltip(feature_node)));
+    feature.visibility = VisibilityOf(node);
+    feature.streamable = StreamableOf(node).value_or(!description_marks_streamable_);
+    const bool available =
+        Maybe([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
+    const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
+    feature.readable = available && access != ARV_GC_ACCESS_MODE_WO && *type != FeatureType::kCommand;
+    feature.writable = available && access != ARV_GC_ACCESS_MODE_RO;
+    if (available) ReadRange(node, feature);
+    if (feature.readable) ReadValue(node, feature);
+    if (ARV_IS_GC_SELECTOR(node))
+      for (const GSList* entry = arv_gc_selector_get_selected_features(ARV_GC_SELECTOR(node)); entry;
+           entry = entry->next)
+        if (ARV_IS_GC_FEATURE_NODE(entry->data))
+          feature.selects.push_back(Text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(entry->data))));
+    return feature;
+  }
+
+  // What the library answers where a description says nothing are the limits of its types.
+  void ReadRange(ArvGcNode* node, Feature& feature) {
+    if (feature.type == FeatureType::kInteger) {
+      constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),
+                       kMost = std::numeric_limits<gint64>::max();
+      ArvGcInteger* integer = ARV_GC_INTEGER(node);
+      const gint64 low = Maybe([&](GError** e) { return arv_gc_integer_get_min(integer, e); }, kLeast);
+      const gint64 high = Maybe([&](GError** e) { return arv_gc_integer_get_max(integer, e); }, kMost);
+      const gint64 step = Maybe([&](GError** e) { return arv_gc_integer_get_inc(integer, e); }, gint64{1});
+      if (low != kLeast) feature.min = static_cast<double>(low);
+      if (high != kMost) feature.max = static_cast<double>(high);
+      if (step > 0) feature.step = static_cast<double>(step);
+      feature.unit = Text(arv_gc_integer_get_unit(integer));
+    } else if (feature.type == FeatureType::kFloat) {
+      ArvGcFloat* real = ARV_GC_FLOAT(node);
+      const double low = Maybe([&](GError** e) { return arv_gc_float_get_min(real, e); }, -DBL_MAX);
+      const double high = Maybe([&](GError** e) { return arv_gc_float_get_max(real, e); }, DBL_MAX);
+      const double step = Maybe([&](GError** e) { return arv_gc_float_get_inc(real, e); }, 0.0);
+      if (std::isfinite(low) && low > -DBL_MAX) feature.min = low;
+      if (std::isfinite(high) && high < DBL_MAX) feature.max = high;
+      if (std::isfinite(step) && step > 2 * DBL_MIN) feature.step = step;
+      feature.unit = Text(arv_gc_float_get_unit(real));
+    } else if (feature.type == FeatureType::kEnumeration) {
+      guint count = 0;
+      const char** names = Maybe(
+          [&](GError** e) {
+            return arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), &count, e);
+          },
+          static_cast<const char**>(nullptr));
+      if (names) feature.choices.assign(names, names + count);
+      g_free(names);
+    }
+  }
+
+  // A feature that the camera does not answer for is listed as not readable.
+  void ReadValue(ArvGcNode* node, Feature& feature) {
+    GError* error = nullptr;
+    switch (feature.type) {
+      case FeatureType::kInteger:
+        feature.value = fmt::format("{}", arv_gc_integer_get_value(ARV_GC_INTEGER(node), &error));
+        break;
+      case FeatureType::kFloat:
+        feature.value = fmt::format("{}", arv_gc_float_get_value(ARV_GC_FLOAT(node), &error));
+        break;
+      case FeatureType::kBoolean:
+        feature.value = arv_gc_boolean_get_value(ARV_GC_BOOLEAN(node), &error) ? "true" : "false";
+        break;
+      case FeatureType::kEnumeration:
+        feature.value = Text(arv_gc_enumeration_get_string_value(ARV_GC_ENUMERATION(node), &error));
+        break;
+      case FeatureType::kString:
+        feature.value = Text(arv_gc_string_get_value(ARV_GC_STRING(node), &error));
+        break;
+      case FeatureType::kCommand:
+        break;
+    }
+    if (!error) return;
+    g_clear_error(&error);
+    feature.readable = false;
+    feature.value.clear();
+  }
+
+  DeviceInfo info_;
+  std::unique_ptr<AravisSession> session_;
+  ArvGc* genicam_ = nullptr;
+  std::vector<std::pair<std::string, std::string>> tree_;  // name, category
+  std::set<std::string> walked_;
+  bool description_marks_streamable_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri) {
+  return std::make_unique<AravisFeatures>(uri);
+}
+
+}  // namespace ulf

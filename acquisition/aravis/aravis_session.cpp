@@ -1,0 +1,110 @@
+#include "acquisition/aravis/aravis_session.h"
+
+#include <chrono>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+
+namespace ulf {
+namespace {
+
+using std::chrono::milliseconds;
+
+class Reaper {
+ public:
+  static Reaper& Instance() {
+    static Reaper reaper;
+    return reaper;
+  }
+  ~Reaper() {
+    for (Grave& grave : graves_) grave.thread.join();
+  }
+  void Bury(std::unique_ptr<AravisSession> session) {
+    const std::lock_guard lock(mutex_);
+    // A day of reconnecting: threads that are done are taken away.
+    std::erase_if(graves_, [](Grave& grave) {
+      if (!grave.done->load()) return false;
+      grave.thread.join();
+      return true;
+    });
+    auto done = std::make_shared<std::atomic<bool>>(false);
+    graves_.push_back({std::thread([session = std::move(session), done]() mutable {
+                         session.reset();
+                         *done = true;
+                       }),
+                       done});
+  }
+
+ private:
+  struct Grave {
+    std::thread thread;
+    std::shared_ptr<std::atomic<bool>> done;
+  };
+  std::mutex mutex_;
+  std::vector<Grave> graves_;
+};
+
+}  // namespace
+
+std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const std::string& open_by) {
+  return std::make_unique<AravisSession>(
+      Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
+           [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
+}
+
+AravisSession::AravisSession(ArvCamera* camera) : camera_(camera) {
+  if (ARV_IS_GV_DEVICE(Device()) || ARV_IS_UV_DEVICE(Device()))
+    handler_ = g_signal_connect(Device(), "control-lost", G_CALLBACK(&AravisSession::OnControlLost), this);
+}
+
+AravisSession::~AravisSession() {
+  if (handler_) g_signal_handler_disconnect(Device(), handler_);
+  while (inside_handler_.load() > 0) std::this_thread::sleep_for(milliseconds(1));
+  std::this_thread::sleep_for(milliseconds(50));
+  ReleaseStream();
+  g_object_unref(camera_);
+}
+
+void AravisSession::Bury(std::unique_ptr<AravisSession> session) {
+  if (session) Reaper::Instance().Bury(std::move(session));
+}
+
+void AravisSession::OnControlLost(ArvDevice* /*device*/, gpointer self) {
+  auto* session = static_cast<AravisSession*>(self);
+  ++session->inside_handler_;
+  session->control_lost_ = true;
+  --session->inside_handler_;
+}
+
+bool AravisSession::IsController() const {
+  return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
+}
+
+std::string AravisSession::WhoControls() const {
+  const std::string who = AskGigeController(GigeAddress());
+  return fmt::format(
+      "another program controls this camera{}; close it (its control ends some seconds later), then try "
+      "again",
+      who.empty() ? "" : ", from " + who);
+}
+
+std::string AravisSession::GigeAddress() const {
+  if (!ARV_IS_GV_DEVICE(Device())) return "";
+  GSocketAddress* address = arv_gv_device_get_device_address(ARV_GV_DEVICE(Device()));
+  char* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address)));
+  std::string result = Text(text);
+  g_free(text);
+  return result;
+}
+
+void AravisSession::Describe(DeviceInfo& info) const {
+  info.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera_, e); }, ""));
+  info.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera_, e); }, ""));
+  info.serial = Text(Maybe([&](GError** e) { return arv_camera_get_device_serial_number(camera_, e); }, ""));
+  info.bus = ARV_IS_GV_DEVICE(Device()) ? "GigEVision" : ARV_IS_UV_DEVICE(Device()) ? "USB3Vision" : "";
+}
+
+}  // namespace ulf

@@ -1,0 +1,53 @@
+// An open camera of the library and its stream, and how to let go of both.
+//
+// The library's "control lost" signal comes from its heartbeat thread while another thread may be letting go:
+// if the last reference then falls inside the emission, the library waits for its own thread and aborts. So
+// the handler only sets a flag; letting go disconnects it, waits until it is out, and gives the emission time
+// to return. Letting go of a camera that is gone blocks for seconds (each call waits out its retries): Bury()
+// does it behind, and the process waits for it at its end.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/device.h"
+
+namespace ulf {
+
+class AravisSession {
+ public:
+  // `open_by` as ResolveAravis() gives it; `who` names the camera in errors. Does not insist on control.
+  static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by);
+  explicit AravisSession(ArvCamera* camera);
+  AravisSession(const AravisSession&) = delete;
+  AravisSession& operator=(const AravisSession&) = delete;
+  ~AravisSession();
+  static void Bury(std::unique_ptr<AravisSession> session);
+
+  ArvCamera* Camera() const { return camera_; }
+  ArvDevice* Device() const { return arv_camera_get_device(camera_); }
+  ArvStream* Stream() const { return stream_; }
+  void TakeStream(ArvStream* stream) { stream_ = stream; }
+  void ReleaseStream() { g_clear_object(&stream_); }
+  bool ControlLost() const { return control_lost_.load(); }
+  bool IsController() const;
+  // "another program controls it, from 192.0.2.5; close it ...": for who is refused.
+  std::string WhoControls() const;
+  // IPv4; empty for a camera on another bus.
+  std::string GigeAddress() const;
+  // Maker, model, serial and bus.
+  void Describe(DeviceInfo& info) const;
+
+ private:
+  static void OnControlLost(ArvDevice* device, gpointer self);
+
+  ArvCamera* camera_;
+  ArvStream* stream_ = nullptr;
+  gulong handler_ = 0;
+  std::atomic<bool> control_lost_{false};
+  std::atomic<int> inside_handler_{0};
+};
+
+}  // namespace ulf
