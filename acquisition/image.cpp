@@ -38,13 +38,6 @@ int DemosaicCode(Mosaic mosaic) {
   }
 }
 
-cv::Mat WithoutMosaic(const Image& image) {
-  if (image.mosaic == Mosaic::kNone) return image.pixels;
-  cv::Mat color;
-  cv::cvtColor(image.pixels, color, DemosaicCode(image.mosaic));
-  return color;
-}
-
 // 8-bit sRGB for every 16-bit linear value; 8-bit input is spread over it first.
 const std::vector<std::uint8_t>& SrgbTable() {
   static const std::vector<std::uint8_t> table = [] {
@@ -81,7 +74,7 @@ cv::Mat EncodedFromLinear(const cv::Mat& linear) {
 
 // 8 bits, display-encoded, as many channels as there are.
 cv::Mat Encoded8(const Image& image) {
-  const cv::Mat pixels = WithoutMosaic(image);
+  const cv::Mat pixels = Demosaiced(image).pixels;
   if (image.transfer == Transfer::kLinear) return EncodedFromLinear(pixels);
   if (pixels.depth() == CV_8U) return pixels;
   cv::Mat result;
@@ -90,6 +83,16 @@ cv::Mat Encoded8(const Image& image) {
 }
 
 }  // namespace
+
+constexpr std::array kMosaicNames{"none", "RGGB", "GRBG", "GBRG", "BGGR"};
+
+const char* Name(Mosaic mosaic) { return kMosaicNames[static_cast<std::size_t>(mosaic)]; }
+
+std::optional<Mosaic> MosaicByName(std::string_view name) {
+  for (std::size_t i = 0; i < kMosaicNames.size(); ++i)
+    if (name == kMosaicNames[i]) return static_cast<Mosaic>(i);
+  return std::nullopt;
+}
 
 float SrgbFromLinear(float linear) {
   if (linear <= 0.0031308f) return 12.92f * linear;
@@ -101,7 +104,24 @@ float LinearFromSrgb(float srgb) {
   return std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
+Image Demosaiced(const Image& image) {
+  if (image.mosaic == Mosaic::kNone) return image;
+  cv::Mat mosaic = image.pixels;
+  if (mosaic.depth() == CV_8U) image.pixels.convertTo(mosaic, CV_16U, 257);
+  Image color{.pixels = {}, .transfer = image.transfer};
+  cv::cvtColor(mosaic, color.pixels, DemosaicCode(image.mosaic));
+  return color;
+}
+
 cv::Mat GrayForTracking(const Image& image) {
+  if (image.mosaic != Mosaic::kNone) {
+    // Under [1 2 1; 2 4 2; 1 2 1] red and blue weigh a quarter each and green a half, whatever pixel of the
+    // pattern lies in the middle: grey without demosaicing, and without a shift.
+    cv::Mat gray;
+    cv::GaussianBlur(Encoded8({.pixels = image.pixels, .transfer = image.transfer}), gray, {3, 3}, 0, 0,
+                     cv::BORDER_REFLECT_101);
+    return gray;
+  }
   const cv::Mat encoded = Encoded8(image);
   if (encoded.channels() == 1) return encoded;
   cv::Mat gray;
@@ -118,7 +138,7 @@ cv::Mat Srgb8(const Image& image) {
 }
 
 cv::Mat LinearFloat(const Image& image) {
-  cv::Mat pixels = WithoutMosaic(image);
+  cv::Mat pixels = Demosaiced(image).pixels;
   if (pixels.channels() == 1) {
     cv::Mat color;
     cv::cvtColor(pixels, color, cv::COLOR_GRAY2BGR);

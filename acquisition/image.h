@@ -2,6 +2,9 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
 
 namespace ulf {
 
@@ -10,6 +13,8 @@ enum class Transfer { kLinear, kSrgb };
 
 // A mosaic's pattern, named by its first two pixels of the first row (GenICam's names); kNone: not a mosaic.
 enum class Mosaic { kNone, kRggb, kGrbg, kGbrg, kBggr };
+const char* Name(Mosaic mosaic);                            // "RGGB"; "none"
+std::optional<Mosaic> MosaicByName(std::string_view name);  // none: there is no such pattern
 
 struct Image {
   cv::Mat pixels;  // CV_8UC1/3, CV_16UC1/3 or CV_32FC1/3; integer types are full scale at their maximum
@@ -21,7 +26,12 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
-// One channel, 8 bits, display-encoded: what features are detected on.
+// Three channels of 16 bits from a mosaic, as linear as it was: each missing colour is interpolated along the
+// edge, not across it (OpenCV's edge-aware method; an 8-bit mosaic is widened first). Else the image itself.
+Image Demosaiced(const Image& image);
+
+// One channel, 8 bits, display-encoded: what features are detected on. A mosaic is not demosaiced for it but
+// smoothed over three pixels.
 cv::Mat GrayForTracking(const Image& image);
 
 // Colour for people and for every other tool: 8 bits, three channels, sRGB. A mosaic is demosaiced.

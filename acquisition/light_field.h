@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "acquisition/camera_model.h"
+#include "acquisition/image.h"
 #include "acquisition/rigid3.h"
 
 namespace ulf {
@@ -29,7 +30,10 @@ struct View {
   int id = 0;               // given once, in order of recording, never used again
   std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
   std::string master_path;  // what the camera gave beyond 8-bit sRGB; empty when there is nothing more
-  int camera = 0;           // index into LightField::cameras
+  // How the master's numbers are to be read; none where it is a file of its own kind (a camera's raw file).
+  std::optional<Transfer> master_transfer;
+  Mosaic master_mosaic = Mosaic::kNone;
+  int camera = 0;  // index into LightField::cameras
   Rigid3 cam_from_world;
   double device_time_s = 0;
   double host_time_s = 0;

@@ -81,10 +81,21 @@ EncodedImage ForEveryTool(const Frame& frame) {
 }
 
 // What the camera gave beyond that, if it did.
-std::optional<EncodedImage> Master(const Frame& frame) {
+std::optional<EncodedImage> Master(const Frame& frame, bool keep_mosaics, View& view) {
+  view.master_transfer.reset();
+  view.master_mosaic = Mosaic::kNone;
   if (frame.raw) return frame.raw;
   if (IsPlain8BitSrgb(frame.image)) return std::nullopt;
-  return Png(frame.image.pixels);
+  const Image master = keep_mosaics ? frame.image : Demosaiced(frame.image);
+  view.master_transfer = master.transfer;
+  view.master_mosaic = master.mosaic;
+  return Png(master.pixels);
+}
+
+void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path& path) {
+  if (image.width() != camera.width || image.height() != camera.height)
+    throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
+                path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
 }  // namespace
@@ -108,10 +119,19 @@ LightField ReadLightField(const fs::path& path) {
 Image ReadViewImage(const LightField& light_field, const View& view) {
   const fs::path path = light_field.root / view.image_path;
   Image image{ReadImageFile(path.string()), Transfer::kSrgb};
-  const CameraModel& camera = light_field.CameraOf(view);
-  if (image.width() != camera.width || image.height() != camera.height)
-    throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
-                path.string(), image.width(), image.height(), camera.width, camera.height);
+  RequireSizeOf(light_field.CameraOf(view), image, path);
+  return image;
+}
+
+Image ReadViewMaster(const LightField& light_field, const View& view) {
+  if (view.master_path.empty()) return ReadViewImage(light_field, view);
+  const fs::path path = light_field.root / view.master_path;
+  Image image{ReadImageFile(path.string()), view.master_transfer.value_or(Transfer::kSrgb),
+              view.master_mosaic};
+  if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
+    throw Error("{}: is to be a {} mosaic but has {} channels; restore it, or read the view's image",
+                path.string(), Name(image.mosaic), image.pixels.channels());
+  RequireSizeOf(light_field.CameraOf(view), image, path);
   return image;
 }
 
@@ -145,6 +165,7 @@ struct LightFieldWriter::State {
   LightField light_field;
   int next_view_id = 1;
   int next_unposed = 1;
+  bool keep_mosaics = false;
 };
 
 LightFieldWriter::LightFieldWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -193,12 +214,14 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   return LightFieldWriter(std::move(state));
 }
 
+void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
+
 View LightFieldWriter::AddView(const Frame& frame, View view) {
   const fs::path& root = state_->light_field.root;
   view.id = state_->next_view_id;
   const std::string name = fmt::format("{:06}", view.id);
   const EncodedImage image = ForEveryTool(frame);
-  const std::optional<EncodedImage> master = Master(frame);
+  const std::optional<EncodedImage> master = Master(frame, state_->keep_mosaics, view);
   view.image_path = "images/" + name + image.extension;
   view.master_path = master ? "masters/" + name + master->extension : "";
   view.f_number = frame.f_number;

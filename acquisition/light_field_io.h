@@ -30,6 +30,11 @@ LightField ReadLightField(const std::filesystem::path& dir);
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
 Image ReadViewImage(const LightField& light_field, const View& view);
 
+// What the camera gave for the view: the master with its transfer and pattern, or the photograph where that
+// is all there was; its black level stands in the view. Throws Error as ReadViewImage does, and for a master
+// that only a raw converter reads.
+Image ReadViewMaster(const LightField& light_field, const View& view);
+
 // What the journal's header says about a capture.
 struct CaptureHeader {
   CameraModel camera;
@@ -50,6 +55,10 @@ class LightFieldWriter {
   LightFieldWriter(LightFieldWriter&&) noexcept;
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
   ~LightFieldWriter();  // releases the lock; does not close: an open journal is what a kill leaves, too
+
+  // A mosaic's master is the mosaic itself, with its pattern, instead of the 16-bit linear colours made from
+  // it.
+  void KeepMosaics(bool keep);
 
   // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and
   // id of `view` are given here; what was written is returned.

@@ -2,14 +2,17 @@
 
 #include <array>
 #include <cstring>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/error.h"
+#include "acquisition/unpack.h"
 
 namespace ulf {
 namespace {
 
 using enum PixelPacking;
+using enum YuvMatrix;
 
 constexpr std::array kFormats = {
     PixelFormat{"Mono8", 0x01080001, 8},
@@ -33,6 +36,10 @@ constexpr std::array kFormats = {
     PixelFormat{"BayerRG12", 0x01100011, 12, 1, Mosaic::kRggb},
     PixelFormat{"BayerGB12", 0x01100012, 12, 1, Mosaic::kGbrg},
     PixelFormat{"BayerBG12", 0x01100013, 12, 1, Mosaic::kBggr},
+    PixelFormat{"BayerGR14", 0x01100109, 14, 1, Mosaic::kGrbg},
+    PixelFormat{"BayerRG14", 0x0110010A, 14, 1, Mosaic::kRggb},
+    PixelFormat{"BayerGB14", 0x0110010B, 14, 1, Mosaic::kGbrg},
+    PixelFormat{"BayerBG14", 0x0110010C, 14, 1, Mosaic::kBggr},
     PixelFormat{"BayerGR16", 0x0110002E, 16, 1, Mosaic::kGrbg},
     PixelFormat{"BayerRG16", 0x0110002F, 16, 1, Mosaic::kRggb},
     PixelFormat{"BayerGB16", 0x01100030, 16, 1, Mosaic::kGbrg},
@@ -55,46 +62,155 @@ constexpr std::array kFormats = {
     PixelFormat{"BayerBG12Packed", 0x010C002D, 12, 1, Mosaic::kBggr, kGvspPacked},
     PixelFormat{"RGB8", 0x02180014, 8, 3, Mosaic::kNone, kWholeBytes, true},
     PixelFormat{"BGR8", 0x02180015, 8, 3},
+    // PFNC: YUV and YCbCr without a number are BT.601 over all 256 levels, the numbered ones have 16 to 235.
+    PixelFormat{"YUV422_8", 0x02100032, 8, 3, Mosaic::kNone, kYuyv, false, {kBt601, true}},
+    PixelFormat{"YUV422_8_UYVY", 0x0210001F, 8, 3, Mosaic::kNone, kUyvy, false, {kBt601, true}},
+    PixelFormat{"YCbCr422_8", 0x0210003B, 8, 3, Mosaic::kNone, kYuyv, false, {kBt601, true}},
+    PixelFormat{"YCbCr422_8_CbYCrY", 0x02100043, 8, 3, Mosaic::kNone, kUyvy, false, {kBt601, true}},
+    PixelFormat{"YCbCr601_422_8", 0x0210003E, 8, 3, Mosaic::kNone, kYuyv},
+    PixelFormat{"YCbCr601_422_8_CbYCrY", 0x02100044, 8, 3, Mosaic::kNone, kUyvy},
+    PixelFormat{"YCbCr709_422_8", 0x02100041, 8, 3, Mosaic::kNone, kYuyv, false, {kBt709, false}},
+    PixelFormat{"YCbCr709_422_8_CbYCrY", 0x02100045, 8, 3, Mosaic::kNone, kUyvy, false, {kBt709, false}},
+    // Webcams' own names; the driver says how the colours are coded.
+    PixelFormat{"YUYV", 0, 8, 3, Mosaic::kNone, kYuyv},
+    PixelFormat{"UYVY", 0, 8, 3, Mosaic::kNone, kUyvy},
+    PixelFormat{"NV12", 0, 8, 3, Mosaic::kNone, kNv12},
+    PixelFormat{"MJPEG", 0, 8, 3, Mosaic::kNone, kJpeg},
 };
 
-// Full scale of `bits` becomes 65535: the value moves up, its high bits fill the low ones.
-std::uint16_t SpreadTo16(std::uint32_t value, int bits) {
-  value &= (1u << bits) - 1;
-  return static_cast<std::uint16_t>((value << (16 - bits)) | (value >> (2 * bits - 16)));
+bool IsYuv(const PixelFormat& format) {
+  return format.packing == kYuyv || format.packing == kUyvy || format.packing == kNv12;
 }
 
-void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out) {
-  std::uint32_t window = 0;
-  int held = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    while (held < bits) {
-      window |= static_cast<std::uint32_t>(*bytes++) << held;
-      held += 8;
+std::size_t RowBytes(const PixelFormat& format, int width) {
+  const auto values = static_cast<std::size_t>(width) * static_cast<std::size_t>(format.channels);
+  switch (format.packing) {
+    case kWholeBytes:
+      return values * (format.bits > 8 ? 2 : 1);
+    case kLsbPacked:
+      return (values * static_cast<std::size_t>(format.bits) + 7) / 8;
+    case kGvspPacked:
+      return (values * 3 + 1) / 2;
+    case kYuyv:
+    case kUyvy:
+      return 2 * static_cast<std::size_t>(width);
+    case kNv12:
+    case kJpeg:
+      return static_cast<std::size_t>(width);
+  }
+  return 0;
+}
+
+// B, G, R from Y, U, V as a 3x4 matrix on 8-bit values.
+cv::Matx34f BgrFromYuv(const YuvEncoding& encoding) {
+  double red = 0.299, blue = 0.114;
+  if (encoding.matrix == kBt709) red = 0.2126, blue = 0.0722;
+  if (encoding.matrix == kBt2020) red = 0.2627, blue = 0.0593;
+  const double green = 1 - red - blue;
+  const double scale_y = encoding.full_range ? 1 : 255.0 / 219, black = encoding.full_range ? 0 : 16;
+  const double scale_c = encoding.full_range ? 1 : 255.0 / 224;
+  const double r_v = scale_c * 2 * (1 - red), b_u = scale_c * 2 * (1 - blue);
+  const double g_u = -b_u * blue / green, g_v = -r_v * red / green;
+  const auto row = [&](double u, double v) {
+    return cv::Vec4d(scale_y, u, v, -scale_y * black - 128 * (u + v));
+  };
+  const cv::Vec4d b = row(b_u, 0), g = row(g_u, g_v), r = row(0, r_v);
+  cv::Matx34f matrix;
+  for (int i = 0; i < 4; ++i) {
+    matrix(0, i) = static_cast<float>(b[i]);
+    matrix(1, i) = static_cast<float>(g[i]);
+    matrix(2, i) = static_cast<float>(r[i]);
+  }
+  return matrix;
+}
+
+// Each pixel takes the chroma sample of its pair or block, as OpenCV's own conversions do.
+cv::Mat BgrFromYuv(const PixelFormat& format, int width, int height, const std::uint8_t* bytes,
+                   std::size_t stride, const YuvEncoding& encoding) {
+  auto* data = const_cast<std::uint8_t*>(bytes);
+  const bool is_nv12 = format.packing == kNv12;
+  cv::Mat bgr;
+  if (encoding == YuvEncoding{} && !is_nv12) {
+    cv::cvtColor(cv::Mat(height, width, CV_8UC2, data, stride), bgr,
+                 format.packing == kYuyv ? cv::COLOR_YUV2BGR_YUYV : cv::COLOR_YUV2BGR_UYVY);
+    return bgr;
+  }
+  const cv::Size half(width / 2, is_nv12 ? height / 2 : height);
+  cv::Mat luma, chroma;
+  if (is_nv12) {
+    luma = cv::Mat(height, width, CV_8U, data, stride);
+    chroma = cv::Mat(half, CV_8UC2, data + stride * static_cast<std::size_t>(height), stride);
+    if (encoding == YuvEncoding{}) {
+      cv::cvtColorTwoPlane(luma, chroma, bgr, cv::COLOR_YUV2BGR_NV12);
+      return bgr;
     }
-    out[i] = SpreadTo16(window, bits);
-    window >>= bits;
-    held -= bits;
+  } else {
+    const int first_luma = format.packing == kYuyv ? 0 : 1;
+    cv::extractChannel(cv::Mat(height, width, CV_8UC2, data, stride), luma, first_luma);
+    const cv::Mat pairs(height, width / 2, CV_8UC4, data, stride);
+    chroma.create(half, CV_8UC2);
+    const std::array<int, 4> from_to{1 - first_luma, 0, 3 - first_luma, 1};
+    cv::mixChannels(&pairs, 1, &chroma, 1, from_to.data(), 2);
   }
+  cv::Mat wide_chroma, yuv(height, width, CV_8UC3);
+  cv::resize(chroma, wide_chroma, {width, height}, 0, 0, cv::INTER_NEAREST);
+  const std::array planes{luma, wide_chroma};
+  const std::array<int, 6> from_to{0, 0, 1, 1, 2, 2};
+  cv::mixChannels(planes.data(), 2, &yuv, 1, from_to.data(), 3);
+  cv::transform(yuv, bgr, BgrFromYuv(encoding));
+  return bgr;
 }
 
-void UnpackGvsp(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out) {
-  const int low_bits = bits - 8;
-  const std::uint32_t low_mask = (1u << low_bits) - 1;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* triple = bytes + 3 * (i / 2);
-    const std::uint32_t high = i % 2 == 0 ? triple[0] : triple[2];
-    const std::uint32_t low = (i % 2 == 0 ? triple[1] : triple[1] >> 4) & low_mask;
-    out[i] = SpreadTo16(high << low_bits | low, bits);
+cv::Mat BgrFromJpeg(int width, int height, const std::uint8_t* bytes, std::size_t size) {
+  cv::Mat bgr;
+  try {
+    bgr = cv::imdecode(cv::Mat(1, static_cast<int>(size), CV_8U, const_cast<std::uint8_t*>(bytes)),
+                       cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
   }
+  if (bgr.empty())
+    throw Error("{} bytes of JPEG cannot be decoded; the cable or the hub may lose data", size);
+  if (bgr.cols != width || bgr.rows != height)
+    throw Error("the JPEG is {}x{}, but {}x{} was configured; open the camera again", bgr.cols, bgr.rows,
+                width, height);
+  return bgr;
 }
 
-void SpreadWords(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out) {
-  for (std::size_t i = 0; i < count; ++i)
-    out[i] = SpreadTo16(static_cast<std::uint32_t>(bytes[2 * i] | bytes[2 * i + 1] << 8), bits);
+// 8 bits that need no unpacking; the rest through `unpack.h`. Rows may be padded.
+void FillPixels(const PixelFormat& format, const std::uint8_t* bytes, std::size_t stride, cv::Mat& pixels) {
+  const bool rows_follow =
+      stride == 0 || (format.packing == kWholeBytes && stride == RowBytes(format, pixels.cols));
+  const int strips = rows_follow ? 1 : pixels.rows;
+  const std::size_t values =
+      pixels.total() * static_cast<std::size_t>(format.channels) / static_cast<std::size_t>(strips);
+  for (int strip = 0; strip < strips; ++strip) {
+    const std::uint8_t* from = bytes + stride * static_cast<std::size_t>(strip);
+    if (format.bits == 8) {
+      std::memcpy(pixels.ptr(strip), from, values);
+      continue;
+    }
+    auto* out = pixels.ptr<std::uint16_t>(strip);
+    if (format.packing == kLsbPacked)
+      UnpackLsb(from, values, format.bits, out);
+    else if (format.packing == kGvspPacked)
+      UnpackGvsp(from, values, format.bits, out);
+    else
+      UnpackWords(from, values, format.bits, out);
+  }
 }
 
 int Preference(const PixelFormat& format) {
-  const int color = format.mosaic != Mosaic::kNone ? 200 : format.channels == 3 ? 100 : 0;
+  int color = 0;
+  if (format.mosaic != Mosaic::kNone)
+    color = 300;
+  else if (format.packing == kJpeg)
+    color = 80;
+  else if (format.packing == kNv12)
+    color = 100;
+  else if (IsYuv(format))
+    color = 150;
+  else if (format.channels == 3)
+    color = 200;
   const int depth = format.bits == 8 ? 50 : format.bits;
   return color + depth + (format.packing == kWholeBytes ? 1 : 0);
 }
@@ -102,6 +218,7 @@ int Preference(const PixelFormat& format) {
 }  // namespace
 
 std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code) {
+  if (code == 0) return std::nullopt;  // the webcams' formats have no number
   for (const PixelFormat& format : kFormats)
     if (format.code == code) return format;
   return std::nullopt;
@@ -123,40 +240,52 @@ std::string SupportedPixelFormats() {
 }
 
 std::size_t ImageBytes(const PixelFormat& format, int width, int height) {
-  const std::size_t values = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-                             static_cast<std::size_t>(format.channels);
+  const auto rows = static_cast<std::size_t>(height);
   switch (format.packing) {
     case kLsbPacked:
-      return (values * static_cast<std::size_t>(format.bits) + 7) / 8;
-    case kGvspPacked:
-      return (values * 3 + 1) / 2;
+    case kGvspPacked:  // rows follow each other without a break
+      return RowBytes(format, width * height);
+    case kNv12:
+      return RowBytes(format, width) * rows * 3 / 2;
+    case kJpeg:
+      return 4;  // its two markers; the picture says the rest
     default:
-      return values * (format.bits > 8 ? 2 : 1);
+      return RowBytes(format, width) * rows;
   }
 }
 
-Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size) {
-  const std::size_t needed = ImageBytes(format, width, height);
+Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
+                     const BytesLayout& layout) {
+  if (IsYuv(format) && (width % 2 != 0 || (format.packing == kNv12 && height % 2 != 0)))
+    throw Error("a {} image cannot be {}x{}: two pixels share a colour; choose another size", format.name,
+                width, height);
+  std::size_t needed = ImageBytes(format, width, height);
+  if (layout.row_bytes > 0 && format.packing != kJpeg) {
+    const std::size_t row = RowBytes(format, width);
+    const auto rows = static_cast<std::size_t>(format.packing == kNv12 ? height * 3 / 2 : height);
+    if (layout.row_bytes < row)
+      throw Error("a row of {} {} pixels has {} bytes, not {}; check the camera's format", width, format.name,
+                  row, layout.row_bytes);
+    needed = layout.row_bytes * (rows - 1) + row;
+  }
   if (size < needed)
     throw Error(
         "a {} image of {}x{} has {} bytes, but only {} came; check the camera's format and packet size",
         format.name, width, height, needed, size);
-  Image image{.pixels = {}, .transfer = Transfer::kLinear, .mosaic = format.mosaic};
-  image.pixels.create(height, width, CV_MAKETYPE(format.bits > 8 ? CV_16U : CV_8U, format.channels));
   const auto* bytes = static_cast<const std::uint8_t*>(data);
-  const std::size_t values = image.pixels.total() * static_cast<std::size_t>(format.channels);
-  if (format.bits == 8) {
-    std::memcpy(image.pixels.data, bytes, values);
-    if (format.red_first) cv::cvtColor(image.pixels, image.pixels, cv::COLOR_RGB2BGR);
+  if (format.packing == kJpeg) return {.pixels = BgrFromJpeg(width, height, bytes, size)};
+  if (IsYuv(format)) {
+    const std::size_t stride = layout.row_bytes > 0 ? layout.row_bytes : RowBytes(format, width);
+    return {.pixels = BgrFromYuv(format, width, height, bytes, stride, layout.yuv.value_or(format.yuv))};
+  }
+  Image image{.pixels = {}, .transfer = Transfer::kLinear, .mosaic = format.mosaic};
+  if (format.red_first) {
+    const cv::Mat rgb(height, width, CV_8UC3, const_cast<std::uint8_t*>(bytes), layout.row_bytes);
+    cv::cvtColor(rgb, image.pixels, cv::COLOR_RGB2BGR);
     return image;
   }
-  auto* out = image.pixels.ptr<std::uint16_t>();
-  if (format.packing == kLsbPacked)
-    UnpackLsb(bytes, values, format.bits, out);
-  else if (format.packing == kGvspPacked)
-    UnpackGvsp(bytes, values, format.bits, out);
-  else
-    SpreadWords(bytes, values, format.bits, out);
+  image.pixels.create(height, width, CV_MAKETYPE(format.bits > 8 ? CV_16U : CV_8U, format.channels));
+  FillPixels(format, bytes, layout.row_bytes, image.pixels);
   return image;
 }
 

@@ -11,6 +11,9 @@ nlohmann::json ViewToJson(const View& view) {
                          {"black_level", view.black_level},
                          {"tracking_quality", view.tracking_quality}};
   if (!view.master_path.empty()) keys["master"] = view.master_path;
+  if (view.master_transfer)
+    keys["master_transfer"] = *view.master_transfer == Transfer::kLinear ? "linear" : "srgb";
+  if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
   if (view.f_number) keys["f_number"] = *view.f_number;
   if (view.bound_px) keys["bound_px"] = *view.bound_px;
   return keys;
@@ -19,6 +22,19 @@ nlohmann::json ViewToJson(const View& view) {
 void ReadViewJson(const JsonPlace& place, View& view) {
   view.id = place.Integer("id", view.id);
   view.master_path = place.Text("master", "");
+  if (place.Has("master_transfer")) {
+    const std::string transfer = place.Text("master_transfer");
+    if (transfer != "linear" && transfer != "srgb")
+      throw Error("{}: 'master_transfer' must be linear or srgb, not '{}'", place.where, transfer);
+    view.master_transfer = transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  }
+  if (place.Has("master_mosaic")) {
+    const std::string pattern = place.Text("master_mosaic");
+    const auto mosaic = MosaicByName(pattern);
+    if (!mosaic || mosaic == Mosaic::kNone)
+      throw Error("{}: 'master_mosaic' must be RGGB, GRBG, GBRG or BGGR, not '{}'", place.where, pattern);
+    view.master_mosaic = *mosaic;
+  }
   view.device_time_s = place.Number("device_time_s", 0);
   view.host_time_s = place.Number("host_time_s", 0);
   view.exposure_s = place.Number("exposure_s", 0);

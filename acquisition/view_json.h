@@ -8,8 +8,8 @@
 
 namespace ulf {
 
-// id, master, device_time_s, host_time_s, exposure_s, gain, black_level, f_number, tracking_quality,
-// bound_px; not where its image lies nor its pose.
+// id, master, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain, black_level,
+// f_number, tracking_quality, bound_px; not where its image lies nor its pose.
 nlohmann::json ViewToJson(const View& view);
 
 // Sets what is there; what is not keeps its default. `view.master_path` is as written: check it before use.

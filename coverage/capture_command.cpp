@@ -42,6 +42,7 @@ struct CaptureArgs {
   bool headless = false;
   bool deterministic = false;
   bool resume = false;
+  bool raw = false;
   bool json = false;
   std::string overlay;
   std::string map;
@@ -222,6 +223,7 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
+  prepared.writer->KeepMosaics(args.raw);
   return prepared;
 }
 
@@ -424,6 +426,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--deterministic", args->deterministic,
                     "One thread; the same frames give the same bytes");
   command->add_flag("--resume", args->resume, "Go on with the light field in the folder");
+  command->add_flag("--raw", args->raw,
+                    "A mosaic camera's masters are the mosaics themselves, not their 16-bit colours");
   command->add_option("--overlay", args->overlay, "Picture: the last recorded frame with the painted sphere");
   command->add_option("--map", args->map, "Picture: the coverage map");
   command

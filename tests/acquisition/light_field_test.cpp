@@ -162,19 +162,70 @@ TEST(LightFieldOnDisk, SparseModelHoldsColmapsConvention) {
   }
 }
 
-TEST(LightFieldOnDisk, LinearFramesKeepTheirMaster) {
+TEST(LightFieldOnDisk, AMosaicsMasterIsItsLinearColor) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
-  Frame mosaic = NoiseFrame(1, Transfer::kLinear, CV_8UC1);
-  mosaic.image.mosaic = Mosaic::kRggb;
-  const View view = writer.AddView(mosaic, ViewNumber(0));
+  for (const int type : {CV_8UC1, CV_16UC1}) {
+    Frame mosaic = NoiseFrame(1, Transfer::kLinear, type);
+    mosaic.image.mosaic = Mosaic::kGbrg;
+    writer.AddView(mosaic, ViewNumber(type));
+    const View& view = writer.Contents().views.back();
+    const Image master = ReadViewMaster(writer.Contents(), view);
+    EXPECT_EQ(master.pixels.type(), CV_16UC3);
+    EXPECT_EQ(master.transfer, Transfer::kLinear);
+    EXPECT_EQ(master.mosaic, Mosaic::kNone);
+    EXPECT_EQ(cv::norm(master.pixels, Demosaiced(mosaic.image).pixels, cv::NORM_INF), 0);
+  }
+}
+
+// --raw: what the sensor saw comes back with pattern, transfer and black level, through the journal and
+// through transforms.json alone.
+TEST(LightFieldOnDisk, ARawMosaicIsUsableAgain) {
+  for (const Mosaic pattern : {Mosaic::kRggb, Mosaic::kGrbg, Mosaic::kGbrg, Mosaic::kBggr}) {
+    ScratchFolder scratch;
+    LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+    writer.KeepMosaics(true);
+    Frame frame = NoiseFrame(1, Transfer::kLinear, CV_16UC1);
+    frame.image.mosaic = pattern;
+    frame.black_level = 0.0625;
+    writer.AddView(frame, ViewNumber(0));
+    Frame color = NoiseFrame(2);
+    writer.AddView(color, ViewNumber(1));
+    writer.Close(1);
+    for (const bool from_journal : {true, false}) {
+      if (!from_journal) fs::remove(scratch / "lf/journal.jsonl");
+      const LightField read = ReadLightField(scratch / "lf");
+      const Image master = ReadViewMaster(read, read.views[0]);
+      EXPECT_EQ(master.mosaic, pattern) << Name(pattern);
+      EXPECT_EQ(master.transfer, Transfer::kLinear);
+      EXPECT_EQ(read.views[0].black_level, 0.0625);
+      EXPECT_EQ(cv::norm(master.pixels, frame.image.pixels, cv::NORM_INF), 0) << Name(pattern);
+      EXPECT_EQ(cv::norm(ReadViewImage(read, read.views[0]).pixels, Srgb8(frame.image), cv::NORM_INF), 0);
+      // Where the photograph is all there was, it is the master.
+      EXPECT_TRUE(read.views[1].master_path.empty());
+      EXPECT_EQ(cv::norm(ReadViewMaster(read, read.views[1]).pixels, color.image.pixels, cv::NORM_INF), 0);
+    }
+  }
+}
+
+TEST(LightFieldOnDisk, AMastersUnknownPatternIsAnError) {
+  ScratchFolder scratch;
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+  writer.KeepMosaics(true);
+  Frame frame = NoiseFrame(1, Transfer::kLinear, CV_16UC1);
+  frame.image.mosaic = Mosaic::kRggb;
+  writer.AddView(frame, ViewNumber(0));
   writer.Close(1);
-  const LightField read = ReadLightField(scratch / "lf");
-  EXPECT_EQ(read.views[0].master_path, view.master_path);
-  EXPECT_EQ(cv::norm(ReadImageFile((scratch / "lf" / view.master_path).string()), mosaic.image.pixels,
-                     cv::NORM_INF),
-            0);
-  EXPECT_EQ(cv::norm(ReadViewImage(read, read.views[0]).pixels, Srgb8(mosaic.image), cv::NORM_INF), 0);
+  std::string journal = ReadWholeFile(scratch / "lf/journal.jsonl");
+  journal.replace(journal.find("RGGB"), 4, "RGBW");
+  std::ofstream(scratch / "lf/journal.jsonl") << journal;
+  try {
+    ReadLightField(scratch / "lf");
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("master_mosaic"));
+    EXPECT_THAT(error.what(), HasSubstr("RGBW"));
+  }
 }
 
 TEST(LightFieldOnDisk, ACamerasJpegIsKeptByteForByte) {
@@ -470,7 +521,8 @@ TEST(Import, ParallelCamerasNeedASubject) {
       test::RunUlf("import " + (scratch / "source").string() + " -o " + (scratch / "lf2").string()).exit_code,
       2);
   EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
-  for (const char* bad : {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
+  for (const char* bad :
+       {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
     EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
 }
 
