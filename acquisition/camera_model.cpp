@@ -43,6 +43,27 @@ std::pair<double, double> FisheyeRadius(const std::array<double, 5>& k, double t
   return {radius, slope};
 }
 
+// A distorted point's derivative by the coefficients (k1 k2 p1 p2 k3), at an undistorted point of the plane.
+Eigen::Matrix<double, 2, 5> RadialTangentialByCoefficients(const Vector2d& p) {
+  const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
+  Eigen::Matrix<double, 2, 5> j;
+  j.col(0) = r2 * p;
+  j.col(1) = r2 * r2 * p;
+  j.col(2) = Vector2d(2 * x * y, r2 + 2 * y * y);
+  j.col(3) = Vector2d(r2 + 2 * x * x, 2 * x * y);
+  j.col(4) = r2 * r2 * r2 * p;
+  return j;
+}
+
+Eigen::Matrix<double, 2, 5> FisheyeByCoefficients(const Vector3d& p) {
+  const double rho = std::hypot(p.x(), p.y()), theta = std::atan2(rho, p.z()), t2 = theta * theta;
+  Eigen::Matrix<double, 2, 5> j = Eigen::Matrix<double, 2, 5>::Zero();
+  if (rho <= 1e-12) return j;
+  double power = theta * t2;
+  for (int i = 0; i < 4; ++i, power *= t2) j.col(i) = power / rho * p.head<2>();
+  return j;
+}
+
 // A polynomial distortion is trusted out to where its radius stops growing.
 bool GrowsUpTo(const std::array<double, 5>& c, double r2) {
   // d(r·radial)/dr = 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶ must stay positive on [0, r].
@@ -141,6 +162,25 @@ std::optional<Vector2d> CameraModel::ImgFromCam(const Vector3d& point_in_cam,
     *img_by_point = Vector2d(fx, fy).asDiagonal() * distorted.by_undistorted * plane_by_point;
   }
   return Vector2d(fx * distorted.point.x() + cx, fy * distorted.point.y() + cy);
+}
+
+std::optional<Vector2d> CameraModel::ImgFromCam(const Vector3d& point_in_cam,
+                                                Eigen::Matrix<double, 2, 3>* img_by_point,
+                                                Eigen::Matrix<double, 2, 9>* img_by_parameters) const {
+  const auto img = ImgFromCam(point_in_cam, img_by_point);
+  if (!img || !img_by_parameters) return img;
+  Eigen::Matrix<double, 2, 9>& j = *img_by_parameters;
+  j.setZero();
+  j(0, 0) = (img->x() - cx) / fx;
+  j(1, 1) = (img->y() - cy) / fy;
+  j(0, 2) = j(1, 3) = 1;
+  if (distortion == Distortion::kNone) return img;
+  j.rightCols<5>() = distortion == Distortion::kFisheye
+                         ? FisheyeByCoefficients(point_in_cam)
+                         : RadialTangentialByCoefficients(point_in_cam.head<2>() / point_in_cam.z());
+  j.row(0).tail<5>() *= fx;
+  j.row(1).tail<5>() *= fy;
+  return img;
 }
 
 std::optional<Vector3d> CameraModel::RayFromImg(const Vector2d& img) const {

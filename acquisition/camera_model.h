@@ -42,6 +42,11 @@ struct CameraModel {
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* img_by_point) const;
 
+  // The same, with the derivative by the parameters as well: fx fy cx cy, then the five coefficients.
+  std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
+                                            Eigen::Matrix<double, 2, 3>* img_by_point,
+                                            Eigen::Matrix<double, 2, 9>* img_by_parameters) const;
+
   // The unit ray through an image point; none where the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
 

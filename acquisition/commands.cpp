@@ -1,5 +1,6 @@
 #include "acquisition/commands.h"
 
+#include "acquisition/calibration/board_command.h"
 #include "acquisition/devices_command.h"
 #include "acquisition/features_command.h"
 #include "acquisition/import_command.h"
@@ -12,6 +13,7 @@ void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddFeaturesCommand(app, chosen);
   AddSimulateCommand(app, chosen);
   AddImportCommand(app, chosen);
+  AddBoardCommand(app, chosen);
 }
 
 }  // namespace ulf

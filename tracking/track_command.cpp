@@ -14,7 +14,7 @@
 
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "acquisition/intrinsics.h"
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/output_path.h"
 #include "acquisition/stop_signal.h"
 #include "tracking/quantile.h"

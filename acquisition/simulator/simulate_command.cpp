@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cstdio>
 
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/simulated_gige_camera.h"
 
 namespace ulf {

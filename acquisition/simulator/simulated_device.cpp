@@ -1,5 +1,6 @@
 #include "acquisition/simulator/simulated_device.h"
 
+#include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf {
@@ -48,6 +49,7 @@ class SimulatedDevice : public Device {
 }  // namespace
 
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri) {
+  if (uri.path == "board" || uri.path == "card") return OpenSimulatedBoard(uri);
   return std::make_unique<SimulatedDevice>(uri);
 }
 

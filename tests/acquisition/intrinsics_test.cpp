@@ -1,11 +1,11 @@
-#include "acquisition/intrinsics.h"
+#include "acquisition/calibration/intrinsics.h"
 
 #include <gmock/gmock.h>
 
 #include <cstdlib>
 #include <fstream>
 
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 #include "tests/support/test_paths.h"
 

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/error.h"
-#include "acquisition/intrinsics.h"
+#include "acquisition/calibration/intrinsics.h"
 #include "tests/acquisition/aravis_fixture.h"
 #include "tests/support/test_paths.h"
 

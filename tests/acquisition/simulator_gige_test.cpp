@@ -8,7 +8,7 @@
 #include <sstream>
 #include <thread>
 
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/simulator/simulated_gige_camera.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"

@@ -1,7 +1,7 @@
 // The options by which every command that takes frames lets its user say the intrinsics.
 #pragma once
 
-#include "acquisition/intrinsics.h"
+#include "acquisition/calibration/intrinsics.h"
 
 namespace CLI {
 class App;

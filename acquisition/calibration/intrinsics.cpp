@@ -1,10 +1,10 @@
-#include "acquisition/intrinsics.h"
+#include "acquisition/calibration/intrinsics.h"
 
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
 
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 
 namespace ulf {

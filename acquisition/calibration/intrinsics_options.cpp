@@ -1,4 +1,4 @@
-#include "acquisition/intrinsics_options.h"
+#include "acquisition/calibration/intrinsics_options.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,4 +1,4 @@
-#include "acquisition/calibration_io.h"
+#include "acquisition/calibration/calibration_io.h"
 
 #include <sstream>
 #include <vector>

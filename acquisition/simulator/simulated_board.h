@@ -1,0 +1,64 @@
+// `sim:board` and `sim:card`: what a calibration is tried on without a camera, and checked against its truth.
+//
+//   sim:board  a calibration target in a simulated hand: held still before a part of the image, tilted, then
+//              carried to the next, until every part has been seen with every tilt;
+//   sim:card   an evenly lit plain card behind a lens that darkens towards the corners, for the flat field.
+//
+// The image is found by area: where the corners of each pixel meet the board, 4 x 4 samples between them;
+// then the lens's blur, its vignetting and the sensor's noise. Linear 8-bit grey, as machine-vision cameras
+// give. Everything is a pure function of the options and the frame's number.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/calibration/board.h"
+#include "acquisition/device.h"
+
+namespace ulf {
+
+struct BoardSceneOptions {
+  std::optional<Board> board;  // none: a plain card
+  CameraModel camera;
+  std::uint64_t seed = 7;
+  double noise_levels = 1;  // standard deviation, of 255
+  double blur_px = 0.6;     // of the lens
+  double vignetting = 0;    // share of the light lost in the image's corner, as cos^4 of an angle
+  double gradient = 0;      // of the card's lighting from edge to edge, in another direction each frame
+  int dust = 0;             // dark spots on the sensor
+  double card_level = 0.6;  // of full scale, in the middle
+};
+
+// "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees); throws UsageError.
+CameraModel SimulatedLens(const std::string& name, int width, int height);
+
+class BoardScene {
+ public:
+  explicit BoardScene(const BoardSceneOptions& options);
+  const BoardSceneOptions& options() const { return options_; }
+
+  // CV_8UC1, linear. `noise_seed` picks the noise and, of a card, its lighting.
+  cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
+  // The hand's pose: still before the `stop`-th place for share 0, on the way to the next after that.
+  Rigid3 HeldAt(std::uint64_t stop, double share) const;
+  // Light that reaches the sensor, 1 in the middle, without dust: CV_32FC1.
+  const cv::Mat& Vignetting() const { return vignetting_; }
+
+ private:
+  Rigid3 Place(std::uint64_t stop) const;
+  cv::Mat BoardLight(const Rigid3& cam_from_board) const;
+  cv::Mat CardLight(std::uint64_t noise_seed) const;
+
+  BoardSceneOptions options_;
+  cv::Mat dark_;  // CV_8UC1: 1 where the board is dark, kCellsPerMm cells per millimetre
+  std::vector<Eigen::Vector3f> corner_rays_;  // of pixel corners, row by row; zero where there is none
+  cv::Mat vignetting_, dust_;
+};
+
+// `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`, of a
+// card `sim:card?vignetting=0.4&gradient=0.05&dust=3`, and for both `roi=X,Y,W,H&binning=2` (a part of the
+// width x height sensor). Throws UsageError.
+std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri);
+
+}  // namespace ulf
