@@ -16,6 +16,7 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
     <pFeature>ImageFormatControl</pFeature>
     <pFeature>AcquisitionControl</pFeature>
     <pFeature>AnalogControl</pFeature>
+    <pFeature>LastFrame</pFeature>
     <pFeature>TransportLayerControl</pFeature>
   </Category>
 
@@ -104,8 +105,25 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
   <Enumeration Name="PixelFormat" NameSpace="Standard">
     <Description>How a pixel is sent; all formats are linear in light.</Description>
     <EnumEntry Name="Mono8" NameSpace="Standard"><Value>0x01080001</Value></EnumEntry>
+    <EnumEntry Name="Mono10" NameSpace="Standard"><Value>0x01100003</Value></EnumEntry>
+    <EnumEntry Name="Mono10p" NameSpace="Standard"><Value>0x010A0046</Value></EnumEntry>
+    <EnumEntry Name="Mono12" NameSpace="Standard"><Value>0x01100005</Value></EnumEntry>
+    <EnumEntry Name="Mono12p" NameSpace="Standard"><Value>0x010C0047</Value></EnumEntry>
+    <EnumEntry Name="Mono16" NameSpace="Standard"><Value>0x01100007</Value></EnumEntry>
+    <EnumEntry Name="BayerGR8" NameSpace="Standard"><Value>0x01080008</Value></EnumEntry>
     <EnumEntry Name="BayerRG8" NameSpace="Standard"><Value>0x01080009</Value></EnumEntry>
+    <EnumEntry Name="BayerGB8" NameSpace="Standard"><Value>0x0108000A</Value></EnumEntry>
+    <EnumEntry Name="BayerBG8" NameSpace="Standard"><Value>0x0108000B</Value></EnumEntry>
+    <EnumEntry Name="BayerGR12" NameSpace="Standard"><Value>0x01100010</Value></EnumEntry>
+    <EnumEntry Name="BayerRG12" NameSpace="Standard"><Value>0x01100011</Value></EnumEntry>
+    <EnumEntry Name="BayerGB12" NameSpace="Standard"><Value>0x01100012</Value></EnumEntry>
+    <EnumEntry Name="BayerBG12" NameSpace="Standard"><Value>0x01100013</Value></EnumEntry>
+    <EnumEntry Name="BayerGR12p" NameSpace="Standard"><Value>0x010C0057</Value></EnumEntry>
+    <EnumEntry Name="BayerRG12p" NameSpace="Standard"><Value>0x010C0059</Value></EnumEntry>
+    <EnumEntry Name="BayerGB12p" NameSpace="Standard"><Value>0x010C0055</Value></EnumEntry>
+    <EnumEntry Name="BayerBG12p" NameSpace="Standard"><Value>0x010C0053</Value></EnumEntry>
     <EnumEntry Name="RGB8" NameSpace="Standard"><Value>0x02180014</Value></EnumEntry>
+    <EnumEntry Name="BGR8" NameSpace="Standard"><Value>0x02180015</Value></EnumEntry>
     <pValue>PixelFormatReg</pValue>
   </Enumeration>
   <IntReg Name="PixelFormatReg" NameSpace="Custom">
@@ -123,6 +141,7 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
     <pFeature>TriggerMode</pFeature>
     <pFeature>TriggerSource</pFeature>
     <pFeature>TriggerSoftware</pFeature>
+    <pFeature>LinePulseRate</pFeature>
   </Category>
   <Enumeration Name="AcquisitionMode" NameSpace="Standard">
     <EnumEntry Name="Continuous" NameSpace="Standard"><Value>1</Value></EnumEntry>
@@ -180,11 +199,24 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
     <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
   </IntReg>
   <Enumeration Name="TriggerSource" NameSpace="Standard">
+    <EnumEntry Name="Line0" NameSpace="Standard"><Value>0</Value></EnumEntry>
     <EnumEntry Name="Software" NameSpace="Standard"><Value>1</Value></EnumEntry>
     <pValue>TriggerSourceReg</pValue>
   </Enumeration>
   <IntReg Name="TriggerSourceReg" NameSpace="Custom">
-    <Address>0x304</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+    <Address>0x1020</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <Float Name="LinePulseRate" NameSpace="Custom">
+    <Description>Pulses a second on the simulated input Line0.</Description>
+    <pValue>LineRateFromPeriod</pValue><Min>0.1</Min><Max>200.0</Max><Unit>Hz</Unit>
+  </Float>
+  <Converter Name="LineRateFromPeriod" NameSpace="Custom">
+    <FormulaTo>1000000.0 / FROM</FormulaTo><FormulaFrom>1000000.0 / TO</FormulaFrom>
+    <pValue>LinePeriodReg</pValue><Slope>Decreasing</Slope>
+  </Converter>
+  <IntReg Name="LinePeriodReg" NameSpace="Custom">
+    <Address>0x1024</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
     <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
   </IntReg>
   <Command Name="TriggerSoftware" NameSpace="Standard">
@@ -208,6 +240,44 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
   </Converter>
   <IntReg Name="GainReg" NameSpace="Custom">
     <Address>0x110</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+
+  <Category Name="LastFrame" NameSpace="Custom">
+    <pFeature>LastFrameId</pFeature>
+    <pFeature>LastFrameNumber</pFeature>
+    <pFeature>LastExposureTime</pFeature>
+    <pFeature>LastGain</pFeature>
+    <pFeature>LastHandTime</pFeature>
+  </Category>
+  <IntReg Name="LastFrameId" NameSpace="Custom">
+    <Description>Number that the last frame was sent with: 16 bits.</Description>
+    <Address>0x1000</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+    <Cachable>NoCache</Cachable>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <IntReg Name="LastFrameNumber" NameSpace="Custom">
+    <Description>Frames taken, counted from 1.</Description>
+    <Address>0x1004</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+    <Cachable>NoCache</Cachable>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <IntReg Name="LastExposureTime" NameSpace="Custom">
+    <Description>Exposure of the last frame, in microseconds.</Description>
+    <Address>0x1008</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+    <Cachable>NoCache</Cachable>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <IntReg Name="LastGain" NameSpace="Custom">
+    <Description>Gain of the last frame, in tenths of a decibel.</Description>
+    <Address>0x100c</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+    <Cachable>NoCache</Cachable>
+    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
+  </IntReg>
+  <IntReg Name="LastHandTime" NameSpace="Custom">
+    <Description>How far the simulated hand had come at the last frame, in milliseconds.</Description>
+    <Address>0x1010</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+    <Cachable>NoCache</Cachable>
     <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>
   </IntReg>
 

@@ -11,8 +11,26 @@
 namespace ulf {
 namespace {
 
-constexpr std::pair<const char*, SensorFormat> kFormats[] = {
-    {"Mono8", SensorFormat::kMono8}, {"BayerRG8", SensorFormat::kBayerRg8}, {"RGB8", SensorFormat::kRgb8}};
+// In the order of the enumeration.
+const std::vector<PixelFormat>& Formats() {
+  static const std::vector<PixelFormat> formats = [] {
+    std::vector<PixelFormat> list;
+    for (const char* name :
+         {"Mono8",      "Mono10",     "Mono10p",    "Mono12",     "Mono12p",   "Mono16",    "BayerGR8",
+          "BayerRG8",   "BayerGB8",   "BayerBG8",   "BayerGR12",  "BayerRG12", "BayerGB12", "BayerBG12",
+          "BayerGR12p", "BayerRG12p", "BayerGB12p", "BayerBG12p", "RGB8",      "BGR8"})
+      list.push_back(PixelFormatByName(name).value());
+    return list;
+  }();
+  return formats;
+}
+
+template <typename Predicate>
+std::optional<SensorFormat> FormatWhere(Predicate&& fits) {
+  for (std::size_t i = 0; i < Formats().size(); ++i)
+    if (fits(Formats()[i])) return static_cast<SensorFormat>(i);
+  return std::nullopt;
+}
 
 // The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1 again: noise by one
 // look-up, with tails to 3.7 sigma.
@@ -67,9 +85,24 @@ struct Electrons {
   bool noise;
 };
 
-// A row of radiances to a row of 8-bit numbers. Light and noise are shares of the full well.
+// The bits spread over 16 as pixel_format.h does it: the high bits fill the low ones.
+template <int kBits>
+struct Spread {
+  static_assert(kBits > 8 && kBits <= 16);
+  static std::uint16_t To(std::uint32_t value) {
+    return static_cast<std::uint16_t>(value << (16 - kBits) | value >> (2 * kBits - 16));
+  }
+};
+template <>
+struct Spread<8> {
+  static std::uint8_t To(std::uint32_t value) { return static_cast<std::uint8_t>(value); }
+};
+
+// A row of radiances to a row of numbers. Light and noise are shares of the full well.
+template <int kBits, typename Number>
 void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSource& source,
-             std::vector<float>& noise, std::uint8_t* out) {
+             std::vector<float>& noise, Number* out) {
+  constexpr float kMost = (1 << kBits) - 1;
   const std::size_t count = radiance.size();
   if (e.noise) {
     noise.resize(count);
@@ -81,27 +114,26 @@ void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSourc
     const float share = radiance[i] * e.per_radiance;
     const float sigma = std::sqrt(share * e.variance_scale + e.read_variance);
     const float number = (share + sigma * noise[i]) * e.number_per_share + 0.5f;
-    out[i] = static_cast<std::uint8_t>(std::min(255.0f, std::max(0.0f, number)));
+    out[i] = Spread<kBits>::To(
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(std::min(kMost, std::max(0.0f, number)))));
   }
 }
 
-void GatherRow(const F4* light, int y, int width, SensorFormat format, std::vector<float>& row) {
-  switch (format) {
-    case SensorFormat::kMono8:
-      row.resize(static_cast<std::size_t>(width));
-      for (int x = 0; x < width; ++x)
-        row[static_cast<std::size_t>(x)] = 0.114f * light[x][0] + 0.587f * light[x][1] + 0.299f * light[x][2];
-      break;
-    case SensorFormat::kBayerRg8:  // R G / G B
-      row.resize(static_cast<std::size_t>(width));
-      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] = light[x][2 - (y & 1) - (x & 1)];
-      break;
-    case SensorFormat::kRgb8:
-      row.resize(3 * static_cast<std::size_t>(width));
-      for (int x = 0; x < width; ++x)
-        for (int c = 0; c < 3; ++c)
-          row[3 * static_cast<std::size_t>(x) + static_cast<std::size_t>(c)] = light[x][c];
-      break;
+void GatherRow(const F4* light, int y, int width, const PixelFormat& format, std::vector<float>& row) {
+  row.resize(static_cast<std::size_t>(format.channels) * static_cast<std::size_t>(width));
+  if (format.mosaic != Mosaic::kNone) {
+    // All four orders are R G / G B from another corner on.
+    const int from_x = format.mosaic == Mosaic::kGrbg || format.mosaic == Mosaic::kBggr ? 1 : 0;
+    const int from_y = format.mosaic == Mosaic::kGbrg || format.mosaic == Mosaic::kBggr ? 1 : 0;
+    for (int x = 0; x < width; ++x)
+      row[static_cast<std::size_t>(x)] = light[x][2 - ((y + from_y) & 1) - ((x + from_x) & 1)];
+  } else if (format.channels == 1) {
+    for (int x = 0; x < width; ++x)
+      row[static_cast<std::size_t>(x)] = 0.114f * light[x][0] + 0.587f * light[x][1] + 0.299f * light[x][2];
+  } else {
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 3; ++c)
+        row[3 * static_cast<std::size_t>(x) + static_cast<std::size_t>(c)] = light[x][c];
   }
 }
 
@@ -111,35 +143,53 @@ std::optional<SensorFormat> SensorFormatByName(const std::string& name) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
   };
-  for (const auto& [known, format] : kFormats) {
-    const std::string text = known;
-    if (std::equal(text.begin(), text.end(), name.begin(), name.end(), same)) return format;
-  }
-  return std::nullopt;
+  return FormatWhere([&](const PixelFormat& format) {
+    return std::equal(format.name.begin(), format.name.end(), name.begin(), name.end(), same);
+  });
 }
 
-const char* NameOf(SensorFormat format) {
-  for (const auto& [name, known] : kFormats)
-    if (known == format) return name;
-  return "";
+std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc) {
+  return FormatWhere([&](const PixelFormat& format) { return format.code == pfnc; });
+}
+
+const PixelFormat& PixelsOf(SensorFormat format) { return Formats()[static_cast<std::size_t>(format)]; }
+
+std::string SensorFormatNames() {
+  std::string list;
+  for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);
+  return list;
 }
 
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot) {
   CV_Assert(radiance.type() == CV_32FC4);
+  const PixelFormat& format = PixelsOf(shot.format);
   const double read_share = options.read_noise_electrons / options.full_well_electrons;
   const Electrons electrons{static_cast<float>(shot.exposure_s / options.reference_exposure_s),
                             static_cast<float>(1 / options.full_well_electrons),
-                            static_cast<float>(read_share * read_share), static_cast<float>(255 * shot.gain),
-                            options.noise};
+                            static_cast<float>(read_share * read_share),
+                            static_cast<float>(((1 << format.bits) - 1) * shot.gain), options.noise};
   Image image;
   image.transfer = Transfer::kLinear;
-  image.mosaic = shot.format == SensorFormat::kBayerRg8 ? Mosaic::kRggb : Mosaic::kNone;
-  image.pixels.create(radiance.size(), shot.format == SensorFormat::kRgb8 ? CV_8UC3 : CV_8UC1);
+  image.mosaic = format.mosaic;
+  image.pixels.create(radiance.size(), CV_MAKETYPE(format.bits == 8 ? CV_8U : CV_16U, format.channels));
   NormalSource source(shot.noise_seed);
   std::vector<float> row, noise;
   for (int y = 0; y < radiance.rows; ++y) {
-    GatherRow(radiance.ptr<F4>(y), y, radiance.cols, shot.format, row);
-    Convert(row, electrons, source, noise, image.pixels.ptr<std::uint8_t>(y));
+    GatherRow(radiance.ptr<F4>(y), y, radiance.cols, format, row);
+    auto* wide = image.pixels.ptr<std::uint16_t>(y);
+    switch (format.bits) {
+      case 8:
+        Convert<8>(row, electrons, source, noise, image.pixels.ptr<std::uint8_t>(y));
+        break;
+      case 10:
+        Convert<10>(row, electrons, source, noise, wide);
+        break;
+      case 12:
+        Convert<12>(row, electrons, source, noise, wide);
+        break;
+      default:
+        Convert<16>(row, electrons, source, noise, wide);
+    }
   }
   return image;
 }

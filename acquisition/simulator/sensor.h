@@ -1,7 +1,7 @@
 // From light to numbers, as an industrial image sensor does it: photo-electrons proportional to radiance,
 // exposure and the pixel's area; shot noise (Gaussian of the signal's variance, which Poisson's law is at
-// these counts), read noise, gain, a linear 8-bit converter that clips. Left out: dark current, fixed
-// pattern, blooming, black level.
+// these counts), read noise, gain, a linear converter of 8 to 16 bits that clips. Left out: dark current,
+// fixed pattern, blooming, black level.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,38 @@
 #include <string>
 
 #include "acquisition/image.h"
+#include "acquisition/pixel_format.h"
 
 namespace ulf {
 
-// GenICam's names: Mono8, BayerRG8, RGB8 (B, G, R in an ulf::Image, as always).
-enum class SensorFormat { kMono8, kBayerRg8, kRgb8 };
+// What the converter gives and how it is sent, by GenICam's names: all that `ulf simulate` offers. `sim:` has
+// no wire, so there Mono12 and Mono12p are the same.
+enum class SensorFormat {
+  kMono8,
+  kMono10,
+  kMono10p,
+  kMono12,
+  kMono12p,
+  kMono16,
+  kBayerGr8,
+  kBayerRg8,
+  kBayerGb8,
+  kBayerBg8,
+  kBayerGr12,
+  kBayerRg12,
+  kBayerGb12,
+  kBayerBg12,
+  kBayerGr12p,
+  kBayerRg12p,
+  kBayerGb12p,
+  kBayerBg12p,
+  kRgb8,
+  kBgr8,
+};
 std::optional<SensorFormat> SensorFormatByName(const std::string& name);  // any case: "rgb8", "BayerRG8"
-const char* NameOf(SensorFormat format);
+std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc);
+const PixelFormat& PixelsOf(SensorFormat format);
+std::string SensorFormatNames();  // "Mono8, Mono10, ..."
 
 struct SensorOptions {
   double reference_exposure_s = 0.005;  // radiance 1 for this long fills the well
@@ -32,7 +57,8 @@ struct SensorShot {
   std::uint64_t noise_seed = 0;
 };
 
-// `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise.
+// `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise. More than 8 bits are spread over
+// 16 as pixel_format.h says.
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
 
 }  // namespace ulf

@@ -43,7 +43,8 @@ void ReadCap(const std::string& text, SimulationOptions& options) {
 
 SensorFormat FormatFrom(const std::string& text) {
   const auto format = SensorFormatByName(text);
-  if (!format) throw UsageError("sim: option format: '{}' is unknown; there are Mono8, BayerRG8, RGB8", text);
+  if (!format)
+    throw UsageError("sim: option format: '{}' is unknown; there are {}", text, SensorFormatNames());
   return *format;
 }
 
@@ -106,9 +107,12 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   if (!uri.path.empty()) options.scene = uri.path;
   std::vector<std::string> known;
   for (const auto& [key, setter] : Setters()) known.push_back(key);
+  known.push_back("fault");
   uri.AllowOnly(known);
   for (const auto& [key, setter] : Setters())
     if (const auto text = uri.Option(key)) setter(options, key, *text);
+  for (const auto& [key, text] : uri.options)
+    if (key == "fault") options.faults.Add(text);
   options.Validate();
   return options;
 }
@@ -142,11 +146,13 @@ SimulatedCamera::SimulatedCamera(const SimulationOptions& options)
       hand_(HandFor(options, caster_.scene())) {}
 
 Frame SimulatedCamera::Capture(std::uint64_t index) const {
-  return Capture({.open_s = static_cast<double>(index) / options_.fps,
+  const double open_s = static_cast<double>(index) / options_.fps;
+  return Capture({.open_s = open_s,
                   .exposure_s = options_.exposure_s,
                   .gain = std::pow(10, options_.gain_db / 20),
                   .format = options_.format,
-                  .id = index});
+                  .id = index,
+                  .light = options_.faults.Light(open_s)});
 }
 
 double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
@@ -177,9 +183,9 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
                        1.0f / static_cast<float>(instants), radiance);
   }
   Frame frame;
-  frame.image =
-      Expose(radiance, {.noise = options_.noise},
-             {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
+  frame.image = Expose(
+      radiance, {.noise = options_.noise},
+      {shot.exposure_s * shot.light, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
   frame.id = shot.id;
   frame.device_time_s = shot.open_s + 0.5 * shot.exposure_s;
   frame.exposure_s = shot.exposure_s;

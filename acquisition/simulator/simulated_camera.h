@@ -15,6 +15,7 @@
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
+#include "acquisition/simulator/simulated_faults.h"
 
 namespace ulf {
 
@@ -32,6 +33,7 @@ struct SimulationOptions {
   double speed = 13 * M_PI / 180;  // of azimuth, per second
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
+  SimulatedFaults faults;  // `fault=drift=0.5`, as often as wanted; see there
 
   // From
   // `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&gain_db=0&noise=1&cap=60x40
@@ -51,6 +53,7 @@ struct Shot {
   double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
   std::uint64_t id = 0;  // also picks the noise
+  double light = 1;      // what really reaches the sensor, against what the settings promise
 };
 
 class SimulatedCamera {

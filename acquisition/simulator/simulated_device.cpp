@@ -1,14 +1,66 @@
 #include "acquisition/simulator/simulated_device.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "acquisition/error.h"
+#include "acquisition/frame_id_counter.h"
+#include "acquisition/simulator/noise.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+// A camera whose cable is out: the world outside the device, which outlives it. By URI.
+struct Absence {
+  Clock::time_point back;
+  std::uint64_t next_frame = 0;
+};
+class Absences {
+ public:
+  static Absences& Instance() {
+    static Absences absences;
+    return absences;
+  }
+  void Begin(const std::string& uri, const Absence& absence) {
+    const std::lock_guard lock(mutex_);
+    away_[uri] = absence;
+  }
+  // The frame to go on with. Throws Error while the camera is away.
+  std::uint64_t End(const std::string& uri) {
+    const std::lock_guard lock(mutex_);
+    const auto found = away_.find(uri);
+    if (found == away_.end()) return 0;
+    const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
+    if (left_s > 0) throw Error("{}: the simulated cable is out; it is put back in {:.1f} s", uri, left_s);
+    const std::uint64_t next_frame = found->second.next_frame;
+    away_.erase(found);
+    return next_frame;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, Absence> away_;
+};
+
 class SimulatedDevice : public Device {
  public:
-  explicit SimulatedDevice(const DeviceUri& uri) : uri_(uri), camera_(SimulationOptions::FromUri(uri)) {}
+  explicit SimulatedDevice(const DeviceUri& uri)
+      : uri_(uri), camera_(SimulationOptions::FromUri(uri)), faults_(camera_.options().faults) {
+    const GigeLinkFaults& link = faults_.link;
+    if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends)
+      throw UsageError(
+          "{}: lost, doubled, swapped, late and resend are faults of a network; serve the camera there with "
+          "'ulf simulate --fault ...' and open it by aravis:",
+          uri.Text());
+    next_ = Absences::Instance().End(uri.Text());
+  }
 
   DeviceInfo Info() const override {
     return {.uri = uri_.Text(),
@@ -16,34 +68,94 @@ class SimulatedDevice : public Device {
             .model = "simulated hand-held camera",
             .serial = "sim-" + camera_.options().scene + "-" + std::to_string(camera_.options().seed),
             .bus = "simulated",
-            .problem = {}};
+            .available = !lost_,
+            .problem = lost_ ? "the simulated cable is out" : ""};
   }
   std::optional<CameraModel> Camera() const override { return camera_.camera(); }
   bool IsLive() const override { return false; }
+  std::optional<SensorWindow> Window() const override {
+    const int width = camera_.options().width, height = camera_.options().height;
+    return SensorWindow{
+        .sensor_width = width, .sensor_height = height, .x = 0, .y = 0, .width = width, .height = height};
+  }
   void Start() override { started_ = true; }
   void Stop() override { started_ = false; }
 
-  std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
+  std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    Frame frame = camera_.Capture(next_++);
-    frame.host_time_s =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-    ++statistics_.delivered;
-    return frame;
+    if (const FaultSpan* out = Holding(faults_.disconnects)) {
+      lost_ = true;
+      Absences::Instance().Begin(uri_.Text(), {Clock::now() + Real(out->for_s), FrameAfter(*out)});
+      return std::nullopt;
+    }
+    if (const FaultSpan* frozen = Holding(faults_.freezes))
+      if (!Thawed(*frozen, timeout)) return std::nullopt;
+    return Take();
   }
 
   DeviceState State() const override {
-    const bool over = static_cast<double>(next_) / camera_.options().fps >= camera_.options().duration_s;
+    if (lost_) return DeviceState::kLost;
+    const bool over = Now() >= camera_.options().duration_s;
     return over ? DeviceState::kEnded : DeviceState::kStreaming;
   }
-  DeviceStatistics Statistics() const override { return statistics_; }
+  DeviceStatistics Statistics() const override {
+    DeviceStatistics statistics = statistics_;
+    statistics.missing = ids_.Missing();
+    return statistics;
+  }
 
  private:
+  double Now() const { return static_cast<double>(next_) / camera_.options().fps; }
+  static Clock::duration Real(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
+  const FaultSpan* Holding(const std::vector<FaultSpan>& spans) const {
+    const auto found =
+        std::find_if(spans.begin(), spans.end(), [&](const FaultSpan& s) { return s.Holds(Now()); });
+    return found == spans.end() ? nullptr : &*found;
+  }
+  std::uint64_t FrameAfter(const FaultSpan& span) const {
+    const auto frame =
+        static_cast<std::uint64_t>(std::ceil((span.at_s + span.for_s) * camera_.options().fps));
+    return std::max(next_ + 1, frame);
+  }
+
+  // Waits for the end of a freeze, for no longer than the timeout.
+  bool Thawed(const FaultSpan& frozen, std::chrono::milliseconds timeout) {
+    if (!thaw_) thaw_ = Clock::now() + Real(frozen.for_s);
+    std::this_thread::sleep_until(std::min(*thaw_, Clock::now() + timeout));
+    if (Clock::now() < *thaw_) return false;
+    thaw_.reset();
+    next_ = FrameAfter(frozen);
+    return State() == DeviceState::kStreaming;
+  }
+
+  Frame Take() {
+    Frame frame = camera_.Capture(next_++);
+    frame.host_time_s =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    ids_.Arrived(frame.id);
+    if (faults_.incomplete > 0 &&
+        UnitFloat(HashLattice(static_cast<std::int32_t>(frame.id), 0, 0,
+                              static_cast<std::uint32_t>(camera_.options().seed))) < faults_.incomplete) {
+      cv::Mat& pixels = frame.image.pixels;
+      pixels.rowRange(pixels.rows / 2, pixels.rows).setTo(0);
+      frame.status = FrameStatus::kIncomplete;
+      ++statistics_.incomplete;
+    } else {
+      ++statistics_.delivered;
+    }
+    return frame;
+  }
+
   DeviceUri uri_;
   SimulatedCamera camera_;
-  bool started_ = false;
+  const SimulatedFaults faults_;
+  bool started_ = false, lost_ = false;
   std::uint64_t next_ = 0;
+  std::optional<Clock::time_point> thaw_;
   DeviceStatistics statistics_;
+  FrameIdCounter ids_;
 };
 
 }  // namespace

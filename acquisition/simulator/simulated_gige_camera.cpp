@@ -3,9 +3,10 @@
 #include <arpa/inet.h>
 #include <arv.h>
 #include <fmt/core.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -20,6 +21,8 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/error.h"
 #include "acquisition/simulator/genicam_description.h"
+#include "acquisition/simulator/gige_address.h"
+#include "acquisition/simulator/wire_format.h"
 
 namespace ulf {
 namespace {
@@ -27,6 +30,10 @@ namespace {
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
 constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
 constexpr std::size_t kFramesAhead = 12;
+// Registers of our own, as the description names them.
+constexpr guint32 kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024;
+constexpr guint32 kCurrentAddressAt = 0x24;
+constexpr guint32 kLine0 = 0;
 constexpr double kPauseS = 1.0;  // without a frame for so long: nobody streams, the hand rests
 
 struct Settings {
@@ -34,49 +41,6 @@ struct Settings {
   ArvPixelFormat format = 0;
   bool operator==(const Settings&) const = default;
 };
-
-std::optional<SensorFormat> FormatFrom(ArvPixelFormat format) {
-  switch (format) {
-    case ARV_PIXEL_FORMAT_MONO_8:
-      return SensorFormat::kMono8;
-    case ARV_PIXEL_FORMAT_BAYER_RG_8:
-      return SensorFormat::kBayerRg8;
-    case ARV_PIXEL_FORMAT_RGB_8_PACKED:
-      return SensorFormat::kRgb8;
-    default:
-      return std::nullopt;
-  }
-}
-
-ArvPixelFormat CodeOf(SensorFormat format) {
-  return format == SensorFormat::kMono8      ? ARV_PIXEL_FORMAT_MONO_8
-         : format == SensorFormat::kBayerRg8 ? ARV_PIXEL_FORMAT_BAYER_RG_8
-                                             : ARV_PIXEL_FORMAT_RGB_8_PACKED;
-}
-
-// Aravis does not say when it fails to bind: find out before.
-void RequireFree(const std::string& address) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(kGvcpPort);
-  if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
-    throw UsageError("--interface {}: not an IPv4 address such as 127.0.0.1", address);
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const int failed = bind(socket_fd, reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
-  close(socket_fd);
-  if (failed == EADDRNOTAVAIL)
-    throw Error(
-        "{} is not an address of this machine; give one of its own (ip addr), or add it to the loopback: "
-        "ip addr add {}/8 dev lo",
-        address, address);
-  if (failed == EADDRINUSE) {
-    const auto camera = AskGigeCamera(address);
-    throw Error("{}:{} is taken by {}; stop it, or serve on another address (ip addr add 127.0.0.2/8 dev lo)",
-                address, kGvcpPort,
-                camera ? "a GigE Vision camera with serial '" + camera->serial + "'" : "another program");
-  }
-  if (failed != 0) throw Error("{}:{} cannot be opened: {}", address, kGvcpPort, std::strerror(failed));
-}
 
 // A GenICam description has to come from a file; Aravis maps it, so its name is needed only while the camera
 // is made.
@@ -107,7 +71,15 @@ struct SimulatedGigeCamera::State {
 
   void Serve();
   void OpenPoses();
+  std::string StandAt();
+  void WriteRegisters();
+  void RenderLoop();
   void Render();
+  Frame Picture(double hand_s, const Settings& settings);
+  Frame Shoot(double hand_s, const Settings& settings, double light_s) const;
+  void PulseLine();
+  void RunFaults();
+  void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
   void Fill(ArvBuffer* buffer, const Settings& wanted);
   void FollowClock(std::int64_t moment, std::int64_t period_us, const Settings& wanted, double now_s);
   double HandTime(std::int64_t moment) const {
@@ -121,6 +93,8 @@ struct SimulatedGigeCamera::State {
 
   GigeServerOptions options;
   SimulatedCamera camera;
+  std::optional<LoopbackAddress> public_address, hidden_address;
+  std::unique_ptr<GigeRelay> relay;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
   std::FILE* poses = nullptr;
@@ -128,10 +102,11 @@ struct SimulatedGigeCamera::State {
   // A moment is a number of frame periods since the epoch of the system clock.
   struct Ready {
     std::int64_t moment;
+    double hand_s;
     Frame frame;
   };
   std::mutex mutex;
-  std::condition_variable asked, rendered;
+  std::condition_variable asked, rendered, faults_due, line_due;
   std::deque<Ready> ring;
   Settings settings;
   std::int64_t period_us = 0, wanted_moment = 0, rendered_moment = 0, origin_moment = 0;
@@ -141,7 +116,11 @@ struct SimulatedGigeCamera::State {
   GigeServerStatistics statistics;
   double render_s = 0;
   std::uint64_t renders = 0;
-  std::thread renderer;
+  std::optional<std::chrono::steady_clock::time_point> first_frame;
+  // The renderer's alone once it runs:
+  std::vector<std::optional<Frame>> loop;
+  Settings loop_settings;
+  std::thread renderer, line, faults;
 };
 
 SimulatedGigeCamera::State::~State() {
@@ -149,10 +128,11 @@ SimulatedGigeCamera::State::~State() {
     const std::lock_guard lock(mutex);
     stopping = true;
   }
-  asked.notify_all();
-  rendered.notify_all();
+  for (std::condition_variable* waited : {&asked, &rendered, &faults_due, &line_due}) waited->notify_all();
+  for (std::thread* thread : {&line, &faults, &renderer})
+    if (thread->joinable()) thread->join();
+  relay.reset();
   if (server) g_object_unref(server);  // joins the thread that calls Fill
-  if (renderer.joinable()) renderer.join();
   if (poses) std::fclose(poses);
 }
 
@@ -167,20 +147,63 @@ void SimulatedGigeCamera::State::OpenPoses() {
   std::fflush(poses);
 }
 
+// The address that Aravis's camera is to have.
+std::string SimulatedGigeCamera::State::StandAt() {
+  if (!options.simulation.faults.NeedRelay()) {
+    public_address.emplace(options.interface);
+    return options.interface;
+  }
+  const std::string hidden = HiddenGigeAddress(options.interface);
+  public_address.emplace(options.interface);
+  hidden_address.emplace(hidden);
+  relay = std::make_unique<GigeRelay>(GigeRelayOptions{.camera = hidden,
+                                                       .address = options.interface,
+                                                       .faults = options.simulation.faults.link,
+                                                       .resends = options.simulation.faults.resends,
+                                                       .seed = options.simulation.seed});
+  return hidden;
+}
+
 void SimulatedGigeCamera::State::Serve() {
   if (options.serial.empty() || options.serial.size() > 15)
     throw UsageError("--serial '{}': must have 1 to 15 characters, as GigE Vision allows", options.serial);
-  RequireFree(options.interface);
+  if (options.simulation.faults.incomplete > 0)
+    throw UsageError(
+        "fault incomplete is for sim: devices; over the network, lose packets: lost=0.005 with resend=0");
+  if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
+    throw UsageError("{:g} pulses a second on Line0; there may be 0.1 to 200", options.line_hz);
+  if (options.loop < 0 || options.loop > 10000)
+    throw UsageError("a loop of {} pictures; there may be up to 10000", options.loop);
+  if (options.loop > 0 && options.simulation.faults.drift_stops_per_minute != 0)
+    throw UsageError("fault drift: the pictures of a loop are rendered once; leave one of the two out");
+  const std::string address = StandAt();
+  RequireFreeGigeAddress(address);  // Aravis does not say when it fails to bind
   OpenPoses();
+  RenderLoop();
   {
     const DescriptionFile description;
-    server =
-        arv_gv_fake_camera_new_full(options.interface.c_str(), options.serial.c_str(), description.path());
+    server = arv_gv_fake_camera_new_full(address.c_str(), options.serial.c_str(), description.path());
   }
   if (!server || !arv_gv_fake_camera_is_running(server))
     throw Error("no GigE Vision camera could be started at {}; is the address one of this machine's?",
-                options.interface);
+                address);
   registers = arv_gv_fake_camera_get_fake_camera(server);
+  WriteRegisters();
+  arv_fake_camera_set_trigger_frequency(registers, 1000);
+  arv_fake_camera_set_fill_pattern(registers, OnFill, this);
+  renderer = std::thread([this] { Render(); });
+  line = std::thread([this] { PulseLine(); });
+  if (relay) faults = std::thread([this] { RunFaults(); });
+
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    const auto answer = AskGigeCamera(options.interface, std::chrono::milliseconds(200));
+    if (answer && answer->serial == options.serial) return;
+  }
+  throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
+              options.serial, options.interface, kGvcpPort);
+}
+
+void SimulatedGigeCamera::State::WriteRegisters() {
   const auto name = [&](guint32 at, const char* text) {
     char field[32] = {};
     std::strncpy(field, text, sizeof(field) - 1);
@@ -200,18 +223,53 @@ void SimulatedGigeCamera::State::Serve() {
   set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1e6 / simulation.fps);
   set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, 1e6 * simulation.exposure_s);
   set(ARV_FAKE_CAMERA_REGISTER_GAIN_RAW, 10 * simulation.gain_db);
-  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, CodeOf(simulation.format));
+  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, PixelsOf(simulation.format).code);
+  // Aravis's camera fires by software only; which source the client chose is our own register.
   set(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
-  arv_fake_camera_set_trigger_frequency(registers, 1000);
-  arv_fake_camera_set_fill_pattern(registers, OnFill, this);
-  renderer = std::thread([this] { Render(); });
+  set(kTriggerSourceAt, 1);
+  set(kLinePeriodAt, 1e6 / options.line_hz);
+  if (!relay) return;
+  // Its answers to discovery by broadcast pass the relay by: they are to name where clients shall go.
+  in_addr public_bytes{};
+  inet_pton(AF_INET, options.interface.c_str(), &public_bytes);
+  arv_fake_camera_write_memory(registers, kCurrentAddressAt, sizeof(public_bytes), &public_bytes);
+}
 
-  for (int attempt = 0; attempt < 10; ++attempt) {
-    const auto camera = AskGigeCamera(options.interface, std::chrono::milliseconds(200));
-    if (camera && camera->serial == options.serial) return;
+// Pulses on the emulated input line, whether or not anybody has armed the camera for them.
+void SimulatedGigeCamera::State::PulseLine() {
+  auto next = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex);
+  while (true) {
+    guint32 chosen = 0, line_us = 0;
+    arv_fake_camera_read_register(registers, kTriggerSourceAt, &chosen);
+    arv_fake_camera_read_register(registers, kLinePeriodAt, &line_us);
+    next = std::max(next + std::chrono::microseconds(std::max(1000u, line_us)),
+                    std::chrono::steady_clock::now());
+    if (line_due.wait_until(lock, next, [&] { return stopping; })) return;
+    if (chosen == kLine0)
+      arv_fake_camera_write_register(registers, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
   }
-  throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
-              options.serial, options.interface, kGvcpPort);
+}
+
+// Lets pass what passes now, then sleeps until that changes.
+void SimulatedGigeCamera::State::RunFaults() {
+  std::vector<double> changes;
+  for (const auto& spans : {options.simulation.faults.freezes, options.simulation.faults.disconnects})
+    for (const FaultSpan& span : spans) {
+      changes.push_back(span.at_s);
+      changes.push_back(span.at_s + span.for_s);
+    }
+  std::sort(changes.begin(), changes.end());
+  std::unique_lock lock(mutex);
+  faults_due.wait(lock, [&] { return stopping || first_frame; });
+  for (const double t_s : changes) {
+    const auto due = *first_frame + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                        std::chrono::duration<double>(t_s));
+    if (faults_due.wait_until(lock, due, [&] { return stopping; })) return;
+    const bool there = !options.simulation.faults.Disconnected(t_s);
+    relay->PassControl(there);
+    relay->PassStream(there && !options.simulation.faults.Frozen(t_s));
+  }
 }
 
 // The moment that the camera fires at now, and what changed since the last one. Under the lock.
@@ -259,10 +317,13 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   const Ready ready = std::move(ring.front());
   ring.pop_front();
   asked.notify_one();
-  ++statistics.served;
+  const std::uint64_t number = ++statistics.served;
   if (late) ++statistics.late;
   statistics.hand_s = HandTime(ready.moment);
-  const double hand_s = statistics.hand_s;
+  if (!first_frame) {
+    first_frame = std::chrono::steady_clock::now();
+    faults_due.notify_all();
+  }
   lock.unlock();
 
   std::size_t received = 0;
@@ -271,23 +332,19 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   const cv::Rect part = cv::Rect(arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer),
                                  arv_buffer_get_image_width(buffer), arv_buffer_get_image_height(buffer)) &
                         cv::Rect(0, 0, pixels.cols, pixels.rows);
-  const std::size_t row_bytes =
-      pixels.elemSize() * static_cast<std::size_t>(arv_buffer_get_image_width(buffer));
-  for (int y = 0; y < part.height; ++y) {
-    const std::uint8_t* in =
-        pixels.ptr<std::uint8_t>(part.y + y) + pixels.elemSize() * static_cast<std::size_t>(part.x);
-    std::uint8_t* row = out + static_cast<std::size_t>(y) * row_bytes;
-    if (pixels.channels() == 1) {
-      std::memcpy(row, in, static_cast<std::size_t>(part.width));
-      continue;
-    }
-    for (int x = 0; x < part.width; ++x) {  // R, G, B on the wire
-      row[3 * x] = in[3 * x + 2];
-      row[3 * x + 1] = in[3 * x + 1];
-      row[3 * x + 2] = in[3 * x];
-    }
-  }
-  WritePose(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, hand_s);
+  if (const auto format = SensorFormatByCode(wanted.format)) PackImage(pixels, part, PixelsOf(*format), out);
+  DescribeFrame(buffer, wanted, number, ready.hand_s);
+  WritePose(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
+}
+
+// Requests are answered by the thread that fills frames: a block of registers read at once is one frame's.
+void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings& wanted,
+                                               std::uint64_t number, double hand_s) {
+  const std::array<guint32, 5> values{static_cast<guint32>(arv_buffer_get_frame_id(buffer)),
+                                      static_cast<guint32>(number), wanted.exposure_us, wanted.gain_tenths_db,
+                                      static_cast<guint32>(std::llround(1e3 * hand_s))};
+  for (std::size_t i = 0; i < values.size(); ++i)
+    arv_fake_camera_write_register(registers, kLastFrameAt + 4 * static_cast<guint32>(i), values[i]);
 }
 
 void SimulatedGigeCamera::State::WritePose(std::uint64_t frame_id, std::uint64_t device_ns,
@@ -302,6 +359,49 @@ void SimulatedGigeCamera::State::WritePose(std::uint64_t frame_id, std::uint64_t
   std::fflush(poses);
 }
 
+Frame SimulatedGigeCamera::State::Shoot(double hand_s, const Settings& now, double light_s) const {
+  return camera.Capture({.open_s = hand_s,
+                         .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
+                         .gain = std::pow(10, now.gain_tenths_db / 200.0),
+                         .format = SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
+                         .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6)),
+                         .light = options.simulation.faults.Light(light_s)});
+}
+
+// The loop at the settings that the camera starts with, on all cores.
+void SimulatedGigeCamera::State::RenderLoop() {
+  const SimulationOptions& simulation = options.simulation;
+  loop_settings = {static_cast<guint32>(std::lround(1e6 * simulation.exposure_s)),
+                   static_cast<guint32>(std::lround(10 * simulation.gain_db)),
+                   PixelsOf(simulation.format).code};
+  loop.resize(static_cast<std::size_t>(options.loop));
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < loop.size(); i = next++)
+      loop[i] = Shoot(static_cast<double>(i) / simulation.fps, loop_settings, 0);
+  };
+  std::vector<std::thread> helpers;
+  for (unsigned i = 1; i < std::min<std::size_t>(8, loop.size()) && i < std::thread::hardware_concurrency();
+       ++i)
+    helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+// What the sensor sees when the hand has gone so long; with a loop, to and fro over its first stretch.
+Frame SimulatedGigeCamera::State::Picture(double hand_s, const Settings& now) {
+  if (loop.empty()) return Shoot(hand_s, now, hand_s);
+  if (!(now == loop_settings)) {
+    loop.assign(loop.size(), std::nullopt);
+    loop_settings = now;
+  }
+  const auto step = static_cast<std::size_t>(std::llround(hand_s * options.simulation.fps));
+  const std::size_t last = loop.size() - 1, there = last == 0 ? 0 : step % (2 * last);
+  const std::size_t index = there <= last ? there : 2 * last - there;
+  if (!loop[index]) loop[index] = Shoot(static_cast<double>(index) / options.simulation.fps, now, 0);
+  return *loop[index];
+}
+
 void SimulatedGigeCamera::State::Render() {
   std::unique_lock lock(mutex);
   while (true) {
@@ -312,13 +412,8 @@ void SimulatedGigeCamera::State::Render() {
     const std::uint64_t now_epoch = epoch;
     const double hand_s = HandTime(moment);
     lock.unlock();
-    const auto format = FormatFrom(now.format);
     const auto begin = std::chrono::steady_clock::now();
-    Frame frame = camera.Capture({.open_s = hand_s,
-                                  .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
-                                  .gain = std::pow(10, now.gain_tenths_db / 200.0),
-                                  .format = format.value_or(SensorFormat::kMono8),
-                                  .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6))});
+    Frame frame = Picture(hand_s, now);
     const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     lock.lock();
     render_s += took_s;
@@ -327,7 +422,9 @@ void SimulatedGigeCamera::State::Render() {
     rendered_moment = moment;
     if (moment < wanted_moment && !ring.empty()) continue;
     // Even when its moment has passed: better the latest picture that there is than none.
-    ring.push_back({moment, std::move(frame)});
+    // A looped picture is of another time of the hand than the one that is asked for.
+    const double seen_s = frame.device_time_s - 0.5 * frame.exposure_s;
+    ring.push_back({moment, seen_s, std::move(frame)});
     rendered.notify_one();
   }
 }
@@ -342,6 +439,7 @@ std::string SimulatedGigeCamera::DeviceId() const {
   return std::string(kVendor) + "-" + state_->options.serial;
 }
 const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera; }
+GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   const std::lock_guard lock(state_->mutex);

@@ -5,7 +5,20 @@
 // Time is real: the hand moves as long as frames are taken and rests while nobody streams. Frames are
 // rendered ahead into a ring, for the moments at which the camera will fire (Aravis fires at multiples of the
 // frame period of the system clock). When the renderer falls behind, the camera fires late and skips moments,
-// as a real one with too long an exposure would; a changed setting empties the ring.
+// as a real one with too long an exposure would; a changed setting empties the ring. A loop of pictures,
+// rendered before and played to and fro, costs next to nothing and keeps any pace.
+//
+// Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; on Line0 a
+// pulse comes LinePulseRate times a second, as long as frames may be taken. Two software triggers closer
+// together than the camera takes to send a frame give one frame, as they do on cameras without a trigger
+// buffer.
+//
+// Aravis's camera side knows no chunk data. Instead the last frame's own facts stand in registers:
+// LastFrameId (as sent: 16 bits), LastFrameNumber (counted from 1, never wraps), LastExposureTime, LastGain,
+// LastHandTime. All five change together, before the first packet of the frame leaves.
+//
+// Faults of the link and of time make a relay stand before the camera (gige_relay.h); the camera itself then
+// hides at another address (gige_address.h).
 //
 // The pose file, when asked for, is TUM's format: `timestamp tx ty tz qx qy qz qw`, camera to world, metres;
 // the timestamp is the frame's as its client sees it (start of exposure, seconds of the device's clock) while
@@ -18,6 +31,7 @@
 #include <memory>
 #include <string>
 
+#include "acquisition/simulator/gige_relay.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf {
@@ -27,6 +41,8 @@ struct GigeServerOptions {
   std::string interface = "127.0.0.1";  // an IPv4 address of this machine; one camera per address
   std::string serial = "ULF-SIM-1";
   std::filesystem::path poses;  // empty: not written
+  double line_hz = 10;          // pulses on Line0 at first
+  int loop = 0;                 // pictures in the loop; 0: rendered as the hand goes
 };
 
 struct GigeServerStatistics {
@@ -49,6 +65,9 @@ class SimulatedGigeCamera {
   std::string DeviceId() const;
   const SimulatedCamera& camera() const;
   GigeServerStatistics Statistics() const;
+  // None when no fault asked for a relay. A freeze of no length, `freeze=0:0`,
+  // brings it in for tests that break the link by hand.
+  GigeRelay* relay();
 
  private:
   struct State;

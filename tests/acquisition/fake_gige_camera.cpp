@@ -1,6 +1,6 @@
-// A GigE Vision camera for the tests of the client, on 127.0.0.1: Aravis's fake camera with pictures that
-// tell which pixel is where. Arguments: SERIAL LOSS, the share of stream packets that it swallows. Says
-// "ready" when it listens and serves until it is killed.
+// A GigE Vision camera for the tests of the client: Aravis's fake camera with pictures that tell which pixel
+// is where. Arguments: SERIAL, LOSS (the share of stream packets that it swallows) and, where it is not
+// 127.0.0.1, ADDRESS. Says "ready" when it listens and serves until it is killed.
 //
 //   Mono8     value (3 x + 5 y) mod 256
 //   RGB8      red x mod 256, green y mod 256, blue 77
@@ -40,8 +40,8 @@ void Fill(ArvBuffer* buffer, void* /*user_data*/, guint32 /*exposure_us*/, guint
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
-  ArvGvFakeCamera* camera = arv_gv_fake_camera_new("127.0.0.1", argv[1]);
+  if (argc < 3 || argc > 4) return 2;
+  ArvGvFakeCamera* camera = arv_gv_fake_camera_new(argc == 4 ? argv[3] : "127.0.0.1", argv[1]);
   if (!camera || !arv_gv_fake_camera_is_running(camera)) return 1;
   g_object_set(camera, "gvsp-lost-ratio", std::atof(argv[2]), nullptr);
   arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera), Fill, nullptr);

@@ -5,12 +5,14 @@
 
 #include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
 #include <thread>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "acquisition/features.h"
 #include "acquisition/simulator/simulated_gige_camera.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"
@@ -131,6 +133,70 @@ TEST_F(GigeSimulator, ExposureGainAndFormatActOnThePicture) {
   EXPECT_GT(std::abs(from_color[2] - from_color[0]), 0.01) << "red and blue could be told apart";
 }
 
+TEST_F(GigeSimulator, EveryPixelFormatArrivesBitByBit) {
+  GigeServerOptions options = Options();
+  options.simulation.noise = true;
+  options.simulation.width = 322;  // rows that end within a byte group
+  const SimulatedGigeCamera server(options);
+  // What the camera's own description offers, so that none is left out.
+  std::optional<Feature> described = OpenFeatures("aravis:127.0.0.1")->Find("PixelFormat");
+  ASSERT_TRUE(described);
+  const std::vector<std::string> offered = described->choices;
+  ASSERT_EQ(offered.size(), 20u);
+  for (const std::string& name : offered) {
+    const auto format = SensorFormatByName(name);
+    ASSERT_TRUE(format) << name;
+    const auto frames = Take("aravis:127.0.0.1?roi=290x236+32+4&format=" + name, 2);
+    const auto poses = ReadPoses(options.poses);
+    for (const Frame& frame : frames) {
+      const Image& got = frame.image;
+      ASSERT_EQ(got.mosaic, PixelsOf(*format).mosaic) << name;
+      const double hand_s = poses.at(frame.id).hand_s;
+      // The file holds microseconds; the picture's number is in them.
+      const Image again = server.camera()
+                              .Capture({.open_s = hand_s,
+                                        .format = *format,
+                                        .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6))})
+                              .image;
+      ASSERT_EQ(got.pixels.type(), again.pixels.type()) << name;
+      cv::Mat apart;
+      cv::absdiff(again.pixels(cv::Rect(32, 4, 290, 236)), got.pixels, apart);
+      // Half a microsecond of the hand's way and a float's rounding may tip a number over, not move pixels.
+      const int step = 65536 >> std::min(12, PixelsOf(*format).bits);
+      const int tipped = got.pixels.depth() == CV_8U ? 1 : step;
+      EXPECT_LE(cv::countNonZero(apart.reshape(1) > tipped), 5) << name;
+      EXPECT_GT(cv::mean(got.pixels)[0], got.pixels.depth() == CV_8U ? 4 : 1000) << name;
+    }
+  }
+}
+
+TEST_F(GigeSimulator, TwoCamerasAtOnce) {
+  GigeServerOptions options = Options(), other_options = Options();
+  other_options.interface = "127.0.0.2";
+  other_options.serial = "ULF-SIM-2";
+  other_options.simulation.seed = 8;
+  other_options.poses = scratch_ / "poses2.txt";
+  const SimulatedGigeCamera one(options), two(other_options);
+  const auto a = OpenDevice("aravis:ULF-SIM-1?format=Mono8"), b = OpenDevice("aravis:ULF-SIM-2?format=Mono8");
+  a->Start();
+  b->Start();
+  std::vector<Frame> from_a, from_b;
+  for (int tries = 0; tries < 200 && (from_a.size() < 10 || from_b.size() < 10); ++tries) {
+    if (auto frame = a->Next(200ms)) from_a.push_back(std::move(*frame));
+    if (auto frame = b->Next(200ms)) from_b.push_back(std::move(*frame));
+  }
+  a->Stop();
+  b->Stop();
+  ASSERT_GE(std::min(from_a.size(), from_b.size()), 10u);
+  const auto poses_a = ReadPoses(options.poses), poses_b = ReadPoses(other_options.poses);
+  const WrittenPose& pose_a = poses_a.at(from_a.back().id);
+  const WrittenPose& pose_b = poses_b.at(from_b.back().id);
+  EXPECT_NEAR(pose_a.timestamp_s, from_a.back().device_time_s, 1e-5);
+  EXPECT_NEAR(pose_b.timestamp_s, from_b.back().device_time_s, 1e-5);
+  EXPECT_GT((pose_a.world_from_cam.translation - pose_b.world_from_cam.translation).norm(), 1e-4)
+      << "another hand";
+}
+
 TEST_F(GigeSimulator, PartOfTheSensor) {
   const SimulatedGigeCamera server(Options());
   const Frame part = Take("aravis:127.0.0.1?format=Mono8&roi=160x120+80+60", 2).back();
@@ -152,6 +218,28 @@ TEST_F(GigeSimulator, TimeIsRealWhileSomebodyStreamsAndRestsOtherwise) {
               before.back().device_time_s - before[1].device_time_s, 0.02);
   EXPECT_GT(after.front().device_time_s - before.back().device_time_s, 1.4);
   EXPECT_LT(hand_s(after.front()) - hand_s(before.back()), 1.0) << "the hand waited";
+}
+
+TEST_F(GigeSimulator, ALoopKeepsAnyPace) {
+  GigeServerOptions options = Options();
+  options.simulation.fps = 100;
+  options.simulation.format = SensorFormat::kMono8;
+  options.loop = 5;
+  const SimulatedGigeCamera server(options);
+  const auto frames = Take("aravis:127.0.0.1?format=Mono8&queue=60", 60);
+  const auto poses = ReadPoses(options.poses);
+  std::set<double> moments;
+  for (const Frame& frame : frames) {
+    const double hand_s = poses.at(frame.id).hand_s;
+    moments.insert(hand_s);
+    EXPECT_LT(hand_s, 0.05);
+    const Frame again = server.camera().Capture(
+        {.open_s = hand_s, .format = SensorFormat::kMono8, .id = static_cast<std::uint64_t>(hand_s * 1e6)});
+    cv::Mat apart;
+    cv::absdiff(again.image.pixels, frame.image.pixels, apart);
+    EXPECT_LE(cv::countNonZero(apart > 1), 5) << frame.id;
+  }
+  EXPECT_EQ(moments.size(), 5u);
 }
 
 TEST_F(GigeSimulator, RefusesWhatWouldFailSilently) {
@@ -186,6 +274,30 @@ TEST_F(GigeSimulator, CommandServesUntilASignal) {
   command.Signal(SIGTERM);
   EXPECT_THAT(command.ReadUntil("served", 5), HasSubstr("served"));
   EXPECT_EQ(command.Wait(5), 0);
+}
+
+TEST_F(GigeSimulator, CommandServesSeveralCamerasWithFaults) {
+  const char* binary = std::getenv("ULF_BINARY");
+  ASSERT_NE(binary, nullptr) << "run through ctest";
+  const std::string poses = (scratch_ / "a.txt").string() + "," + (scratch_ / "b.txt").string();
+  test::ChildProcess command({binary, "simulate", "wall", "--interface", "127.0.0.1,127.0.0.2", "--seed",
+                              "3,4", "--serial", "LEFT,RIGHT", "--poses", poses, "--fault", "lost=0.02",
+                              "--fault", "doubled=0.01", "--fps", "20", "--options",
+                              "width=320&height=240&fault=drift=1"});
+  ASSERT_THAT(command.ReadUntil("ULF-RIGHT", 30), HasSubstr("serving aravis:ULF-LEFT at 127.0.0.1"));
+  for (const char* uri : {"aravis:127.0.0.1?packet_size=1400", "aravis:127.0.0.2?packet_size=1400"})
+    Take(uri, 5);
+  EXPECT_FALSE(ReadPoses(scratch_ / "a.txt").empty());
+  EXPECT_FALSE(ReadPoses(scratch_ / "b.txt").empty());
+  command.Signal(SIGTERM);
+  const std::string figures = command.ReadUntil("RIGHT: served", 5);
+  EXPECT_THAT(figures, HasSubstr("LEFT: served"));
+  EXPECT_THAT(figures, HasSubstr("asked again in"));
+  EXPECT_EQ(command.Wait(5), 0);
+  for (const char* wrong :
+       {"--fault lots=1", "--fault lost=2", "--fault freeze=3", "--interface 127.0.0.1,127.0.0.2 --seed 3",
+        "--fault incomplete=0.1", "--loop 5 --fault drift=1", "--interface 10.9.8.7 --fault lost=0.1"})
+    EXPECT_EQ(test::RunUlf(std::string("simulate wall ") + wrong).exit_code, 2) << wrong;
 }
 
 }  // namespace
