@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/device.h"
+#include "acquisition/udev_rules.h"
 
 namespace ulf {
 namespace {
@@ -13,6 +14,16 @@ namespace {
 struct DevicesArgs {
   bool json = false;
 };
+
+// Missing permissions are spoken of where they may be the reason: nothing is found, or a camera is refused.
+std::optional<std::string> UdevHint(const std::vector<DeviceInfo>& devices) {
+  const bool all_well =
+      std::all_of(devices.begin(), devices.end(), [](const DeviceInfo& info) { return info.available; });
+  const bool any_real = std::any_of(devices.begin(), devices.end(),
+                                    [](const DeviceInfo& info) { return info.bus != "simulated"; });
+  if (any_real && all_well) return std::nullopt;
+  return MissingUdevRulesHintForThisUser();
+}
 
 void PrintJson(const std::vector<DeviceInfo>& devices) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -24,8 +35,9 @@ void PrintJson(const std::vector<DeviceInfo>& devices) {
                     {"bus", info.bus},
                     {"available", info.available},
                     {"problem", info.problem}});
-  fmt::print("{}\n", nlohmann::ordered_json{{"devices", list}}.dump(
-                         2, ' ', false, nlohmann::json::error_handler_t::replace));
+  nlohmann::ordered_json json{{"devices", list}};
+  if (const auto hint = UdevHint(devices)) json["hint"] = *hint;
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void PrintTable(const std::vector<DeviceInfo>& devices) {
@@ -46,9 +58,10 @@ void PrintTable(const std::vector<DeviceInfo>& devices) {
                                     [](const DeviceInfo& info) { return info.bus != "simulated"; });
   if (!any_real)
     fmt::print(
-        "No real camera answers: looked for GigE Vision on every network and for USB3 Vision. Check power, "
-        "cable "
-        "and firewall (UDP port 3956); a camera behind a router opens by address, aravis:192.0.2.7.\n");
+        "No real camera answers: looked for GigE Vision on every network, for USB3 Vision and for webcams. "
+        "Check power, cable and firewall (UDP port 3956); a camera behind a router opens by address, "
+        "aravis:192.0.2.7.\n");
+  if (const auto hint = UdevHint(devices)) fmt::print("{}\n", *hint);
 }
 
 int RunDevices(const DevicesArgs& args) {

@@ -8,22 +8,31 @@
 #include "acquisition/error.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
+#include "acquisition/v4l2/v4l2_device.h"
 
 namespace ulf {
 namespace {
 
 constexpr const char* kWhatWorks =
-    "sim:studio, replay:PATH and aravis:ID ('ulf devices' lists the cameras in reach)";
+    "sim:studio, replay:PATH, aravis:ID and v4l2:/dev/video0 ('ulf devices' lists the cameras in reach)";
+
+// Machine-vision cameras before webcams.
+std::vector<DeviceInfo> RealCameras() {
+  std::vector<DeviceInfo> cameras = ListAravisDevices();
+  for (DeviceInfo& webcam : ListV4l2Devices()) cameras.push_back(std::move(webcam));
+  return cameras;
+}
 
 std::string FirstRealCamera() {
   std::string refused;
-  for (const DeviceInfo& info : ListAravisDevices()) {
+  for (const DeviceInfo& info : RealCameras()) {
     if (info.available) return info.uri;
     refused += fmt::format("; {} {} {}: {}", info.maker, info.model, info.uri, info.problem);
   }
   throw Error(
-      "no camera can be used: looked for GigE Vision on every network and for USB3 Vision{}. Connect one, or "
-      "name sim:studio for the simulated one",
+      "no camera can be used: looked for GigE Vision on every network, for USB3 Vision and for webcams{}. "
+      "Connect "
+      "one, or name sim:studio for the simulated one",
       refused);
 }
 
@@ -34,7 +43,8 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
   if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
-  constexpr std::array kLater = {"v4l2", "gphoto2"};
+  if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
+  constexpr std::array kLater = {"gphoto2"};
   if (std::find(kLater.begin(), kLater.end(), uri.scheme) != kLater.end())
     throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", text, uri.scheme, kWhatWorks);
   throw UsageError("'{}': there is no kind of device called '{}'; there are {}", text, uri.scheme,
@@ -42,7 +52,7 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
 }
 
 std::vector<DeviceInfo> ListDevices() {
-  std::vector<DeviceInfo> devices = ListAravisDevices();
+  std::vector<DeviceInfo> devices = RealCameras();
   // Named without being opened: building its scene takes seconds.
   devices.push_back({.uri = "sim:studio",
                      .maker = "ULF",

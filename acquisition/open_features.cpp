@@ -2,13 +2,17 @@
 #include "acquisition/aravis/aravis_features.h"
 #include "acquisition/error.h"
 #include "acquisition/features.h"
+#include "acquisition/v4l2/v4l2_features.h"
 
 namespace ulf {
 
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
   const DeviceUri uri = DeviceUri::Parse(text);
   if (uri.scheme == "aravis") return OpenAravisFeatures(uri);
-  throw UsageError("'{}': only cameras have features (aravis:ID); 'ulf devices' lists those in reach", text);
+  if (uri.scheme == "v4l2") return OpenV4l2Features(uri);
+  throw UsageError(
+      "'{}': only cameras have features (aravis:ID, v4l2:/dev/video0); 'ulf devices' lists those in reach",
+      text);
 }
 
 }  // namespace ulf

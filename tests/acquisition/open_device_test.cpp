@@ -25,7 +25,7 @@ TEST(OpenDevice, UnknownSchemesSayWhatThereIs) {
 }
 
 TEST(OpenDevice, SchemesOfLaterSaySo) {
-  for (const char* uri : {"v4l2:/dev/video0", "gphoto2:usb:001,004"})
+  for (const char* uri : {"gphoto2:usb:001,004"})
     EXPECT_THAT(UsageErrorOf(uri), AllOf(HasSubstr("yet"), HasSubstr("replay:PATH"))) << uri;
 }
 
@@ -40,6 +40,15 @@ TEST(OpenDevice, AravisOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
   EXPECT_THAT(UsageErrorOf("aravis:192.0.2.1?roi=640x480"), HasSubstr("WIDTHxHEIGHT+X+Y"));
   EXPECT_THAT(UsageErrorOf("aravis:192.0.2.1?packet_size=1.5"), HasSubstr("packet_size"));
   EXPECT_THAT(UsageErrorOf("aravis:192.0.2.1?queue=0"), HasSubstr("queue"));
+}
+
+TEST(OpenDevice, V4l2OptionsAreCheckedBeforeAnyCameraIsLookedFor) {
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?format=ABCD"), AllOf(HasSubstr("ABCD"), HasSubstr("MJPEG")));
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?size=640"), HasSubstr("WIDTHxHEIGHT"));
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?fps=0"), HasSubstr("fps"));
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?settle=never"), HasSubstr("settle"));
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?io=dma"), HasSubstr("userptr"));
+  EXPECT_THAT(UsageErrorOf("v4l2:/dev/video99?queue=1.5"), HasSubstr("queue"));
 }
 
 TEST(DeviceUri, NumbersAreReadWhole) {

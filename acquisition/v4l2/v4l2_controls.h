@@ -1,0 +1,57 @@
+// A webcam's controls by name: exposure, gain, white balance, focus and whatever else its driver has; and the
+// automatics that must not change pictures between two views.
+//
+// Names are the driver's titles in lower case with underscores, as v4l2-ctl shows them; since they differ
+// from kernel to kernel, the usual ones have a short name that stays: exposure (in steps of 100 us), gain,
+// white_balance (kelvin), focus, auto_exposure, auto_gain, auto_white_balance, auto_focus.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/v4l2/v4l2_node.h"
+
+namespace ulf {
+
+struct V4l2Control {
+  std::uint32_t id = 0;
+  std::string name;        // "exposure_time_absolute"
+  std::string short_name;  // "exposure"; empty for most
+  std::string title, category;
+  std::uint32_t type = 0, flags = 0;
+  int min = 0, max = 0, step = 1, standard = 0;
+  std::vector<std::pair<int, std::string>> menu;
+
+  bool IsMenu() const { return type == V4L2_CTRL_TYPE_MENU || type == V4L2_CTRL_TYPE_INTEGER_MENU; }
+  bool Answers(const std::string& wanted) const { return wanted == name || wanted == short_name; }
+};
+
+// Those of 32 bits that a person can set, in the driver's order.
+std::vector<V4l2Control> V4l2Controls(const V4l2Node& node);
+
+std::optional<int> GetV4l2Control(const V4l2Node& node, std::uint32_t id);
+// 0, or the error number.
+int SetV4l2Control(const V4l2Node& node, std::uint32_t id, int value);
+
+// "manual", "Manual Mode" or 1, "true" or "on": the number behind it. Throws UsageError, beginning with
+// `who`, with the range or the choices.
+int V4l2ControlValue(const std::string& who, const V4l2Control& control, const std::string& text);
+// A value as it is written: a menu's words, else the number.
+std::string V4l2ControlText(const V4l2Control& control, int value);
+
+// Switches every automatic off that is on and not in `except` (names), writes back the value that it had
+// reached, and says for each what came of it.
+struct V4l2Frozen {
+  std::vector<std::string> held;                    // "auto_exposure off, exposure_time_absolute held at 156"
+  std::vector<std::pair<std::string, int>> values;  // what was held: {"exposure_time_absolute", 156}
+  std::vector<std::string> refused;                 // "auto_focus stays on: ..."
+};
+V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls,
+                                const std::vector<std::string>& except);
+
+// Exposure in force, read back; 0 when the camera chooses it itself or does not tell.
+double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls);
+
+}  // namespace ulf

@@ -1,0 +1,370 @@
+#include "acquisition/v4l2/v4l2_device.h"
+
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "acquisition/error.h"
+#include "acquisition/frame_id_counter.h"
+#include "acquisition/frame_queue.h"
+#include "acquisition/v4l2/motion_jpeg.h"
+#include "acquisition/v4l2/v4l2_controls.h"
+#include "acquisition/v4l2/v4l2_modes.h"
+#include "acquisition/v4l2/v4l2_node.h"
+#include "acquisition/v4l2/v4l2_options.h"
+#include "acquisition/v4l2/v4l2_stream.h"
+
+namespace ulf {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+double HostTimeSeconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+// The difference of two clocks as frames arrive: the least delay seen stands for the offset, the spread of
+// the rest is the jitter.
+class ClockOffset {
+ public:
+  void Add(double host_minus_device_s) {
+    ++count_;
+    least_ = count_ == 1 ? host_minus_device_s : std::min(least_, host_minus_device_s);
+    const double from_mean = host_minus_device_s - mean_;
+    mean_ += from_mean / static_cast<double>(count_);
+    squares_ += from_mean * (host_minus_device_s - mean_);
+  }
+  void WriteTo(DeviceStatistics& statistics) const {
+    if (count_ == 0) return;
+    statistics.clock_offset_s = least_;
+    statistics.clock_jitter_s = std::sqrt(squares_ / static_cast<double>(count_));
+  }
+
+ private:
+  std::uint64_t count_ = 0;
+  double least_ = 0, mean_ = 0, squares_ = 0;
+};
+
+class V4l2Device : public Device {
+ public:
+  explicit V4l2Device(const DeviceUri& uri) : options_(V4l2OptionsOf(uri)) {
+    const V4l2Camera camera = ResolveV4l2Camera(uri.Text(), uri.path);
+    info_ = camera.info;
+    info_.uri = uri.Text();
+    if (uri.path.empty()) {
+      DeviceUri named = uri;
+      named.path = camera.node;
+      info_.uri = named.Text();
+    }
+    node_ = std::make_unique<V4l2Node>(camera.node);
+    const V4l2Mode mode = ChooseV4l2Mode(info_.uri, V4l2Modes(*node_, options_.wish.size), options_.wish);
+    configured_ = SetV4l2Mode(*node_, mode, options_.wish.fps);
+    controls_ = V4l2Controls(*node_);
+    RequireControls();
+    stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (stop_ < 0) throw Error("{}: no descriptor is left for stopping it; close other programs", info_.uri);
+    spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", info_.uri, info_.maker, info_.model,
+                  configured_.format.name, configured_.width, configured_.height, configured_.period_s);
+  }
+
+  ~V4l2Device() override {
+    Stop();
+    close(stop_);
+  }
+
+  DeviceInfo Info() const override {
+    const std::lock_guard lock(mutex_);
+    return info_;
+  }
+  bool IsLive() const override { return true; }
+
+  void Start() override {
+    if (thread_.joinable()) return;
+    if (state_ == DeviceState::kLost) throw Error("{}: {}; open the device again", info_.uri, info_.problem);
+    stream_ = std::make_unique<V4l2Stream>(*node_, options_.io, configured_.image_bytes);
+    {
+      const std::lock_guard lock(mutex_);
+      queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
+      statistics_ = {};
+      ids_ = {};
+      clock_ = {};
+      started_ = Clock::now();
+    }
+    state_ = DeviceState::kStreaming;
+    thread_ = std::thread([this] {
+      try {
+        Capture();
+      } catch (const std::exception& error) {
+        Lose(fmt::format("reading its frames failed: {}", error.what()));
+      }
+    });
+  }
+
+  std::optional<Frame> Next(milliseconds timeout) override {
+    if (!queue_) return std::nullopt;
+    std::optional<Frame> frame = queue_->Pop(timeout);
+    if (frame && frame->status == FrameStatus::kComplete) {
+      const std::lock_guard lock(mutex_);
+      ++statistics_.delivered;
+      statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+    }
+    return frame;
+  }
+
+  void Stop() override {
+    if (!thread_.joinable()) return;
+    const std::uint64_t one = 1;
+    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: cannot be told to stop", info_.uri);
+    thread_.join();
+    std::uint64_t taken = 0;
+    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: was not told to stop", info_.uri);
+    queue_->Close();
+    stream_.reset();
+    const std::lock_guard lock(mutex_);
+    statistics_.seconds = Seconds(Clock::now() - started_);
+    if (state_ == DeviceState::kLost)
+      node_.reset();
+    else
+      state_ = DeviceState::kEnded;
+  }
+
+  DeviceState State() const override { return state_; }
+
+  DeviceStatistics Statistics() const override {
+    const std::lock_guard lock(mutex_);
+    DeviceStatistics statistics = statistics_;
+    statistics.missing = ids_.Missing();
+    if (queue_) statistics.dropped = queue_->Dropped();
+    if (state_ == DeviceState::kStreaming) statistics.seconds = Seconds(Clock::now() - started_);
+    clock_.WriteTo(statistics);
+    return statistics;
+  }
+
+  std::vector<DeviceEvent> TakeEvents() override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(events_, {});
+  }
+
+ private:
+  void Say(DeviceEventKind kind, const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    events_.push_back({kind, HostTimeSeconds(), text});
+  }
+
+  // Names and values of the URI's controls, before anything is written.
+  void RequireControls() const {
+    for (const auto& [name, value] : options_.controls) {
+      const auto control = FindControl(name);
+      if (control == controls_.end()) {
+        std::string list = "format, size, fps, io, settle, queue";
+        for (const V4l2Control& known : controls_)
+          list += ", " + (known.short_name.empty() ? known.name : known.short_name);
+        throw UsageError("'{}' has no option or control '{}'; known are: {}", info_.uri, name, list);
+      }
+      if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
+        throw UsageError("'{}': the control {} can only be read", info_.uri, name);
+      V4l2ControlValue(info_.uri, *control, value);
+    }
+  }
+
+  std::vector<V4l2Control>::const_iterator FindControl(const std::string& name) const {
+    return std::find_if(controls_.begin(), controls_.end(),
+                        [&](const V4l2Control& control) { return control.Answers(name); });
+  }
+
+  // The automatics end, the URI's controls are written, and what came of it is read back.
+  void FreezeAndSet() {
+    std::vector<std::string> asked;
+    for (const auto& [name, value] : options_.controls) asked.push_back(name);
+    const V4l2Frozen frozen = FreezeV4l2Automatics(*node_, controls_, asked);
+    for (const std::string& words : frozen.held) Say(DeviceEventKind::kNotice, words);
+    for (const std::string& words : frozen.refused) Say(DeviceEventKind::kNotice, words);
+    for (const auto& [name, text] : options_.controls) {
+      const V4l2Control& control = *FindControl(name);
+      const int value = V4l2ControlValue(info_.uri, control, text);
+      const int error = SetV4l2Control(*node_, control.id, value);
+      const auto got = GetV4l2Control(*node_, control.id);
+      if (error != 0 || (got && *got != value))
+        Say(DeviceEventKind::kNotice, fmt::format("{} was asked for {} and is {}{}", name, text,
+                                                  got ? V4l2ControlText(control, *got) : "unknown",
+                                                  error ? fmt::format(" ({})", std::strerror(error)) : ""));
+    }
+    exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
+    HoldInUri(frozen.values);
+  }
+
+  // From here on the camera's name says what it was held at: opened again by it, it takes the same pictures.
+  void HoldInUri(const std::vector<std::pair<std::string, int>>& values) {
+    if (values.empty()) return;
+    const std::lock_guard lock(mutex_);
+    DeviceUri uri = DeviceUri::Parse(info_.uri);
+    std::erase_if(uri.options, [](const auto& option) { return option.first == "settle"; });
+    uri.options.emplace_back("settle", "0");
+    for (const auto& [name, value] : values)
+      if (std::none_of(options_.controls.begin(), options_.controls.end(),
+                       [&](const auto& asked) { return FindControl(asked.first)->Answers(name); }))
+        uri.options.emplace_back(name, std::to_string(value));
+    info_.uri = uri.Text();
+  }
+
+  // The capture thread: from the driver's buffers to the queue, until told to stop or the camera is gone.
+  void Capture() {
+    const double stall_s = std::max(0.5, 3 * configured_.period_s);
+    const double lost_s = std::max(5.5, 10 * configured_.period_s);
+    const auto begun = Clock::now();
+    auto last_frame = begun;
+    bool stalled = false, settled = options_.settle_s == 0;
+    if (settled) FreezeAndSet();
+    while (!WaitForFrame(milliseconds(100))) {
+      if (!settled && Seconds(Clock::now() - begun) >= options_.settle_s) {
+        settled = true;
+        FreezeAndSet();
+        // What was exposed before that is in the buffers still.
+        settled_at_ = Clock::now();
+      }
+      std::optional<V4l2Stream::Filled> filled;
+      const int error = stream_->Dequeue(filled);
+      if (filled) {
+        if (settled) Take(*filled);
+        if (const int refused = stream_->Requeue(*filled); refused != 0) return LoseBy(refused);
+        if (stalled) Say(DeviceEventKind::kNotice, "frames come again");
+        stalled = false;
+        last_frame = Clock::now();
+        continue;
+      }
+      if (error != EAGAIN) return LoseBy(error);
+      // Ready and yet nothing there: some drivers wake their readers early.
+      if (Pause(milliseconds(2))) return;
+      const double silence_s = Seconds(Clock::now() - last_frame);
+      if (silence_s > stall_s && !std::exchange(stalled, silence_s > stall_s))
+        Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
+      if (silence_s > lost_s)
+        return Lose(
+            fmt::format("no frame for {:.1f} s although the camera is there; unplug it and plug it in "
+                        "again, or take another USB socket",
+                        silence_s));
+    }
+  }
+
+  // True when told to stop; else a frame may be there, or the time is over.
+  bool WaitForFrame(milliseconds timeout) const {
+    std::array<pollfd, 2> waiting{{{stop_, POLLIN, 0}, {node_->Descriptor(), POLLIN, 0}}};
+    poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count()));
+    return waiting[0].revents != 0;
+  }
+  bool Pause(milliseconds time) const {
+    pollfd waiting{stop_, POLLIN, 0};
+    return poll(&waiting, 1, static_cast<int>(time.count())) > 0;
+  }
+
+  void LoseBy(int error) { Lose(V4l2Problem(node_->Path(), error)); }
+
+  void Lose(const std::string& problem) {
+    {
+      const std::lock_guard lock(mutex_);
+      info_.available = false;
+      info_.problem = problem;
+    }
+    state_ = DeviceState::kLost;
+    queue_->Close();
+  }
+
+  void Take(const V4l2Stream::Filled& filled) {
+    const v4l2_buffer& header = filled.header;
+    const double stamp_s =
+        static_cast<double>(header.timestamp.tv_sec) + 1e-6 * static_cast<double>(header.timestamp.tv_usec);
+    // Exposed, at least in part, while the automatics were on.
+    const bool monotonic = (header.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    if (monotonic && settled_at_ != Clock::time_point() &&
+        stamp_s < Seconds(settled_at_.time_since_epoch()) + configured_.period_s)
+      return;
+    Frame frame;
+    frame.id = header.sequence;
+    frame.host_time_s = HostTimeSeconds();
+    frame.exposure_s = exposure_s_;
+    frame.device_time_s = stamp_s;
+    if (!monotonic || stamp_s == 0) {
+      frame.device_time_s = frame.host_time_s;  // a driver without a clock
+    } else {
+      const bool stamped_at_start =
+          (header.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+      frame.device_time_s += (stamped_at_start ? 0.5 : -0.5) * frame.exposure_s;
+    }
+    if (header.flags & V4L2_BUF_FLAG_ERROR || !Fill(filled.bytes, frame))
+      frame.status = FrameStatus::kIncomplete;
+    {
+      const std::lock_guard lock(mutex_);
+      ids_.Arrived(frame.id);
+      if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
+      if (monotonic) clock_.Add(frame.host_time_s - stamp_s);
+    }
+    queue_->Push(std::move(frame));
+  }
+
+  // False when the buffer does not hold the picture that was configured.
+  bool Fill(std::span<const std::uint8_t> bytes, Frame& frame) {
+    try {
+      if (configured_.format.packing == PixelPacking::kJpeg) {
+        auto jpeg = StandaloneJpeg(bytes);
+        if (!jpeg) return false;
+        frame.encoded = {".jpg", std::make_shared<const std::string>(std::move(*jpeg))};
+        bytes = {reinterpret_cast<const std::uint8_t*>(frame.encoded->bytes->data()),
+                 frame.encoded->bytes->size()};
+      }
+      frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, bytes.data(),
+                                   bytes.size(), configured_.layout);
+      frame.image.transfer = configured_.transfer;
+      return true;
+    } catch (const Error& error) {
+      if (!std::exchange(said_incomplete_, true))
+        Say(DeviceEventKind::kNotice, fmt::format("a frame is incomplete: {}", error.what()));
+      frame.encoded.reset();
+      return false;
+    }
+  }
+
+  const V4l2Options options_;
+  DeviceInfo info_;
+  std::unique_ptr<V4l2Node> node_;
+  V4l2Configured configured_;
+  std::vector<V4l2Control> controls_;
+  std::unique_ptr<V4l2Stream> stream_;
+  std::unique_ptr<FrameQueue> queue_;
+  int stop_ = -1;
+  std::thread thread_;
+  std::atomic<DeviceState> state_{DeviceState::kConnected};
+  // The capture thread's.
+  double exposure_s_ = 0;
+  Clock::time_point settled_at_;
+  bool said_incomplete_ = false;
+
+  mutable std::mutex mutex_;
+  DeviceStatistics statistics_;
+  FrameIdCounter ids_;
+  ClockOffset clock_;
+  Clock::time_point started_;
+  std::vector<DeviceEvent> events_;
+};
+
+}  // namespace
+
+std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri) { return std::make_unique<V4l2Device>(uri); }
+
+std::vector<DeviceInfo> ListV4l2Devices() {
+  std::vector<DeviceInfo> list;
+  for (const V4l2Camera& camera : FindV4l2Cameras()) list.push_back(camera.info);
+  return list;
+}
+
+}  // namespace ulf

@@ -1,0 +1,52 @@
+#include "acquisition/v4l2/v4l2_options.h"
+
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+
+V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
+  V4l2Options options;
+  std::set<std::string> given;
+  for (const auto& [key, value] : uri.options) {
+    if (!given.insert(key).second) throw UsageError("'{}': {} is given twice", uri.Text(), key);
+    if (key == "format") {
+      options.wish.fourcc = FourccByName(value);
+      if (!options.wish.fourcc)
+        throw UsageError(
+            "'{}': the pixel format {} is not one that webcams send and this program reads; "
+            "YUYV, NV12 and MJPEG are the usual ones",
+            uri.Text(), value);
+    } else if (key == "size") {
+      int width = 0, height = 0;
+      char rest = 0;
+      if (std::sscanf(value.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1)
+        throw UsageError("'{}': size must read WIDTHxHEIGHT, such as 1280x720", uri.Text());
+      options.wish.size = {width, height};
+    } else if (key == "fps") {
+      options.wish.fps = uri.Number(key);
+      if (*options.wish.fps <= 0) throw UsageError("'{}': fps must be above 0", uri.Text());
+    } else if (key == "io") {
+      if (value != "mmap" && value != "userptr")
+        throw UsageError("'{}': io must be mmap or userptr, not '{}'", uri.Text(), value);
+      options.io = value == "mmap" ? V4l2Io::kMmap : V4l2Io::kUserPtr;
+    } else if (key == "settle") {
+      options.settle_s = *uri.Number(key);
+      if (options.settle_s < 0 || options.settle_s > 60)
+        throw UsageError("'{}': settle must be 0 to 60 seconds", uri.Text());
+    } else if (key == "queue") {
+      const double queue = *uri.Number(key);
+      if (queue < 1 || queue > 1000 || queue != std::floor(queue))
+        throw UsageError("'{}': queue must be a whole number above 0", uri.Text());
+      options.queue = static_cast<std::size_t>(queue);
+    } else {
+      options.controls.emplace_back(key, value);
+    }
+  }
+  return options;
+}
+
+}  // namespace ulf

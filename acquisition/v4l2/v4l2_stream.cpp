@@ -1,0 +1,110 @@
+#include "acquisition/v4l2/v4l2_stream.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace {
+
+constexpr std::uint32_t kBuffers = 4;  // one being filled, one being read, two in reserve
+constexpr std::size_t kPage = 4096;
+
+}  // namespace
+
+V4l2Stream::V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes)
+    : node_(node), memory_(io == V4l2Io::kMmap ? V4L2_MEMORY_MMAP : V4L2_MEMORY_USERPTR) {
+  v4l2_requestbuffers request{};
+  request.count = kBuffers;
+  request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  request.memory = memory_;
+  const int error = node.Call(VIDIOC_REQBUFS, &request);
+  if (error == EINVAL && io == V4l2Io::kUserPtr)
+    throw Error("{}: its driver does not fill buffers of ours; use io=mmap", node.Path());
+  if (error != 0) node.Throw("request for buffers", error);
+  if (request.count < 2)
+    throw Error("{}: its driver has {} buffers, too few to stream; free memory and try again", node.Path(),
+                request.count);
+  try {
+    for (std::uint32_t i = 0; i < request.count; ++i) {
+      Buffer buffer;
+      v4l2_buffer header = Header(i);
+      if (io == V4l2Io::kMmap) {
+        node.Must("buffer", VIDIOC_QUERYBUF, &header);
+        void* mapped = mmap(nullptr, header.length, PROT_READ | PROT_WRITE, MAP_SHARED, node.Descriptor(),
+                            header.m.offset);
+        if (mapped == MAP_FAILED)
+          throw Error("{}: its buffers cannot be mapped: {}; try io=userptr", node.Path(),
+                      std::strerror(errno));
+        buffer = {static_cast<std::uint8_t*>(mapped), header.length};
+      } else {
+        buffer.size = (image_bytes + kPage - 1) / kPage * kPage;
+        buffer.data = static_cast<std::uint8_t*>(std::aligned_alloc(kPage, buffer.size));
+        if (!buffer.data) throw std::bad_alloc();
+      }
+      buffers_.push_back(buffer);
+      header = Header(i);
+      node.Must("queueing of a buffer", VIDIOC_QBUF, &header);
+    }
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    node.Must("start of the stream", VIDIOC_STREAMON, &type);
+  } catch (...) {
+    Release();
+    throw;
+  }
+}
+
+V4l2Stream::~V4l2Stream() { Release(); }
+
+void V4l2Stream::Release() {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  node_.Call(VIDIOC_STREAMOFF, &type);
+  for (const Buffer& buffer : buffers_) {
+    if (memory_ == V4L2_MEMORY_MMAP)
+      munmap(buffer.data, buffer.size);
+    else
+      std::free(buffer.data);
+  }
+  buffers_.clear();
+  v4l2_requestbuffers none{};
+  none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  none.memory = memory_;
+  node_.Call(VIDIOC_REQBUFS, &none);
+}
+
+v4l2_buffer V4l2Stream::Header(std::uint32_t index) const {
+  v4l2_buffer header{};
+  header.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  header.memory = memory_;
+  header.index = index;
+  if (memory_ == V4L2_MEMORY_USERPTR && index < buffers_.size()) {
+    header.m.userptr = reinterpret_cast<unsigned long>(buffers_[index].data);
+    header.length = static_cast<std::uint32_t>(buffers_[index].size);
+  }
+  return header;
+}
+
+int V4l2Stream::Dequeue(std::optional<Filled>& filled) {
+  filled.reset();
+  v4l2_buffer header{};
+  header.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  header.memory = memory_;
+  if (const int error = node_.Call(VIDIOC_DQBUF, &header); error != 0) return error;
+  if (header.index >= buffers_.size()) return EIO;
+  const Buffer& buffer = buffers_[header.index];
+  filled = Filled{header, {buffer.data, std::min<std::size_t>(header.bytesused, buffer.size)}};
+  return 0;
+}
+
+int V4l2Stream::Requeue(const Filled& filled) {
+  v4l2_buffer header = Header(filled.header.index);
+  return node_.Call(VIDIOC_QBUF, &header);
+}
+
+}  // namespace ulf
