@@ -28,6 +28,7 @@ void FrameIdCounter::Arrived(std::uint64_t id) {
   }
   const std::int64_t ahead = Ahead(*newest_, id);
   if (ahead <= 0) {
+    if (ahead < 0) ++out_of_order_;
     if (ahead < 0 && missing_ > 0) --missing_;  // late, not lost
     return;
   }

@@ -15,11 +15,14 @@ class FrameIdCounter {
   void Arrived(std::uint64_t id);
   void ArrivedWithoutId() { ++without_id_; }
   std::uint64_t Missing() const { return missing_; }
+  // Frames that arrived behind a later one.
+  std::uint64_t OutOfOrder() const { return out_of_order_; }
 
  private:
   std::optional<std::uint64_t> newest_;
   std::uint64_t without_id_ = 0;  // arrived nameless: each fills one gap
   std::uint64_t missing_ = 0;
+  std::uint64_t out_of_order_ = 0;
 };
 
 }  // namespace ulf

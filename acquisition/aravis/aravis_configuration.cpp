@@ -1,5 +1,7 @@
 #include "acquisition/aravis/aravis_configuration.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -23,27 +25,79 @@ class Configurator {
   AravisConfigured Write(const AravisOptions& options) {
     arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
     arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
-    Try([&](GError** e) {
-      arv_camera_stop_acquisition(camera_, e);
-    });  // a killed program may have left it running
-    Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
+    // A killed program may have left it running.
+    Try([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
+    LoadUserSet(options.user_set);
     if (Has("AcquisitionMode"))
       Must(who_, "continuous acquisition",
            [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
-    AravisConfigured configured;
-    configured.format = WriteFormat(options.format);
+    Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
+    configured_.format = WriteFormat(options.format);
+    WriteBinning(options.binning);
     WriteRegion(options.region);
     WriteExposure(options.exposure_us);
-    WriteGain(options.gain_db);
+    WriteGain(options);
+    WriteBlackLevel(options.black_level);
+    WriteWhiteBalance(options.white_balance);
     WriteFrameRate(options.fps);
-    if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options.packet_size);
-    ReadBack(configured);
-    return configured;
+    WriteTrigger(options);  // the library switches it off with the frame rate
+    WriteChunks(options.chunks);
+    if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options);
+    ReadBack(options);
+    return configured_;
   }
 
  private:
   bool Has(const char* feature) {
     return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
+  }
+
+  template <typename Call>
+  bool Can(Call&& call) {
+    return Maybe([&](GError** e) { return call(camera_, e); }, false);
+  }
+
+  std::vector<std::string> Choices(const char* enumeration) {
+    guint count = 0;
+    const char** names = Maybe(
+        [&](GError** e) {
+          return arv_camera_dup_available_enumerations_as_strings(camera_, enumeration, &count, e);
+        },
+        static_cast<const char**>(nullptr));
+    if (!names) return {};
+    const std::vector<std::string> choices(names, names + count);
+    g_free(names);
+    return choices;
+  }
+
+  void RequireChoice(const char* option, const char* enumeration, const std::string& value) {
+    const std::vector<std::string> choices = Choices(enumeration);
+    if (std::find(choices.begin(), choices.end(), value) == choices.end())
+      throw Error("{}: {}={}: the camera has {}", who_, option, value,
+                  choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
+  }
+
+  void SetText(const char* feature, const std::string& value) {
+    Must(who_, fmt::format("{}={}", feature, value),
+         [&](GError** e) { arv_camera_set_string(camera_, feature, value.c_str(), e); });
+  }
+
+  void LoadUserSet(const std::optional<std::string>& user_set) {
+    if (!user_set) return;
+    if (!Has("UserSetSelector") || !Has("UserSetLoad"))
+      throw Error("{}: the camera keeps no user sets; leave user_set out", who_);
+    RequireChoice("user_set", "UserSetSelector", *user_set);
+    SetText("UserSetSelector", *user_set);
+    Must(who_, "user set " + *user_set,
+         [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
+  }
+
+  void WriteTrigger(const AravisOptions& options) {
+    if (!options.Triggered()) return;
+    if (!Has("TriggerSource")) throw Error("{}: the camera cannot be triggered; leave trigger out", who_);
+    const std::string source = options.SoftwareTriggered() ? "Software" : options.trigger;
+    RequireChoice("trigger", "TriggerSource", source);
+    Must(who_, "trigger " + source, [&](GError** e) { arv_camera_set_trigger(camera_, source.c_str(), e); });
   }
 
   void CheckRange(const char* option, double value, double low, double high) {
@@ -76,9 +130,25 @@ class Configurator {
     return *format;
   }
 
-  void WriteRegion(const std::optional<AravisRegion>& asked) {
-    if (Maybe([&](GError** e) { return arv_camera_is_binning_available(camera_, e); }, false))
+  void WriteBinning(const AravisBinning& asked) {
+    const bool wanted = asked.x != 1 || asked.y != 1;
+    if (!Can(arv_camera_is_binning_available)) {
+      if (wanted) throw Error("{}: the camera cannot bin; leave binning out", who_);
+      return;
+    }
+    if (wanted) {
+      gint low = 1, high = 1;
+      Must(who_, "binning", [&](GError** e) { arv_camera_get_x_binning_bounds(camera_, &low, &high, e); });
+      CheckRange("binning", asked.x, low, high);
+      Must(who_, "binning", [&](GError** e) { arv_camera_get_y_binning_bounds(camera_, &low, &high, e); });
+      CheckRange("binning", asked.y, low, high);
+      Must(who_, "binning", [&](GError** e) { arv_camera_set_binning(camera_, asked.x, asked.y, e); });
+    } else {
       Try([&](GError** e) { arv_camera_set_binning(camera_, 1, 1, e); });
+    }
+  }
+
+  void WriteRegion(const std::optional<AravisRegion>& asked) {
     // Offsets first to zero: they limit what the sizes may be.
     if (Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera_, e); }, false)) {
       Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetX", 0, e); });
@@ -93,7 +163,7 @@ class Configurator {
       return;
     }
     if (asked->x + asked->width > max_width || asked->y + asked->height > max_height)
-      throw Error("{}: roi={}x{}+{}+{} reaches beyond the sensor of {}x{}", who_, asked->width, asked->height,
+      throw Error("{}: roi={}x{}+{}+{} reaches beyond the image of {}x{}", who_, asked->width, asked->height,
                   asked->x, asked->y, max_width, max_height);
     Must(who_, "roi", [&](GError** e) {
       arv_camera_set_region(camera_, asked->x, asked->y, asked->width, asked->height, e);
@@ -113,17 +183,96 @@ class Configurator {
     Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
   }
 
-  void WriteGain(std::optional<double> gain_db) {
-    if (!gain_db) return;
-    if (!Has("Gain"))
-      throw Error("{}: the camera has no gain in dB (at most a raw number of its own); leave gain_db out",
-                  who_);
-    if (Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false))
+  // In decibels where the feature is a float; cameras of before that rule count in units of their own.
+  bool HasDecibels() {
+    return (Has("Gain") && ARV_IS_GC_FLOAT(arv_device_get_feature(session_.Device(), "Gain"))) ||
+           Has("GainAbs");
+  }
+  const char* RawGain() {
+    if (Has("GainRaw")) return "GainRaw";
+    if (Has("Gain") && ARV_IS_GC_INTEGER(arv_device_get_feature(session_.Device(), "Gain"))) return "Gain";
+    return nullptr;
+  }
+
+  void WriteGain(const AravisOptions& options) {
+    if (!options.gain_db && !options.gain_raw) return;
+    if (Can(arv_camera_is_gain_auto_available))
       Must(who_, "auto gain off", [&](GError** e) { arv_camera_set_gain_auto(camera_, ARV_AUTO_OFF, e); });
+    const char* raw = RawGain();
+    if (options.gain_raw) {
+      if (!raw) throw Error("{}: the camera has no raw gain; give gain_db", who_);
+      gint64 low = 0, high = 0;
+      Must(who_, "gain", [&](GError** e) { arv_camera_get_integer_bounds(camera_, raw, &low, &high, e); });
+      CheckRange("gain_raw", *options.gain_raw, static_cast<double>(low), static_cast<double>(high));
+      Must(who_, "gain", [&](GError** e) { arv_camera_set_integer(camera_, raw, *options.gain_raw, e); });
+      return;
+    }
+    if (!HasDecibels())
+      throw Error("{}: the camera has no gain in dB{}", who_,
+                  raw ? "; it counts in units of its own: give gain_raw ('ulf features' shows its range)"
+                      : "; leave gain_db out");
     double low = 0, high = 0;
-    Must(who_, "gain", [&](GError** e) { arv_camera_get_gain_bounds(camera_, &low, &high, e); });
-    CheckRange("gain_db", *gain_db, low, high);
-    Must(who_, "gain", [&](GError** e) { arv_camera_set_gain(camera_, *gain_db, e); });
+    const char* name = Has("Gain") ? "Gain" : "GainAbs";
+    Must(who_, "gain", [&](GError** e) { arv_camera_get_float_bounds(camera_, name, &low, &high, e); });
+    CheckRange("gain_db", *options.gain_db, low, high);
+    Must(who_, "gain", [&](GError** e) { arv_camera_set_float(camera_, name, *options.gain_db, e); });
+  }
+
+  void WriteBlackLevel(std::optional<double> black_level) {
+    if (!black_level) return;
+    if (!Can(arv_camera_is_black_level_available))
+      throw Error("{}: the camera's black level cannot be set; leave black_level out", who_);
+    if (Can(arv_camera_is_black_level_auto_available))
+      Must(who_, "auto black level off",
+           [&](GError** e) { arv_camera_set_black_level_auto(camera_, ARV_AUTO_OFF, e); });
+    double low = 0, high = 0;
+    Must(who_, "black level",
+         [&](GError** e) { arv_camera_get_black_level_bounds(camera_, &low, &high, e); });
+    CheckRange("black_level", *black_level, low, high);
+    Must(who_, "black level", [&](GError** e) { arv_camera_set_black_level(camera_, *black_level, e); });
+  }
+
+  void WriteWhiteBalance(const std::optional<AravisWhiteBalance>& balance) {
+    if (!balance) return;
+    if (balance->by_camera) {
+      if (!Has("BalanceWhiteAuto"))
+        throw Error("{}: the camera does not balance colours by itself; give white_balance=RED,BLUE", who_);
+      RequireChoice("white_balance", "BalanceWhiteAuto", "Once");
+      return;
+    }
+    const char* ratio = Has("BalanceRatio")      ? "BalanceRatio"
+                        : Has("BalanceRatioAbs") ? "BalanceRatioAbs"
+                                                 : nullptr;
+    if (!ratio || !Has("BalanceRatioSelector"))
+      throw Error("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
+    if (Has("BalanceWhiteAuto")) SetText("BalanceWhiteAuto", "Off");
+    for (const auto& [colour, value] : {std::pair("Red", balance->red), std::pair("Blue", balance->blue)}) {
+      RequireChoice("white_balance", "BalanceRatioSelector", colour);
+      SetText("BalanceRatioSelector", colour);
+      double low = 0, high = 0;
+      Must(who_, ratio, [&](GError** e) { arv_camera_get_float_bounds(camera_, ratio, &low, &high, e); });
+      CheckRange("white_balance", value, low, high);
+      Must(who_, ratio, [&, value = value](GError** e) { arv_camera_set_float(camera_, ratio, value, e); });
+    }
+  }
+
+  // What a frame can say of itself, where the camera offers it.
+  void WriteChunks(bool wanted) {
+    if (!Can(arv_camera_are_chunks_available)) {
+      if (wanted) throw Error("{}: the camera adds no data to its frames; leave chunks out", who_);
+      return;
+    }
+    Must(who_, "chunk data", [&](GError** e) { arv_camera_set_chunk_mode(camera_, wanted, e); });
+    if (!wanted) return;
+    for (const std::string& offered : Choices("ChunkSelector"))
+      for (const char* useful :
+           {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter", "Timestamp"})
+        if (offered == useful &&
+            Maybe([&](GError** e) { return arv_camera_set_chunk_state(camera_, useful, TRUE, e), true; },
+                  false))
+          configured_.chunks.push_back(offered);
+    if (configured_.chunks.empty())
+      configured_.notes.emplace_back("offers no chunk of use (exposure, gain, number, time)");
   }
 
   void WriteFrameRate(std::optional<double> fps) {
@@ -136,47 +285,112 @@ class Configurator {
     Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
   }
 
-  void WritePackets(const std::string& address, std::optional<int> packet_size) {
+  void WritePackets(const std::string& address, const AravisOptions& options) {
     if (PacketSocketWouldMishear(address))
       arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    std::optional<int> packet_size = options.packet_size;
     if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
     if (packet_size) {
       arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
       Must(who_, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera_, *packet_size, e); });
     } else {
-      Try([&](GError** e) {
-        arv_camera_gv_auto_packet_size(camera_, e);
-      });  // not every camera sends test packets
+      // Not every camera sends test packets.
+      Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera_, e); });
     }
+    configured_.packet_size = static_cast<int>(
+        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0}));
+    if (packet_size && configured_.packet_size != *packet_size)
+      configured_.notes.push_back(
+          fmt::format("made {} of packet_size={}", configured_.packet_size, *packet_size));
+    // The register is the standard's own, but a camera may leave it out.
+    const gint64 delay_ns = options.packet_delay_ns.value_or(0);
+    const bool taken =
+        Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera_, delay_ns, e), true; }, false);
+    configured_.packet_delay_ns =
+        Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera_, e); }, gint64{0});
+    if (options.packet_delay_ns &&
+        (!taken || std::abs(configured_.packet_delay_ns - delay_ns) > delay_ns / 10))
+      configured_.notes.push_back(
+          fmt::format("made {} ns of packet_delay_ns={}", configured_.packet_delay_ns, delay_ns));
   }
 
-  void ReadBack(AravisConfigured& configured) {
+  void ReadWindow() {
+    SensorWindow& window = configured_.window;
+    gint binning_x = 1, binning_y = 1;
+    if (Can(arv_camera_is_binning_available))
+      Try([&](GError** e) { arv_camera_get_binning(camera_, &binning_x, &binning_y, e); });
+    const auto decimation = [&](const char* feature) {
+      return Has(feature)
+                 ? static_cast<int>(Maybe(
+                       [&](GError** e) { return arv_camera_get_integer(camera_, feature, e); }, gint64{1}))
+                 : 1;
+    };
+    window.binning_x = std::max(1, binning_x * decimation("DecimationHorizontal"));
+    window.binning_y = std::max(1, binning_y * decimation("DecimationVertical"));
     gint x = 0, y = 0;
     Must(who_, "region", [&](GError** e) {
-      arv_camera_get_region(camera_, &x, &y, &configured.width, &configured.height, e);
+      arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    configured.payload_bytes =
+    gint sensor_width = 0, sensor_height = 0;
+    Try([&](GError** e) { arv_camera_get_sensor_size(camera_, &sensor_width, &sensor_height, e); });
+    window.x = x * window.binning_x;
+    window.y = y * window.binning_y;
+    window.width = configured_.width * window.binning_x;
+    window.height = configured_.height * window.binning_y;
+    // A camera that does not tell its sensor's size has at least what it sends.
+    window.sensor_width = sensor_width > 0 ? sensor_width : window.x + window.width;
+    window.sensor_height = sensor_height > 0 ? sensor_height : window.y + window.height;
+  }
+
+  // Of the pixel format's full scale, or a percentage where the camera says that it counts in them.
+  void ReadBlackLevel() {
+    if (!Can(arv_camera_is_black_level_available)) return;
+    const double value = Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0);
+    ArvGcNode* node = arv_device_get_feature(session_.Device(), "BlackLevel");
+    const bool percent = ARV_IS_GC_FLOAT(node) &&
+                         Text(arv_gc_float_get_unit(ARV_GC_FLOAT(node))).find('%') != std::string::npos;
+    configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
+  }
+
+  void ReadBack(const AravisOptions& options) {
+    ReadWindow();
+    ReadBlackLevel();
+    configured_.payload_bytes =
         Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
     const bool auto_exposure =
-        Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false) &&
+        Can(arv_camera_is_exposure_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
             ARV_AUTO_OFF;
     const double exposure_s =
         1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
-    if (!auto_exposure) configured.exposure_s = exposure_s;
+    if (!auto_exposure) configured_.exposure_s = exposure_s;
     const bool auto_gain =
-        Maybe([&](GError** e) { return arv_camera_is_gain_auto_available(camera_, e); }, false) &&
+        Can(arv_camera_is_gain_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    if (Has("Gain") && !auto_gain)
-      configured.gain =
-          std::pow(10.0, Maybe([&](GError** e) { return arv_camera_get_gain(camera_, e); }, 0.0) / 20.0);
+    if (HasDecibels() && !auto_gain) {
+      const char* name = Has("Gain") ? "Gain" : "GainAbs";
+      configured_.gain = std::pow(
+          10.0, Maybe([&](GError** e) { return arv_camera_get_float(camera_, name, e); }, 0.0) / 20.0);
+    }
     const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
-    configured.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
+    configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
+    const auto compare = [&](const char* option, const std::optional<double>& asked, double reads) {
+      if (asked && std::abs(reads - *asked) > 0.02 * std::abs(*asked))
+        configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, *asked));
+    };
+    compare("fps", options.fps, fps);
+    if (!auto_exposure) compare("exposure_us", options.exposure_us, 1e6 * exposure_s);
+    if (options.region &&
+        (configured_.width != options.region->width || configured_.height != options.region->height))
+      configured_.notes.push_back(fmt::format("made {}x{} of roi={}x{}", configured_.width,
+                                              configured_.height, options.region->width,
+                                              options.region->height));
   }
 
   const AravisSession& session_;
   ArvCamera* camera_;
   std::string who_;
+  AravisConfigured configured_;
 };
 
 }  // namespace
@@ -184,6 +398,11 @@ class Configurator {
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options) {
   return Configurator(session, who).Write(options);
+}
+
+void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
+  Must(who, "white balance",
+       [&](GError** e) { arv_camera_set_string(session.Camera(), "BalanceWhiteAuto", "Once", e); });
 }
 
 }  // namespace ulf

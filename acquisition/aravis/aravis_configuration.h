@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
@@ -14,14 +15,24 @@ namespace ulf {
 struct AravisConfigured {
   PixelFormat format;
   int width = 0, height = 0;
-  double exposure_s = 0;  // 0: unknown
-  double gain = 1;        // linear
-  double period_s = 0;    // 0: unknown
+  SensorWindow window;
+  double exposure_s = 0;   // 0: unknown
+  double gain = 1;         // linear
+  double black_level = 0;  // as a share of full scale
+  double period_s = 0;     // 0: unknown
   std::size_t payload_bytes = 0;
+  // GigE Vision; 0: another bus, or unknown.
+  int packet_size = 0;
+  std::int64_t packet_delay_ns = 0;
+  std::vector<std::string> chunks;  // switched on
+  std::vector<std::string> notes;   // where the camera did not do as it was told
 };
 
 // `who` names the camera in errors. Throws Error for a setting that the camera does not have or take.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
+
+// Lets the camera balance its colours by itself, once. It needs frames to look at: after the start.
+void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 
 }  // namespace ulf

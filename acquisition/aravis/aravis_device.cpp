@@ -1,5 +1,6 @@
 #include "acquisition/aravis/aravis_device.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -12,8 +13,11 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_frames.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/clock_offset.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
 
@@ -23,21 +27,18 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-const char* StatusText(ArvBufferStatus status) {
-  switch (status) {
-    case ARV_BUFFER_STATUS_SUCCESS:
-      return "not the image that was configured";
-    case ARV_BUFFER_STATUS_TIMEOUT:
-      return "timed out";
-    case ARV_BUFFER_STATUS_MISSING_PACKETS:
-      return "packets lost";
-    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
-      return "wrong packet number";
-    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
-      return "wrong size";
-    default:
-      return "never filled";
-  }
+constexpr double kStallS = 0.5, kStallPeriods = 3;
+constexpr double kSilentS = 3, kSilentPeriods = 10;  // though the camera answers: open it anew
+constexpr double kGoneS = 5.5;                       // the library's heartbeat has said so by then
+constexpr double kAskAgainS = 0.25;                  // of the control channel, while no frame comes
+constexpr double kAskIdleS = 1;                      // while a hardware trigger is awaited
+
+double SecondsSince(Clock::time_point moment) {
+  return std::chrono::duration<double>(Clock::now() - moment).count();
+}
+
+double EpochSeconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 class AravisDevice : public Device {
@@ -55,6 +56,8 @@ class AravisDevice : public Device {
     spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", info_.uri, info_.maker,
                   info_.model, configured_.width, configured_.height, configured_.format.name,
                   configured_.exposure_s, configured_.gain, configured_.period_s);
+    for (const std::string& note : configured_.notes)
+      Say(DeviceEventKind::kNotice, fmt::format("the camera {}", note));
   }
 
   ~AravisDevice() override { Stop(); }
@@ -64,60 +67,11 @@ class AravisDevice : public Device {
     return info_;
   }
   bool IsLive() const override { return true; }
+  std::optional<SensorWindow> Window() const override { return configured_.window; }
 
-  void Start() override {
-    if (running_) return;
-    if (!session_) throw Error("{}: {}; open the device again", info_.uri, info_.problem);
-    CreateStream();
-    queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
-    {
-      const std::lock_guard lock(mutex_);
-      statistics_ = {};
-      ids_ = {};
-    }
-    state_ = DeviceState::kStreaming;
-    first_of_stream_ = true;
-    Must(info_.uri, "start of acquisition",
-         [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
-    stop_ = false;
-    running_ = true;
-    thread_ = std::thread([this] {
-      try {
-        Capture();
-      } catch (const std::exception& error) {
-        Lose(fmt::format("reading its frames failed: {}", error.what()));
-      }
-    });
-  }
-
-  std::optional<Frame> Next(milliseconds timeout) override {
-    if (!queue_) return std::nullopt;
-    std::optional<Frame> frame = queue_->Pop(timeout);
-    if (frame && frame->status == FrameStatus::kComplete) {
-      const std::lock_guard lock(mutex_);
-      ++statistics_.delivered;
-    }
-    return frame;
-  }
-
-  void Stop() override {
-    if (!running_) return;
-    running_ = false;
-    stop_ = true;
-    thread_.join();
-    queue_->Close();
-    // A camera that died just now: every call to it would wait out its retries.
-    const bool gone =
-        !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(1000)) == GigeControl::kNoAnswer;
-    if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
-    if (state_ == DeviceState::kLost) {
-      AravisSession::Bury(std::move(session_));
-      return;
-    }
-    state_ = DeviceState::kEnded;
-    Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
-    session_->ReleaseStream();
-  }
+  void Start() override;
+  std::optional<Frame> Next(milliseconds timeout) override;
+  void Stop() override;
 
   DeviceState State() const override { return state_; }
 
@@ -125,193 +79,309 @@ class AravisDevice : public Device {
     const std::lock_guard lock(mutex_);
     DeviceStatistics statistics = statistics_;
     statistics.missing = ids_.Missing();
+    statistics.out_of_order = ids_.OutOfOrder();
+    statistics.clock_offset_s = clock_.OffsetS();
+    statistics.clock_jitter_s = clock_.JitterS();
+    if (running_) statistics.seconds = SecondsSince(started_);
+    statistics.transport.insert(
+        statistics.transport.begin(),
+        {"MB/s of pixels",
+         statistics.seconds > 0 ? 1e-6 * static_cast<double>(statistics.bytes) / statistics.seconds : 0});
     return statistics;
   }
 
- private:
-  void Open(const std::string& open_by) {
-    session_ = AravisSession::Open(info_.uri, open_by);
-    if (!session_->IsController()) {
-      // A program that was killed keeps control until its heartbeat has run out, three seconds after.
-      Try([&](GError** e) { arv_gv_device_take_control(ARV_GV_DEVICE(session_->Device()), e); });
-      if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
-    }
-    gige_address_ = session_->GigeAddress();
-    session_->Describe(info_);
-  }
-
-  void CreateStream() {
-    session_->TakeStream(
-        Must(info_.uri, "stream (does another program control this camera?)",
-             [&](GError** e) { return arv_camera_create_stream(session_->Camera(), nullptr, nullptr, e); }));
-    ArvStream* stream = session_->Stream();
-    // The system's default receive buffer loses packets even on loopback, and the library's automatic one is
-    // a single frame: too little for small frames. Two frames, and no less than two megabytes.
-    if (ARV_IS_GV_STREAM(stream)) {
-      const std::size_t bytes = std::clamp<std::size_t>(2 * configured_.payload_bytes, 2 << 20, 256 << 20);
-      g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                   static_cast<gint>(bytes), nullptr);
-    }
-    constexpr std::size_t kPoolBytes = 64 << 20;
-    const std::size_t count =
-        std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(configured_.payload_bytes, 1), 4, 24);
-    for (std::size_t i = 0; i < count; ++i)
-      arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured_.payload_bytes));
-  }
-
-  // The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
-  void Capture() {
-    const double stall_s = std::max(0.5, 3 * configured_.period_s);
-    const double lost_s = std::max(5.5, 10 * configured_.period_s);
-    auto last_frame = Clock::now();
-    bool stalled = false;
-    while (!stop_) {
-      ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), 50'000);
-      if (buffer) {
-        Take(buffer);
-        arv_stream_push_buffer(session_->Stream(), buffer);
-        if (stalled) spdlog::warn("{}: frames come again", info_.uri);
-        stalled = false;
-        last_frame = Clock::now();
-      }
-      if (session_->ControlLost()) {
-        Lose("the camera no longer answers, or another program took control of it; check power and cable");
-        break;
-      }
-      const double silence_s = std::chrono::duration<double>(Clock::now() - last_frame).count();
-      if (silence_s > stall_s && !stalled) {
-        stalled = true;
-        spdlog::warn("{}: no frame for {:.1f} s", info_.uri, silence_s);
-      }
-      if (silence_s > lost_s) {
-        Lose(fmt::format(
-            "no frame for {:.1f} s although the control channel is open; check the firewall, the packet "
-            "size (?packet_size=1400) and that no trigger is awaited",
-            silence_s));
-        break;
-      }
-    }
-  }
-
-  void Lose(const std::string& problem) {
-    {
-      const std::lock_guard lock(mutex_);
-      info_.available = false;
-      info_.problem = problem;
-    }
-    state_ = DeviceState::kLost;
-    queue_->Close();
-  }
-
-  void Take(ArvBuffer* buffer) {
-    const ArvBufferStatus status = arv_buffer_get_status(buffer);
-    if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
-      return;  // stopping, not a loss
-    // The library widens its receive buffer when the first packet is there: a large first frame has lost some
-    // by then.
-    if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) return;
-    const double host_time_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
-    Frame frame;
-    frame.id = arv_buffer_get_frame_id(buffer);
-    frame.device_time_s = 1e-9 * static_cast<double>(arv_buffer_get_timestamp(buffer));
-    frame.host_time_s = host_time_s;
-    if (frame.device_time_s == 0) frame.device_time_s = host_time_s;  // a camera without a clock
-    frame.exposure_s = configured_.exposure_s;
-    frame.gain = configured_.gain;
-    if (status == ARV_BUFFER_STATUS_SUCCESS && FillComplete(buffer, frame)) {
-      frame.status = FrameStatus::kComplete;
-    } else {
-      frame.status = FrameStatus::kIncomplete;
-      FillIncomplete(buffer, frame);
-    }
-    if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
-    Count(frame);
-    Queue(std::move(frame));
-  }
-
-  // False when the buffer does not hold the image that was configured.
-  bool FillComplete(ArvBuffer* buffer, Frame& frame) {
-    const auto format = PixelFormatByCode(arv_buffer_get_image_pixel_format(buffer));
-    const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
-    std::size_t size = 0;
-    const void* data = arv_buffer_get_image_data(buffer, &size);
-    gint x_padding = 0, y_padding = 0;
-    arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
-    if (!data || !format || width != configured_.width || height != configured_.height || x_padding != 0 ||
-        size < ImageBytes(*format, width, height)) {
-      if (!std::exchange(said_unexpected_, true))
-        spdlog::warn(
-            "{}: the camera sends {}x{} with format {:#010x} and row padding {}, but was set to {}x{} {}: "
-            "its frames count as incomplete",
-            info_.uri, width, height, arv_buffer_get_image_pixel_format(buffer), x_padding, configured_.width,
-            configured_.height, configured_.format.name);
-      return false;
-    }
-    frame.image = ImageFromBytes(*format, width, height, data, size);
-    return true;
-  }
-
-  // For the eye only: what arrived, over what the buffer held before. Its own description cannot be trusted.
-  void FillIncomplete(ArvBuffer* buffer, Frame& frame) {
-    std::size_t received = 0;
-    const void* data = arv_buffer_get_data(buffer, &received);
-    const std::size_t needed = ImageBytes(configured_.format, configured_.width, configured_.height);
-    if (data && needed <= configured_.payload_bytes)
-      frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, data, needed);
-  }
-
-  void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
-    if (std::exchange(said_incomplete_, true)) return;
-    long allowed = 0;
-    std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
-    const bool buffer_is_small =
-        info_.bus == "GigEVision" &&
-        allowed < static_cast<long>(std::min<std::size_t>(configured_.payload_bytes, 4 << 20));
-    spdlog::warn("{}: frame {} arrived incomplete ({}); such frames are counted, not used{}", info_.uri, id,
-                 StatusText(status),
-                 buffer_is_small
-                     ? fmt::format(". The system allows receive buffers of {} bytes only: 'sysctl "
-                                   "net.core.rmem_max=8388608' as root lets more wait",
-                                   allowed)
-                     : "");
-  }
-
-  void Count(const Frame& frame) {
+  std::vector<DeviceEvent> TakeEvents() override {
     const std::lock_guard lock(mutex_);
-    // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
-    if (frame.status == FrameStatus::kIncomplete && frame.id == 0)
-      ids_.ArrivedWithoutId();
-    else
-      ids_.Arrived(frame.id);
-    if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
+    return std::exchange(events_, {});
   }
 
-  void Queue(Frame frame) {
-    std::optional<Frame> made_room;
-    queue_->Push(std::move(frame), &made_room);
-    if (made_room && made_room->status == FrameStatus::kComplete) {
-      const std::lock_guard lock(mutex_);
-      ++statistics_.dropped;
-    }
+ private:
+  void Open(const std::string& open_by);
+  void Capture();
+  std::optional<std::string> WhyLost(double silence_s);
+  void Take(ArvBuffer* buffer);
+  void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
+  void Fire();
+  void Lose(const std::string& problem);
+
+  void Say(DeviceEventKind kind, std::string text) {
+    spdlog::debug("{}: {}", info_.uri, text);
+    const std::lock_guard lock(mutex_);
+    events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
+  void RememberTransport() {
+    auto transport = stream_->Transport();
+    const std::lock_guard lock(mutex_);
+    transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
+    statistics_.transport = std::move(transport);
+  }
+  // Whether silence means anything: without a trigger always, with the software's while one is out.
+  bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
   DeviceInfo info_;           // problem and available under mutex_ while the thread runs
   std::string gige_address_;  // empty: another bus
   std::unique_ptr<AravisSession> session_;
   AravisConfigured configured_;
+  std::unique_ptr<AravisStream> stream_;
+  std::unique_ptr<AravisFrames> frames_;
   std::unique_ptr<FrameQueue> queue_;
   std::thread thread_;
   std::atomic<bool> stop_{false};
-  std::atomic<DeviceState> state_{DeviceState::kStreaming};
-  bool running_ = false;
+  std::atomic<DeviceState> state_{DeviceState::kConnected};
+  std::atomic<bool> running_{false};
+
+  // Of the software trigger: set by Next(), cleared when its frame is there.
+  std::atomic<bool> trigger_out_{false};
+  std::atomic<Clock::time_point> triggered_at_{Clock::time_point{}};
+
+  // Of the capture thread.
   bool first_of_stream_ = true;
-  bool said_unexpected_ = false;
   bool said_incomplete_ = false;
-  mutable std::mutex mutex_;
+  bool said_priority_ = false;
+  Clock::time_point asked_control_at_;
+  bool control_answered_ = true;
+
+  mutable std::mutex mutex_;  // of what follows
   DeviceStatistics statistics_;
   FrameIdCounter ids_;
+  ClockOffset clock_;
+  std::uint64_t wrong_packet_ids_ = 0;
+  std::vector<DeviceEvent> events_;
+  Clock::time_point started_;
 };
+
+void AravisDevice::Open(const std::string& open_by) {
+  session_ = AravisSession::Open(info_.uri, open_by);
+  if (!session_->IsController()) {
+    // A program that was killed keeps control until its heartbeat has run out, three seconds after.
+    Try([&](GError** e) { arv_gv_device_take_control(ARV_GV_DEVICE(session_->Device()), e); });
+    if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
+  }
+  gige_address_ = session_->GigeAddress();
+  session_->Describe(info_);
+}
+
+void AravisDevice::Start() {
+  if (running_) return;
+  if (!session_) throw Error("{}: {}; open the device again", info_.uri, Info().problem);
+  stream_ = std::make_unique<AravisStream>(*session_, info_.uri, options_, configured_);
+  frames_ = std::make_unique<AravisFrames>(*session_, info_.uri, configured_);
+  queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
+  {
+    const std::lock_guard lock(mutex_);
+    statistics_ = {};
+    ids_ = {};
+    clock_ = {};
+    wrong_packet_ids_ = 0;
+    started_ = Clock::now();
+  }
+  first_of_stream_ = true;
+  said_priority_ = false;
+  trigger_out_ = false;
+  Must(info_.uri, "start of acquisition",
+       [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, info_.uri);
+  stop_ = false;
+  state_ = DeviceState::kStreaming;
+  running_ = true;
+  thread_ = std::thread([this] {
+    try {
+      Capture();
+    } catch (const std::exception& error) {
+      Lose(fmt::format("reading its frames failed: {}", error.what()));
+    }
+  });
+}
+
+std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
+  if (!queue_) return std::nullopt;
+  if (options_.SoftwareTriggered() && state_ == DeviceState::kStreaming && queue_->Size() == 0) Fire();
+  std::optional<Frame> frame = queue_->Pop(timeout);
+  if (frame && frame->status == FrameStatus::kComplete) {
+    const std::lock_guard lock(mutex_);
+    ++statistics_.delivered;
+    statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+  }
+  return frame;
+}
+
+// One trigger at a time: another only when the frame of the last is there, or long overdue.
+void AravisDevice::Fire() {
+  const double overdue_s = std::max(1.0, kStallPeriods * configured_.period_s);
+  if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
+  triggered_at_ = Clock::now();
+  trigger_out_ = true;
+  GError* error = nullptr;
+  arv_camera_software_trigger(session_->Camera(), &error);
+  if (!error) return;
+  spdlog::debug("{}: software trigger: {}", info_.uri, error->message);  // the watchdog will say why
+  g_clear_error(&error);
+}
+
+void AravisDevice::Stop() {
+  if (!running_) return;
+  stop_ = true;
+  thread_.join();
+  {
+    const std::lock_guard lock(mutex_);
+    statistics_.seconds = SecondsSince(started_);
+  }
+  running_ = false;
+  queue_->Close();
+  // A camera that died just now: every call to it would wait out its retries.
+  const bool gone =
+      !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(500)) == GigeControl::kNoAnswer;
+  if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
+  frames_.reset();
+  stream_.reset();
+  if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
+    AravisSession::Bury(std::move(session_));
+    return;
+  }
+  Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  session_->ReleaseStream();
+  if (state_ == DeviceState::kLost)
+    session_.reset();  // it answers: control is given back at once, for whoever opens it anew
+  else
+    state_ = DeviceState::kConnected;
+}
+
+// The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
+void AravisDevice::Capture() {
+  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
+  auto last_frame = Clock::now(), remembered = Clock::time_point{};
+  bool stalled = false;
+  asked_control_at_ = Clock::now();
+  control_answered_ = true;
+  while (!stop_) {
+    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), 50'000);
+    if (buffer) {
+      Take(buffer);
+      arv_stream_push_buffer(session_->Stream(), buffer);
+      if (std::exchange(stalled, false))
+        Say(DeviceEventKind::kRestored,
+            fmt::format("frames come again after {:.1f} s", SecondsSince(last_frame)));
+      last_frame = Clock::now();
+    }
+    if (SecondsSince(remembered) > 0.1) {
+      RememberTransport();
+      remembered = Clock::now();
+    }
+    if (!said_priority_ && stream_->PriorityGranted() == false) {
+      said_priority_ = true;
+      Say(DeviceEventKind::kNotice,
+          "the system refused the priority that was asked for; allow it with 'setcap cap_sys_nice+ep' on the "
+          "program, or an rtprio line in /etc/security/limits.conf");
+    }
+    const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
+    const double silence_s = SecondsSince(since);
+    if (silence_s > stall_s && !std::exchange(stalled, true))
+      Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
+    if (!FramesAreDue()) stalled = false;
+    if (const auto why = WhyLost(silence_s)) {
+      Lose(*why);
+      break;
+    }
+  }
+  RememberTransport();
+}
+
+// The library hears of a broken control channel from its own heartbeat, up to five seconds after. While no
+// frame comes the camera is asked directly, which tells sooner: one that was restarted has no controller.
+std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
+  if (session_->ControlLost())
+    return "the camera no longer answers, or another program took control of it; check power and cable";
+  const bool waiting_for_trigger = options_.Triggered() && !trigger_out_;
+  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
+  if (silence_s < stall_s && !waiting_for_trigger) return std::nullopt;
+  const double silent_s = std::max(kSilentS, kSilentPeriods * configured_.period_s);
+  if (gige_address_.empty()) {
+    if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
+    return fmt::format("no frame for {:.1f} s; check the cable and that no trigger is awaited", silence_s);
+  }
+  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? kAskIdleS : kAskAgainS)) {
+    const GigeControl control = AskGigeControl(gige_address_, milliseconds(200));
+    asked_control_at_ = Clock::now();
+    control_answered_ = control != GigeControl::kNoAnswer;
+    if (control == GigeControl::kFree)
+      return "the camera was restarted, or lost its network: it no longer knows this program";
+  }
+  if (waiting_for_trigger) return std::nullopt;
+  if (!control_answered_ && silence_s > std::max(kGoneS, silent_s))
+    return fmt::format("the camera has not answered for {:.1f} s; check power and cable", silence_s);
+  if (control_answered_ && silence_s > silent_s)
+    return fmt::format(
+        "no frame for {:.1f} s although the camera answers; check the firewall, the packet size "
+        "(?packet_size=1400) and that no trigger is awaited",
+        silence_s);
+  return std::nullopt;
+}
+
+void AravisDevice::Lose(const std::string& problem) {
+  Say(DeviceEventKind::kFaulted, problem);
+  {
+    const std::lock_guard lock(mutex_);
+    info_.available = false;
+    info_.problem = problem;
+  }
+  state_ = DeviceState::kLost;
+  queue_->Close();
+}
+
+void AravisDevice::Take(ArvBuffer* buffer) {
+  const ArvBufferStatus status = arv_buffer_get_status(buffer);
+  if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
+    return;  // stopping, not a loss
+  // The library widens its receive buffer when the first packet is there: a large first frame has lost some
+  // by then.
+  if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) return;
+  trigger_out_ = false;
+  Frame frame = frames_->Read(buffer);
+  for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
+  if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
+  {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the network's: chunk data may have another
+    // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
+    if (frame.status == FrameStatus::kIncomplete && id == 0)
+      ids_.ArrivedWithoutId();
+    else
+      ids_.Arrived(id);
+    if (status == ARV_BUFFER_STATUS_WRONG_PACKET_ID) ++wrong_packet_ids_;
+    if (frame.status == FrameStatus::kIncomplete) {
+      ++statistics_.incomplete;
+    } else if (frame.device_time_s != frame.host_time_s) {
+      clock_.Add(frame.device_time_s, frame.host_time_s);
+      if (configured_.period_s > 0 &&
+          clock_.LatenessS(frame.device_time_s, frame.host_time_s) > configured_.period_s)
+        ++statistics_.late;
+    }
+  }
+  std::optional<Frame> made_room;
+  queue_->Push(std::move(frame), &made_room);
+  if (made_room && made_room->status == FrameStatus::kComplete) {
+    const std::lock_guard lock(mutex_);
+    ++statistics_.dropped;
+  }
+}
+
+void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
+  if (std::exchange(said_incomplete_, true)) return;
+  long allowed = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
+  const bool buffer_is_small =
+      info_.bus == "GigEVision" &&
+      allowed < static_cast<long>(std::min<std::size_t>(configured_.payload_bytes, 4 << 20));
+  Say(DeviceEventKind::kNotice,
+      fmt::format("frame {} arrived incomplete ({}); such frames are counted, not used{}", id,
+                  BufferStatusText(status),
+                  buffer_is_small
+                      ? fmt::format(". The system allows receive buffers of {} bytes only: 'sysctl "
+                                    "net.core.rmem_max=8388608' as root lets more wait",
+                                    allowed)
+                      : ""));
+}
 
 }  // namespace
 

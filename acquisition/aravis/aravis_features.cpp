@@ -168,9 +168,12 @@ class AravisFeatures : public FeatureAccess {
     feature.streamable = StreamableOf(node).value_or(!description_marks_streamable_);
     const bool available =
         Maybe([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
+    // The library's access mode leaves the lock out.
+    const bool locked =
+        Maybe([&](GError** e) { return arv_gc_feature_node_is_locked(feature_node, e); }, false);
     const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
     feature.readable = available && access != ARV_GC_ACCESS_MODE_WO && *type != FeatureType::kCommand;
-    feature.writable = available && access != ARV_GC_ACCESS_MODE_RO;
+    feature.writable = available && !locked && access != ARV_GC_ACCESS_MODE_RO;
     if (available) ReadRange(node, feature);
     if (feature.readable) ReadValue(node, feature);
     if (ARV_IS_GC_SELECTOR(node))

@@ -9,37 +9,114 @@
 namespace ulf {
 namespace {
 
-std::optional<int> PositiveInt(const DeviceUri& uri, const std::string& key) {
+std::optional<int> WholeNumber(const DeviceUri& uri, const std::string& key, int least,
+                               int most = 1'000'000) {
   const auto number = uri.Number(key);
   if (!number) return std::nullopt;
-  if (*number < 1 || *number > 1e6 || *number != std::floor(*number))
-    throw UsageError("'{}': {} must be a whole number above 0", uri.Text(), key);
+  if (*number < least || *number > most || *number != std::floor(*number))
+    throw UsageError("'{}': {} must be a whole number from {} to {}", uri.Text(), key, least, most);
   return static_cast<int>(*number);
+}
+
+bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
+  const auto text = uri.Option(key);
+  if (!text) return otherwise;
+  if (*text != "on" && *text != "off") throw UsageError("'{}': {} must be on or off", uri.Text(), key);
+  return *text == "on";
+}
+
+AravisRegion ParseRegion(const DeviceUri& uri, const std::string& text) {
+  AravisRegion region;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
+                  &rest) != 4 ||
+      region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
+    throw UsageError("'{}': roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0", uri.Text());
+  return region;
+}
+
+AravisBinning ParseBinning(const DeviceUri& uri, const std::string& text) {
+  AravisBinning binning;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &binning.x, &binning.y, &rest) != 2 || binning.x < 1 ||
+      binning.y < 1)
+    throw UsageError("'{}': binning must read 2x2", uri.Text());
+  return binning;
+}
+
+AravisWhiteBalance ParseWhiteBalance(const DeviceUri& uri, const std::string& text) {
+  AravisWhiteBalance balance;
+  if (text == "auto") {
+    balance.by_camera = true;
+    return balance;
+  }
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf%c", &balance.red, &balance.blue, &rest) != 2 ||
+      !(balance.red > 0 && balance.blue > 0))
+    throw UsageError("'{}': white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto",
+                     uri.Text());
+  return balance;
+}
+
+ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
+  if (text == "normal") return ThreadPriority::kNormal;
+  if (text == "high") return ThreadPriority::kHigh;
+  if (text == "realtime") return ThreadPriority::kRealtime;
+  throw UsageError("'{}': priority must be normal, high or realtime", uri.Text());
 }
 
 }  // namespace
 
 AravisOptions AravisOptionsOf(const DeviceUri& uri) {
-  uri.AllowOnly({"exposure_us", "gain_db", "fps", "format", "roi", "packet_size", "queue"});
-  AravisOptions options{.exposure_us = uri.Number("exposure_us"),
-                        .gain_db = uri.Number("gain_db"),
-                        .fps = uri.Number("fps"),
-                        .format = uri.Option("format"),
-                        .region = {},
-                        .packet_size = PositiveInt(uri, "packet_size")};
-  if (const auto queue = PositiveInt(uri, "queue")) options.queue = static_cast<std::size_t>(*queue);
+  uri.AllowOnly({"exposure_us",
+                 "gain_db",
+                 "gain_raw",
+                 "black_level",
+                 "fps",
+                 "format",
+                 "roi",
+                 "binning",
+                 "white_balance",
+                 "trigger",
+                 "user_set",
+                 "chunks",
+                 "packet_size",
+                 "packet_delay_ns",
+                 "resend",
+                 "packet_timeout_ms",
+                 "frame_retention_ms",
+                 "socket_buffer",
+                 "buffers",
+                 "priority",
+                 "queue"});
+  AravisOptions options;
+  options.user_set = uri.Option("user_set");
+  options.exposure_us = uri.Number("exposure_us");
+  options.gain_db = uri.Number("gain_db");
+  options.gain_raw = WholeNumber(uri, "gain_raw", 0);
+  if (options.gain_db && options.gain_raw)
+    throw UsageError("'{}': gain_db and gain_raw set the same; give one of them", uri.Text());
+  options.black_level = uri.Number("black_level");
+  options.fps = uri.Number("fps");
+  options.format = uri.Option("format");
   if (options.format && !PixelFormatByName(*options.format))
     throw UsageError("'{}': the pixel format {} is not supported; supported are {}", uri.Text(),
                      *options.format, SupportedPixelFormats());
-  if (const auto roi = uri.Option("roi")) {
-    AravisRegion region;
-    char rest = 0;
-    if (std::sscanf(roi->c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
-                    &rest) != 4 ||
-        region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
-      throw UsageError("'{}': roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0", uri.Text());
-    options.region = region;
-  }
+  if (const auto text = uri.Option("roi")) options.region = ParseRegion(uri, *text);
+  if (const auto text = uri.Option("binning")) options.binning = ParseBinning(uri, *text);
+  if (const auto text = uri.Option("white_balance")) options.white_balance = ParseWhiteBalance(uri, *text);
+  if (const auto text = uri.Option("trigger")) options.trigger = *text;
+  options.chunks = OnOrOff(uri, "chunks", false);
+
+  options.packet_size = WholeNumber(uri, "packet_size", 1);
+  options.packet_delay_ns = WholeNumber(uri, "packet_delay_ns", 0, 1'000'000'000);
+  options.resend = OnOrOff(uri, "resend", true);
+  options.packet_timeout_ms = WholeNumber(uri, "packet_timeout_ms", 1, 10'000);
+  options.frame_retention_ms = WholeNumber(uri, "frame_retention_ms", 1, 10'000);
+  options.socket_buffer_bytes = WholeNumber(uri, "socket_buffer", 1, 1 << 30);
+  options.buffers = WholeNumber(uri, "buffers", 2, 1000);
+  if (const auto text = uri.Option("priority")) options.priority = ParsePriority(uri, *text);
+  if (const auto queue = WholeNumber(uri, "queue", 1)) options.queue = static_cast<std::size_t>(*queue);
   return options;
 }
 

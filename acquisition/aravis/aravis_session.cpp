@@ -50,6 +50,24 @@ class Reaper {
 }  // namespace
 
 std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const std::string& open_by) {
+  // The library waits out retries of seconds, both for an address where nobody answers and for a camera that
+  // somebody controls. The latter may be a session of our own that is just being closed.
+  if (g_hostname_is_ip_address(open_by.c_str())) {
+    GigeControl control = GigeControl::kNoAnswer;
+    for (int attempt = 0; attempt < 10; ++attempt) {
+      control = AskGigeControl(open_by, milliseconds(400));
+      if (control != GigeControl::kControlled) break;
+      std::this_thread::sleep_for(milliseconds(50));
+    }
+    if (control == GigeControl::kNoAnswer) {
+      const std::string elsewhere =
+          WrongNetworkText({.address = open_by, .netmask = "0.0.0.0"}, NetworkInterfaces());
+      throw Error(
+          "{}: nothing answers as a GigE Vision camera at {}; check power, cable and firewall (UDP port "
+          "3956){}",
+          who, open_by, elsewhere.empty() ? "" : ". Perhaps the " + elsewhere);
+    }
+  }
   return std::make_unique<AravisSession>(
       Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
            [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));

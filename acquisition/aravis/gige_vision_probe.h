@@ -34,7 +34,7 @@ std::string AskGigeController(const std::string& ipv4_address);
 // What a camera says of itself in answer to a discovery packet.
 struct GigeAnswer {
   std::string address, netmask;  // as the camera has them; the mask may be 0.0.0.0
-  std::string maker, model, serial, user_name;
+  std::string maker = {}, model = {}, serial = {}, user_name = {};
 };
 // Asks one address directly; none when nothing answers in time.
 std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address,

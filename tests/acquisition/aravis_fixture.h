@@ -36,10 +36,16 @@ class CameraInNamespace : public ::testing::Test {
     if (why_not) GTEST_SKIP() << *why_not;
   }
 
-  void StartCamera(const std::string& serial = "T1", const std::string& loss = "0") {
-    camera_ = std::make_unique<ChildProcess>(std::vector<std::string>{FAKE_GIGE_CAMERA, serial, loss});
+  void StartCamera(const std::string& serial = "T1", const std::string& loss = "0",
+                   const std::string& address = "127.0.0.1", const std::string& description = "") {
+    std::vector<std::string> command{FAKE_GIGE_CAMERA, serial, loss, address};
+    if (!description.empty()) command.push_back(description);
+    camera_ = std::make_unique<ChildProcess>(command);
     ASSERT_THAT(camera_->ReadUntil("ready", 20), ::testing::HasSubstr("ready"));
   }
+#ifdef FULL_CAMERA
+  void StartFullCamera() { StartCamera("F1", "0", "127.0.0.1", FULL_CAMERA); }
+#endif
 
   std::unique_ptr<ChildProcess> camera_;
 };

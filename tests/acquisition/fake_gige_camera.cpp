@@ -1,11 +1,14 @@
 // A GigE Vision camera for the tests of the client: Aravis's fake camera with pictures that tell which pixel
-// is where. Arguments: SERIAL, LOSS (the share of stream packets that it swallows) and, where it is not
-// 127.0.0.1, ADDRESS. Says "ready" when it listens and serves until it is killed.
+// is where. Arguments: SERIAL, LOSS (the share of stream packets that it swallows) and, where they are not
+// 127.0.0.1 and Aravis's own, ADDRESS and DESCRIPTION (a GenICam file; full_camera.xml's registers are
+// served). Says "ready" when it listens and serves until it is killed. SIGUSR1: it answers but sends no
+// frames any more; SIGUSR2: it sends again.
 //
 //   Mono8     value (3 x + 5 y) mod 256
 //   RGB8      red x mod 256, green y mod 256, blue 77
 //   BayerRG8  red sites 200, green 120, blue 40
 #include <arv.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -37,15 +40,45 @@ void Fill(ArvBuffer* buffer, void* /*user_data*/, guint32 /*exposure_us*/, guint
       }
 }
 
+volatile sig_atomic_t asked_to_stream = -1;
+
+// What a camera does by itself and Aravis's fake does not: says who controls it, loads user sets.
+void ServeRegisters(ArvFakeCamera* camera) {
+  constexpr guint32 kControl = 0xa00, kControllerPort = 0xa04, kControllerAddress = 0xa14;
+  constexpr guint32 kUserSetLoad = 0x1040, kUserSetSelector = 0x1044, kUserSetLoaded = 0x1048;
+  guint32 control = 0, load = 0, set = 0;
+  arv_fake_camera_read_register(camera, kControl, &control);
+  arv_fake_camera_write_register(camera, kControllerAddress, control ? 0x7f000001 : 0);
+  arv_fake_camera_write_register(camera, kControllerPort, control ? 45678 : 0);
+  arv_fake_camera_read_register(camera, kUserSetLoad, &load);
+  if (load == 0) return;
+  arv_fake_camera_read_register(camera, kUserSetSelector, &set);
+  arv_fake_camera_write_register(camera, kUserSetLoaded, set);
+  arv_fake_camera_write_register(camera, kUserSetLoad, 0);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 4) return 2;
-  ArvGvFakeCamera* camera = arv_gv_fake_camera_new(argc == 4 ? argv[3] : "127.0.0.1", argv[1]);
+  if (argc < 3 || argc > 5) return 2;
+  const char* address = argc > 3 ? argv[3] : "127.0.0.1";
+  const char* description = argc > 4 ? argv[4] : nullptr;
+  ArvGvFakeCamera* camera = arv_gv_fake_camera_new_full(address, argv[1], description);
   if (!camera || !arv_gv_fake_camera_is_running(camera)) return 1;
   g_object_set(camera, "gvsp-lost-ratio", std::atof(argv[2]), nullptr);
-  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera), Fill, nullptr);
+  ArvFakeCamera* registers = arv_gv_fake_camera_get_fake_camera(camera);
+  arv_fake_camera_set_fill_pattern(registers, Fill, nullptr);
+  signal(SIGUSR1, [](int) { asked_to_stream = 0; });
+  signal(SIGUSR2, [](int) { asked_to_stream = 1; });
   std::puts("ready");
   std::fflush(stdout);
-  for (;;) pause();
+  for (;;) {
+    if (asked_to_stream >= 0) {
+      arv_fake_camera_write_register(registers, ARV_FAKE_CAMERA_REGISTER_ACQUISITION,
+                                     static_cast<guint32>(asked_to_stream));
+      asked_to_stream = -1;
+    }
+    if (description) ServeRegisters(registers);
+    usleep(5000);
+  }
 }

@@ -1,0 +1,134 @@
+#include "acquisition/aravis/aravis_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ulf {
+
+std::string BufferStatusText(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_SUCCESS:
+      return "not the image that was configured";
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "timed out";
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets lost";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "wrong packet number";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "wrong size";
+    default:
+      return "never filled";
+  }
+}
+
+AravisFrames::AravisFrames(const AravisSession& session, std::string who, AravisConfigured configured)
+    : who_(std::move(who)), configured_(std::move(configured)) {
+  if (configured_.chunks.empty()) return;
+  chunks_ = arv_camera_create_chunk_parser(session.Camera());
+  // GigE Vision cameras of the first standard count ticks of their own.
+  if (!ARV_IS_GV_DEVICE(session.Device())) return;
+  const guint64 ticks_per_s = Maybe(
+      [&](GError** e) {
+        return arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(session.Device()), e);
+      },
+      guint64{0});
+  if (ticks_per_s > 0) tick_s_ = 1.0 / static_cast<double>(ticks_per_s);
+}
+
+AravisFrames::~AravisFrames() { g_clear_object(&chunks_); }
+
+Frame AravisFrames::Read(ArvBuffer* buffer) {
+  const double host_time_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
+  Frame frame;
+  frame.id = arv_buffer_get_frame_id(buffer);
+  frame.device_time_s = 1e-9 * static_cast<double>(arv_buffer_get_timestamp(buffer));
+  frame.host_time_s = host_time_s;
+  if (frame.device_time_s == 0) frame.device_time_s = host_time_s;  // a camera without a clock
+  frame.exposure_s = configured_.exposure_s;
+  frame.gain = configured_.gain;
+  frame.black_level = configured_.black_level;
+  if (arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS && FillComplete(buffer, frame)) {
+    frame.status = FrameStatus::kComplete;
+    if (chunks_) ReadChunks(buffer, frame);
+  } else {
+    frame.status = FrameStatus::kIncomplete;
+    FillIncomplete(buffer, frame);
+  }
+  return frame;
+}
+
+bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
+  const auto format = PixelFormatByCode(arv_buffer_get_image_pixel_format(buffer));
+  const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+  std::size_t size = 0;
+  const void* data = arv_buffer_get_image_data(buffer, &size);
+  gint x_padding = 0, y_padding = 0;
+  arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
+  BytesLayout layout;
+  if (format && x_padding > 0)
+    layout.row_bytes = ImageBytes(*format, width, 1) + static_cast<std::size_t>(x_padding);
+  const std::size_t needed = !format                ? 0
+                             : layout.row_bytes > 0 ? layout.row_bytes * static_cast<std::size_t>(height)
+                                                    : ImageBytes(*format, width, height);
+  if (!data || !format || width != configured_.width || height != configured_.height || size < needed) {
+    if (!std::exchange(said_unexpected_, true))
+      notes_.push_back(
+          fmt::format("the camera sends {} bytes of {}x{} with format {:#010x}, but was set to {}x{} {}: its "
+                      "frames count "
+                      "as incomplete",
+                      size, width, height, arv_buffer_get_image_pixel_format(buffer), configured_.width,
+                      configured_.height, configured_.format.name));
+    return false;
+  }
+  frame.image = ImageFromBytes(*format, width, height, data, size, layout);
+  return true;
+}
+
+// For the eye only. The buffer's own description cannot be trusted.
+void AravisFrames::FillIncomplete(ArvBuffer* buffer, Frame& frame) {
+  std::size_t received = 0;
+  const void* data = arv_buffer_get_data(buffer, &received);
+  const std::size_t needed = ImageBytes(configured_.format, configured_.width, configured_.height);
+  if (data && needed <= configured_.payload_bytes)
+    frame.image = ImageFromBytes(configured_.format, configured_.width, configured_.height, data, needed);
+}
+
+void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
+  if (!arv_buffer_has_chunks(buffer)) {
+    if (!std::exchange(said_no_chunks_, true))
+      notes_.emplace_back("chunk data were asked for, but the frames carry none");
+    return;
+  }
+  const auto real = [&](const char* name) {
+    return Maybe([&](GError** e) { return arv_chunk_parser_get_float_value(chunks_, buffer, name, e); },
+                 std::nan(""));
+  };
+  const auto whole = [&](const char* name) {
+    return Maybe([&](GError** e) { return arv_chunk_parser_get_integer_value(chunks_, buffer, name, e); },
+                 gint64{-1});
+  };
+  const auto has = [&](const char* chunk) {
+    return std::find(configured_.chunks.begin(), configured_.chunks.end(), chunk) != configured_.chunks.end();
+  };
+  if (has("ExposureTime"))
+    if (const double exposure_us = real("ChunkExposureTime"); exposure_us > 0)
+      frame.exposure_s = 1e-6 * exposure_us;
+  if (has("Gain"))
+    if (const double gain_db = real("ChunkGain"); std::isfinite(gain_db))
+      frame.gain = std::pow(10, gain_db / 20);
+  if (has("BlackLevel"))
+    if (const double level = real("ChunkBlackLevel"); std::isfinite(level))
+      frame.black_level = level / (std::pow(2.0, configured_.format.bits) - 1);
+  for (const auto& [chunk, feature] :
+       {std::pair("FrameID", "ChunkFrameID"), std::pair("FrameId", "ChunkFrameId"),
+        std::pair("Framecounter", "ChunkFramecounter")})
+    if (has(chunk))
+      if (const gint64 id = whole(feature); id >= 0) frame.id = static_cast<std::uint64_t>(id);
+  if (has("Timestamp"))
+    if (const gint64 ticks = whole("ChunkTimestamp"); ticks > 0)
+      frame.device_time_s = tick_s_ * static_cast<double>(ticks);
+}
+
+}  // namespace ulf

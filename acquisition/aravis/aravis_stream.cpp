@@ -1,0 +1,125 @@
+#include "acquisition/aravis/aravis_stream.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+namespace ulf {
+namespace {
+
+constexpr int kRealtimePriority = 10;  // of 99: above ordinary programs, below the kernel's own
+constexpr int kHighPriorityNice = -10;
+
+struct Counter {
+  const char* of_library;
+  const char* for_people;
+};
+// Of the library's stream, in the order to be shown. What they count on GigE Vision, and which of them are
+// not to be trusted, stands in docs/devices.md.
+constexpr std::array kCounters{
+    Counter{"n_completed_buffers", "frames completed"},
+    Counter{"n_failures", "frames failed"},
+    Counter{"n_timeouts", "frames timed out"},
+    Counter{"n_aborted", "frames aborted"},
+    Counter{"n_missing_frames", "frames missing (library)"},
+    Counter{"n_size_mismatch_errors", "size mismatches"},
+    Counter{"n_underruns", "underruns"},
+    Counter{"n_received_packets", "packets received"},
+    Counter{"n_missing_packets", "packets missing"},
+    Counter{"n_resend_requests", "resend requests"},
+    Counter{"n_resent_packets", "packets resent"},
+    Counter{"n_resend_ratio_reached", "resend limit reached"},
+    Counter{"n_resend_disabled", "resends given up"},
+    Counter{"n_duplicated_packets", "packets twice"},
+    Counter{"n_error_packets", "packets with errors"},
+    Counter{"n_ignored_packets", "packets ignored"},
+    Counter{"n_transferred_bytes", "bytes received"},
+    Counter{"n_ignored_bytes", "bytes ignored"},
+};
+
+std::size_t LargestReceiveBuffer() {
+  std::size_t allowed = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
+  return allowed;
+}
+
+}  // namespace
+
+AravisStream::AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
+                           const AravisConfigured& configured)
+    : session_(session), options_(options), configured_(configured), thread_(std::make_shared<Thread>()) {
+  thread_->wanted = options.priority;
+  session.TakeStream(Must(who, "stream (does another program control this camera?)", [&](GError** e) {
+    return arv_camera_create_stream_full(
+        session.Camera(), &AravisStream::OnStream, new std::shared_ptr<Thread>(thread_),
+        [](void* thread) { delete static_cast<std::shared_ptr<Thread>*>(thread); }, e);
+  }));
+  ArvStream* stream = session.Stream();
+  if (ARV_IS_GV_STREAM(stream)) {
+    // The system's default receive buffer loses packets even on loopback, and the library's automatic one is
+    // a single frame: too little for small frames. Two frames, and no less than two megabytes.
+    socket_buffer_bytes_ = options.socket_buffer_bytes
+                               ? static_cast<std::size_t>(*options.socket_buffer_bytes)
+                               : std::clamp<std::size_t>(2 * configured.payload_bytes, 2 << 20, 256 << 20);
+    g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                 static_cast<gint>(socket_buffer_bytes_), "packet-resend",
+                 options.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+                 nullptr);
+    socket_buffer_bytes_ = std::min(socket_buffer_bytes_, LargestReceiveBuffer());
+    if (options.packet_timeout_ms)
+      g_object_set(stream, "packet-timeout", static_cast<guint>(1000 * *options.packet_timeout_ms), nullptr);
+    if (options.frame_retention_ms)
+      g_object_set(stream, "frame-retention", static_cast<guint>(1000 * *options.frame_retention_ms),
+                   nullptr);
+  }
+  constexpr std::size_t kPoolBytes = 64 << 20;
+  buffers_ = options.buffers ? static_cast<std::size_t>(*options.buffers)
+                             : std::clamp<std::size_t>(
+                                   kPoolBytes / std::max<std::size_t>(configured.payload_bytes, 1), 4, 24);
+  for (std::size_t i = 0; i < buffers_; ++i)
+    arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured.payload_bytes));
+}
+
+void AravisStream::OnStream(void* data, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
+  if (type != ARV_STREAM_CALLBACK_TYPE_INIT) return;
+  Thread& thread = **static_cast<std::shared_ptr<Thread>*>(data);
+  if (thread.wanted == ThreadPriority::kRealtime)
+    thread.granted = arv_make_thread_realtime(kRealtimePriority);
+  if (thread.wanted == ThreadPriority::kHigh)
+    thread.granted = arv_make_thread_high_priority(kHighPriorityNice);
+}
+
+std::optional<bool> AravisStream::PriorityGranted() const {
+  const int granted = thread_->granted;
+  if (granted < 0) return std::nullopt;
+  return granted != 0;
+}
+
+std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
+  std::vector<std::pair<std::string, double>> shown;
+  ArvStream* stream = session_.Stream();
+  if (!stream) return shown;
+  std::vector<std::string> known;
+  for (guint i = 0; i < arv_stream_get_n_infos(stream); ++i)
+    known.push_back(Text(arv_stream_get_info_name(stream, i)));
+  for (const Counter& counter : kCounters)
+    if (std::find(known.begin(), known.end(), counter.of_library) != known.end())
+      shown.emplace_back(counter.for_people,
+                         static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.of_library)));
+  shown.emplace_back("buffers", static_cast<double>(buffers_));
+  if (const auto granted = PriorityGranted())
+    shown.emplace_back(
+        options_.priority == ThreadPriority::kRealtime ? "real-time priority" : "high priority", *granted);
+  if (!ARV_IS_GV_STREAM(stream)) return shown;
+  guint packet_timeout_us = 0, frame_retention_us = 0;
+  g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us, nullptr);
+  shown.emplace_back("packet size", configured_.packet_size);
+  shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));
+  shown.emplace_back("resend on", options_.resend);
+  shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);
+  shown.emplace_back("frame retention (ms)", 1e-3 * frame_retention_us);
+  shown.emplace_back("socket buffer (bytes)", static_cast<double>(socket_buffer_bytes_));
+  return shown;
+}
+
+}  // namespace ulf

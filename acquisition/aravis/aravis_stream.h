@@ -1,0 +1,45 @@
+// The receiving side of a session: the library's stream with its buffers, receive socket, resending and
+// thread priority as the options say, and its counters named for people.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/aravis/aravis_configuration.h"
+#include "acquisition/aravis/aravis_options.h"
+#include "acquisition/aravis/aravis_session.h"
+
+namespace ulf {
+
+class AravisStream {
+ public:
+  // Gives the session its stream, with buffers, not yet acquiring. Throws Error.
+  AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
+               const AravisConfigured& configured);
+
+  // False: the system refused the priority that was asked for; none: not yet known, or none asked for.
+  std::optional<bool> PriorityGranted() const;
+  // To be called by the thread that pops buffers, or with that thread at rest.
+  std::vector<std::pair<std::string, double>> Transport() const;
+
+ private:
+  // Outlives this object: the library's thread ends when the session does.
+  struct Thread {
+    ThreadPriority wanted = ThreadPriority::kNormal;
+    std::atomic<int> granted{-1};
+  };
+  static void OnStream(void* thread, ArvStreamCallbackType type, ArvBuffer* buffer);
+
+  AravisSession& session_;
+  AravisOptions options_;
+  AravisConfigured configured_;
+  std::shared_ptr<Thread> thread_;
+  std::size_t buffers_ = 0;
+  std::size_t socket_buffer_bytes_ = 0;
+};
+
+}  // namespace ulf
