@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 
 #include "acquisition/commands.h"
 #include "acquisition/error.h"
@@ -53,6 +54,10 @@ int main(int argc, char** argv) {
   } catch (const ulf::UsageError& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
     return ulf::kWrongUsage;
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::fprintf(stderr, "ulf: %s: %s; check the path and its permissions\n", error.path1().c_str(),
+                 error.code().message().c_str());
+    return ulf::kFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
     return ulf::kFailed;

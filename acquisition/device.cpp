@@ -14,6 +14,11 @@ const char* Name(DeviceState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
+const char* Name(DeviceEventKind kind) {
+  constexpr std::array kNames{"stalled", "faulted", "reconnecting", "restored", "notice"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
 DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string::npos || colon == 0)

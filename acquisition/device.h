@@ -48,6 +48,8 @@ enum class DeviceState {
   kLost,          // given up; of a driver: to be opened anew
 };
 const char* Name(DeviceState state);
+// No frame will come any more.
+inline bool IsOver(DeviceState state) { return state == DeviceState::kEnded || state == DeviceState::kLost; }
 
 // What a device has to say between frames, each said once, in order.
 enum class DeviceEventKind {
@@ -62,6 +64,7 @@ struct DeviceEvent {
   double host_time_s = 0;  // since the epoch
   std::string text;        // for people, with the way out
 };
+const char* Name(DeviceEventKind kind);
 
 struct DeviceStatistics {
   std::uint64_t delivered = 0;     // handed out complete

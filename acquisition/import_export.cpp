@@ -27,11 +27,11 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
   taken.image_path = PathUnderImages(view.image_path);
   if (image.pixels.depth() != CV_8U) {
     taken.master_path = "masters/" + taken.image_path.substr(std::string_view("images/").size());
-    fs::create_directories((dir / taken.master_path).parent_path());
+    MakeFolder((dir / taken.master_path).parent_path());
     WriteFileAtomically(dir / taken.master_path, ReadWholeFile(original));
     taken.image_path = fs::path(taken.image_path).replace_extension(".png").generic_string();
   }
-  fs::create_directories((dir / taken.image_path).parent_path());
+  MakeFolder((dir / taken.image_path).parent_path());
   if (taken.master_path.empty()) {
     WriteFileAtomically(dir / taken.image_path, ReadWholeFile(original));
   } else {
@@ -67,7 +67,7 @@ LightField Import(const fs::path& source_path, const fs::path& dir, const Import
         "front of them); give it with --subject x,y,z,radius",
         source_path.string());
 
-  fs::create_directories(dir);
+  MakeFolder(dir);
   LightField imported = source;
   imported.root = dir;
   if (imported.device_uri.empty()) imported.device_uri = "import:" + source_path.filename().string();

@@ -171,17 +171,21 @@ Journal::~Journal() {
 
 void Journal::Append(const std::string& line) {
   const std::string text = line + "\n";
+  const off_t before = lseek(descriptor_, 0, SEEK_END);
+  // A part of a line must not stay: the next one would be written behind it.
+  const auto take_back = [&](const char* what) {
+    const int reason = errno;
+    if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
+    ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
+  };
   std::size_t done = 0;
   while (done < text.size()) {
     const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0)
-      throw Error("{}: writing failed: {}; everything before this is safe", file_.string(),
-                  std::strerror(errno));
+    if (written < 0) take_back("writing failed");
     done += static_cast<std::size_t>(written);
   }
-  if (fsync(descriptor_) != 0)
-    throw Error("{}: syncing to disk failed: {}", file_.string(), std::strerror(errno));
+  if (fsync(descriptor_) != 0) take_back("syncing to disk failed");
 }
 
 void Journal::Header(const LightField& light_field) {

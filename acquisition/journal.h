@@ -5,7 +5,8 @@
 //   exposure, gain, quality, bound} pose_update {poses {id: [7]}}   subject {center, radius}   up {up}   gap
 //   {from_s, to_s, reason}   remove {id} close {capture_s, reasons}
 //
-// Each line is synced before the call returns. A last line without its end was being written when the process
+// Each line is synced before the call returns; one that the disk refuses is taken back whole (DiskFullError,
+// Error). A last line without its end was being written when the process
 // died: readers ignore it, the next writer cuts it off.
 #pragma once
 

@@ -4,6 +4,8 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
@@ -98,11 +100,21 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
+// They can be made again from the journal at any time: no room for them is no reason not to work.
+void DeriveOrWarn(const LightField& light_field) {
+  try {
+    WriteDerivedFiles(light_field);
+  } catch (const Error& error) {
+    spdlog::warn("{}; transforms.json and sparse/ are made when the light field is next read", error.what());
+  }
+}
+
 }  // namespace
 
 LightField ReadLightField(const fs::path& path) {
-  if (fs::is_regular_file(path)) return ReadTransformsJson(path);
-  if (!fs::is_directory(path))
+  std::error_code unknown;
+  if (fs::is_regular_file(path, unknown)) return ReadTransformsJson(path);
+  if (!fs::is_directory(path, unknown))
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
   if (!fs::is_regular_file(path / kJournal)) {
     if (fs::is_regular_file(path / kTransforms)) return ReadTransformsJson(path / kTransforms);
@@ -112,7 +124,7 @@ LightField ReadLightField(const fs::path& path) {
   LightField light_field = ReadJournalWithPoints(path).light_field;
   RequireImages(light_field);
   if (DerivedFilesAreOlder(path) && !IsBeingWritten(path / kJournal) && access(path.c_str(), W_OK) == 0)
-    WriteDerivedFiles(light_field);
+    DeriveOrWarn(light_field);
   return light_field;
 }
 
@@ -137,7 +149,7 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
 
 void WriteDerivedFiles(const LightField& light_field) {
   const fs::path sparse = light_field.root / "sparse" / "0";
-  fs::create_directories(sparse);
+  MakeFolder(sparse);
   const ColmapText colmap = ToColmapText(light_field);
   WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
   WriteFileAtomically(sparse / "images.txt", colmap.images);
@@ -175,15 +187,16 @@ LightFieldWriter::~LightFieldWriter() = default;
 const LightField& LightFieldWriter::Contents() const { return state_->light_field; }
 
 LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHeader& header) {
-  if (fs::exists(dir) && !fs::is_directory(dir))
+  std::error_code unknown;  // MakeFolder below says what stands in the way
+  if (fs::exists(dir, unknown) && !fs::is_directory(dir))
     throw Error("{}: is a file; choose another name", dir.string());
-  if (fs::is_regular_file(dir / kJournal))
+  if (fs::is_regular_file(dir / kJournal, unknown))
     throw Error("{}: holds a light field already; go on with it (--resume) or choose another folder",
                 dir.string());
-  if (fs::is_directory(dir) && !fs::is_empty(dir))
+  if (fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
     throw Error("{}: the folder is not empty; choose another one", dir.string());
   header.camera.Validate("the camera of " + dir.string());
-  fs::create_directories(dir / "images");
+  MakeFolder(dir / "images");
   auto state = std::make_unique<State>(dir);
   LightField& light_field = state->light_field;
   light_field.cameras = {header.camera};
@@ -209,8 +222,8 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   RequireImages(contents.light_field);
   state->light_field = std::move(contents.light_field);
   state->next_view_id = contents.next_view_id;
-  fs::create_directories(dir / "images");
-  WriteDerivedFiles(state->light_field);
+  MakeFolder(dir / "images");
+  DeriveOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }
 
@@ -230,12 +243,19 @@ View LightFieldWriter::AddView(const Frame& frame, View view) {
   view.exposure_s = frame.exposure_s;
   view.gain = frame.gain;
   view.black_level = frame.black_level;
-  if (master) {
-    fs::create_directories(root / "masters");
-    WriteFileAtomically(root / view.master_path, *master->bytes);
+  try {
+    if (master) {
+      MakeFolder(root / "masters");
+      WriteFileAtomically(root / view.master_path, *master->bytes);
+    }
+    WriteFileAtomically(root / view.image_path, *image.bytes);
+    state_->journal.AddView(view);
+  } catch (...) {
+    std::error_code gone;  // a photograph without its journal line is half a view
+    if (master) fs::remove(root / view.master_path, gone);
+    fs::remove(root / view.image_path, gone);
+    throw;
   }
-  WriteFileAtomically(root / view.image_path, *image.bytes);
-  state_->journal.AddView(view);
   ++state_->next_view_id;
   state_->light_field.views.push_back(view);
   return view;
@@ -275,20 +295,31 @@ void LightFieldWriter::RemoveView(int view_id) {
   if (view == light_field.views.end())
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
   state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
-  fs::create_directories(light_field.root / "unposed");
-  fs::rename(light_field.root / view->image_path,
-             light_field.root / "unposed" / fs::path(view->image_path).filename());
+  const fs::path unposed = light_field.root / "unposed";
+  MakeFolder(unposed);
+  const auto move = [&](const std::string& from, const std::string& to) {
+    std::error_code reason;
+    fs::rename(light_field.root / from, unposed / to, reason);
+    if (reason)
+      ThrowDiskError(reason.value(), (light_field.root / from).string() + ": cannot be moved to unposed/");
+  };
+  move(view->image_path, fs::path(view->image_path).filename());
+  // Beside the photograph, under a name of its own where both are PNG files.
+  if (const fs::path master = view->master_path; !master.empty())
+    move(master, master.stem().string() + ".master" + master.extension().string());
   light_field.views.erase(view);
 }
 
 void LightFieldWriter::KeepUnposed(const Frame& frame) {
   const fs::path folder = state_->light_field.root / "unposed";
-  fs::create_directories(folder);
+  MakeFolder(folder);
   const EncodedImage image = ForEveryTool(frame);
   fs::path path;
   do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
   while (fs::exists(path));
   WriteFileAtomically(path, *image.bytes);
+  if (const auto master = Master(frame))
+    WriteFileAtomically(folder / (path.stem().string() + ".master" + master->extension), *master->bytes);
 }
 
 void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {

@@ -61,7 +61,8 @@ class LightFieldWriter {
   void KeepMosaics(bool keep);
 
   // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and
-  // id of `view` are given here; what was written is returned.
+  // id of `view` are given here; what was written is returned. When the disk refuses (DiskFullError, Error)
+  // nothing of the view stays behind, and it can be added again.
   View AddView(const Frame& frame, View view);
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
   void SetSubject(const Subject& subject);
@@ -69,8 +70,9 @@ class LightFieldWriter {
   void SetPoints(std::vector<ScenePoint> points);
   // Time in which nothing could be recorded (tracking lost, device lost): kept so that review can show it.
   void NoteGap(double from_s, double to_s, const std::string& reason);
-  void RemoveView(int view_id);  // the photograph moves to unposed/, nothing is deleted
-  // Keeps a photograph that has no pose in unposed/.
+  // The photograph and its master (NNNNNN.master.*) move to unposed/, nothing is deleted.
+  void RemoveView(int view_id);
+  // Keeps a photograph that has no pose, and its master, in unposed/.
   void KeepUnposed(const Frame& frame);
   // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});

@@ -6,6 +6,7 @@
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "acquisition/reconnecting_device.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "acquisition/v4l2/v4l2_device.h"
@@ -36,19 +37,54 @@ std::string FirstRealCamera() {
       refused);
 }
 
-}  // namespace
+// Seconds to look for a camera that went away: `reconnect_s`, which no driver knows.
+double TakePatience(DeviceUri& uri) {
+  constexpr double kPatience_s = 300;
+  const double patience_s = uri.Number("reconnect_s").value_or(kPatience_s);
+  if (patience_s < 0) throw UsageError("'{}': reconnect_s is 0 (do not) or the seconds to try", uri.Text());
+  std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
+  return patience_s;
+}
 
-std::unique_ptr<Device> OpenDevice(const std::string& text) {
-  const DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
+std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
   if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
-  if (uri.scheme == "replay") return OpenReplayDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
   constexpr std::array kLater = {"gphoto2"};
   if (std::find(kLater.begin(), kLater.end(), uri.scheme) != kLater.end())
-    throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", text, uri.scheme, kWhatWorks);
-  throw UsageError("'{}': there is no kind of device called '{}'; there are {}", text, uri.scheme,
+    throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", uri.Text(), uri.scheme,
+                     kWhatWorks);
+  throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
                    kWhatWorks);
+}
+
+std::vector<DeviceInfo> ListOf(const std::string& scheme) {
+  if (scheme == "aravis") return ListAravisDevices();
+  return {};
+}
+
+// The same camera wherever it is now, with the options it had.
+std::unique_ptr<Device> OpenBySerial(const DeviceInfo& known) {
+  DeviceUri uri = DeviceUri::Parse(known.uri);
+  for (const DeviceInfo& info : ListOf(uri.scheme)) {
+    if (info.serial != known.serial) continue;
+    uri.path = DeviceUri::Parse(info.uri).path;
+    return OpenDriver(uri);
+  }
+  throw Error("{}: no camera with serial {} answers; check power and cable", known.uri, known.serial);
+}
+
+}  // namespace
+
+std::unique_ptr<Device> OpenDevice(const std::string& text) {
+  DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
+  if (uri.scheme == "replay") return OpenReplayDevice(uri);
+  const double patience_s = TakePatience(uri);
+  return MakeReconnectingDevice(
+      OpenDriver(uri),
+      {.where_it_was = [](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri)); },
+       .by_serial = OpenBySerial,
+       .patience_s = patience_s});
 }
 
 std::vector<DeviceInfo> ListDevices() {

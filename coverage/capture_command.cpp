@@ -124,7 +124,7 @@ std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
   while (std::chrono::steady_clock::now() < until && !StopOnSignal::Asked()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
     if (frame && frame->status == FrameStatus::kComplete) return frame;
-    if (!frame && device.State() != DeviceState::kStreaming) break;
+    if (!frame && IsOver(device.State())) break;
   }
   if (StopOnSignal::Asked()) return std::nullopt;
   throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);

@@ -73,7 +73,8 @@ Run Follow(const TrackArgs& args, Device& device) {
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   device.Start();
-  while (device.State() == DeviceState::kStreaming && !StopOnSignal::Asked()) {
+  while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
+    for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame || frame->status != FrameStatus::kComplete) continue;
     if (!tracker) {
