@@ -318,7 +318,8 @@ void LightFieldWriter::KeepUnposed(const Frame& frame) {
   do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
   while (fs::exists(path));
   WriteFileAtomically(path, *image.bytes);
-  if (const auto master = Master(frame))
+  View unused;
+  if (const auto master = Master(frame, state_->keep_mosaics, unused))
     WriteFileAtomically(folder / (path.stem().string() + ".master" + master->extension), *master->bytes);
 }
 
