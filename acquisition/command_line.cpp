@@ -26,6 +26,11 @@ Progress::~Progress() {
   if (!quiet_ && terminal_ && last_shown_s_ >= 0) std::fputc('\n', stderr);
 }
 
+void Progress::Say(const std::string& line) {
+  fmt::print(stderr, "{}{}\n", terminal_ && last_shown_s_ >= 0 ? "\r\033[K" : "", line);
+  std::fflush(stderr);
+}
+
 void Progress::Show(double share, const std::string& detail) {
   if (quiet_) return;
   const double now_s = SteadySeconds();

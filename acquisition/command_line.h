@@ -26,6 +26,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   // `share` 0 to 1; `detail` is printed behind it.
   void Show(double share, const std::string& detail = {});
+  // A line that stays, above the bar; also when quiet.
+  void Say(const std::string& line);
 
  private:
   std::string what_;

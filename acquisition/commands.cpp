@@ -4,6 +4,7 @@
 #include "acquisition/devices_command.h"
 #include "acquisition/features_command.h"
 #include "acquisition/import_command.h"
+#include "acquisition/record_command.h"
 #include "acquisition/simulator/simulate_command.h"
 
 namespace ulf {
@@ -12,6 +13,7 @@ void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddDevicesCommand(app, chosen);
   AddFeaturesCommand(app, chosen);
   AddSimulateCommand(app, chosen);
+  AddRecordCommand(app, chosen);
   AddImportCommand(app, chosen);
   AddBoardCommand(app, chosen);
 }

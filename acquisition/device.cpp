@@ -58,6 +58,11 @@ std::optional<double> DeviceUri::Number(const std::string& key) const {
   return number;
 }
 
+void DeviceUri::Set(const std::string& key, const std::string& value) {
+  std::erase_if(options, [&](const auto& option) { return option.first == key; });
+  options.emplace_back(key, value);
+}
+
 void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
   for (const auto& [name, value] : options)
     if (std::find(known.begin(), known.end(), name) == known.end()) {

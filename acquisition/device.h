@@ -110,6 +110,8 @@ class Device {
   virtual DeviceState State() const = 0;
   virtual DeviceStatistics Statistics() const = 0;
   virtual std::vector<DeviceEvent> TakeEvents() { return {}; }
+  // How much of a recording has been played, 0 to 1; none for what has no end.
+  virtual std::optional<double> ShareDone() const { return std::nullopt; }
 
   // Photographs besides the live frames (tethered cameras): asked for here, they come through Next() as
   // FrameKind::kStill when they have been downloaded, also those that the photographer releases on the body.
@@ -127,6 +129,8 @@ struct DeviceUri {
   std::optional<std::string> Option(const std::string& key) const;
   // The option as a finite number; throws UsageError naming it when it is something else.
   std::optional<double> Number(const std::string& key) const;
+  // In place of what the URI says of it.
+  void Set(const std::string& key, const std::string& value);
   // Throws UsageError naming the first option that is not in `known`.
   void AllowOnly(const std::vector<std::string>& known) const;
   std::string Text() const;

@@ -25,8 +25,8 @@ class UsageError : public Error {
   using Error::Error;
 };
 
-// No room on the disk, or none left of the user's share. What was being written has been taken back; it can be
-// written again when there is room.
+// No room on the disk, or none left of the user's share. What was being written has been taken back; it can
+// be written again when there is room.
 class DiskFullError : public Error {
  public:
   using Error::Error;

@@ -71,6 +71,13 @@ EncodedImage Png(const cv::Mat& pixels) {
   return {".png", std::make_shared<const std::string>(EncodePng(pixels))};
 }
 
+// Not compressed: compressing a master takes ten times as long as writing it.
+EncodedImage Tiff(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".tif", pixels, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
+  return {".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
+}
+
 bool IsPlain8BitSrgb(const Image& image) {
   return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
 }
@@ -91,7 +98,7 @@ std::optional<EncodedImage> Master(const Frame& frame, bool keep_mosaics, View& 
   const Image master = keep_mosaics ? frame.image : Demosaiced(frame.image);
   view.master_transfer = master.transfer;
   view.master_mosaic = master.mosaic;
-  return Png(master.pixels);
+  return Tiff(master.pixels);
 }
 
 void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path& path) {

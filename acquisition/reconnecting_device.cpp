@@ -164,6 +164,10 @@ class ReconnectingDevice : public Device {
   std::optional<SensorWindow> Window() const override { return window_; }
   DeviceState State() const override { return state_; }
   bool TakesStills() const override { return takes_stills_; }
+  std::optional<double> ShareDone() const override {
+    const auto driver = Driver();
+    return driver ? driver->ShareDone() : std::nullopt;
+  }
   StillRequest RequestStill() override {
     const auto driver = Driver();
     return driver && state_ == DeviceState::kStreaming ? driver->RequestStill() : StillRequest::kBusy;

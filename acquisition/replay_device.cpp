@@ -11,8 +11,10 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
+#include "acquisition/frame_recording.h"
 #include "acquisition/image_header.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/paced_device.h"
 
 namespace ulf {
 namespace {
@@ -27,6 +29,7 @@ struct ReplayOptions {
   std::optional<double> fps;
   std::optional<std::string> glob;
   std::optional<Transfer> transfer;
+  double speed = 0;
 
   double TimeOf(std::size_t index) const { return static_cast<double>(index) / fps.value_or(kDefaultFps); }
   Transfer TransferOf(const cv::Mat& pixels) const {
@@ -42,6 +45,7 @@ class Source {
   virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
   virtual void Rewind() = 0;
   virtual std::optional<Frame> Next() = 0;
+  virtual double Length() const = 0;  // frames; 0: unknown
 };
 
 bool IsImageName(const fs::path& path) {
@@ -108,6 +112,7 @@ class FolderSource : public Source {
                        first_.cols, first_.rows);
   }
   void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(files_.size()); }
 
   std::optional<Frame> Next() override {
     if (next_ >= files_.size()) return std::nullopt;
@@ -159,6 +164,7 @@ class VideoSource : public Source {
   std::string Describe() const override {
     return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
   }
+  double Length() const override { return announced_; }
   void Rewind() override {
     Open();
     next_ = 0;
@@ -257,6 +263,7 @@ class LightFieldSource : public Source {
     return light_field_.CameraOf(light_field_.views.front());
   }
   void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(light_field_.views.size()); }
 
   std::optional<Frame> Next() override {
     if (next_ >= light_field_.views.size()) return std::nullopt;
@@ -284,6 +291,36 @@ class LightFieldSource : public Source {
   std::size_t next_ = 0;
 };
 
+// Everything as it was; `fps` alone changes the times.
+class RecordedSource : public Source {
+ public:
+  explicit RecordedSource(const ReplayOptions& options)
+      : options_(options), recording_(ReadFrameRecording(options.path)) {}
+
+  std::string Describe() const override {
+    const DeviceInfo& device = recording_.device;
+    return fmt::format("recording of {} frames from {}{}", recording_.entries.size(), device.uri,
+                       device.serial.empty() ? "" : ", serial " + device.serial);
+  }
+  std::optional<CameraModel> Camera() const override { return recording_.camera; }
+  void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(recording_.entries.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= recording_.entries.size()) return std::nullopt;
+    Frame frame = ReadRecordedFrame(recording_.entries[next_]);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    if (options_.fps) frame.device_time_s = options_.TimeOf(next_);
+    ++next_;
+    return frame;
+  }
+
+ private:
+  ReplayOptions options_;
+  FrameRecording recording_;
+  std::size_t next_ = 0;
+};
+
 class ReplayDevice : public Device {
  public:
   ReplayDevice(std::string uri, std::unique_ptr<Source> source)
@@ -296,6 +333,11 @@ class ReplayDevice : public Device {
   }
   std::optional<CameraModel> Camera() const override { return source_->Camera(); }
   bool IsLive() const override { return false; }
+  std::optional<double> ShareDone() const override {
+    const double length = source_->Length();
+    if (length <= 0) return std::nullopt;
+    return std::min(1.0, static_cast<double>(statistics_.delivered) / length);
+  }
 
   void Start() override {
     source_->Rewind();
@@ -335,12 +377,15 @@ bool IsLightField(const fs::path& folder) {
 }
 
 ReplayOptions OptionsOf(const DeviceUri& uri) {
-  uri.AllowOnly({"fps", "glob", "transfer"});
+  uri.AllowOnly({"fps", "glob", "transfer", "speed"});
   ReplayOptions options{.uri = uri.Text(),
                         .path = uri.path,
                         .fps = uri.Number("fps"),
                         .glob = uri.Option("glob"),
-                        .transfer = {}};
+                        .transfer = {},
+                        .speed = uri.Number("speed").value_or(0)};
+  if (options.speed < 0)
+    throw UsageError("{}: speed is 0 (as fast as frames are taken), 1 (in time) or more", options.uri);
   if (uri.path.empty())
     throw UsageError("'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
   if (options.fps && *options.fps <= 0) throw UsageError("{}: fps must be positive", options.uri);
@@ -377,6 +422,15 @@ bool NameOrder(const std::string& a, const std::string& b) {
   return a < b;  // equal by value: 01 and 1
 }
 
+std::string WithReplaySpeed(const std::string& text, const std::optional<double>& speed) {
+  if (!speed) return text;
+  DeviceUri uri = DeviceUri::Parse(text);
+  if (uri.scheme != "replay")
+    throw UsageError("--speed {:g}: '{}' is not a recording; a camera has its own time", *speed, text);
+  uri.Set("speed", fmt::format("{:g}", *speed));
+  return uri.Text();
+}
+
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
   const ReplayOptions options = OptionsOf(uri);
   if (!fs::exists(options.path))
@@ -385,12 +439,16 @@ std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
   if (!fs::is_directory(options.path)) {
     if (options.glob) throw UsageError("{}: glob chooses files of a folder, and this is a file", options.uri);
     source = std::make_unique<VideoSource>(options);
+  } else if (!options.glob && IsFrameRecording(options.path)) {
+    source = std::make_unique<RecordedSource>(options);
   } else if (!options.glob && IsLightField(options.path)) {
     source = std::make_unique<LightFieldSource>(options);
   } else {
     source = std::make_unique<FolderSource>(options);
   }
-  return std::make_unique<ReplayDevice>(options.uri, std::move(source));
+  auto replay = std::make_unique<ReplayDevice>(options.uri, std::move(source));
+  if (options.speed > 0) return MakePacedDevice(std::move(replay), options.speed);
+  return replay;
 }
 
 }  // namespace ulf

@@ -8,13 +8,16 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/device.h"
-#include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/intrinsics_options.h"
+#include "acquisition/device.h"
+#include "acquisition/device_report.h"
+#include "acquisition/error.h"
+#include "acquisition/frame_recording.h"
+#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
+#include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/capture_session.h"
 #include "coverage/coverage_drawing.h"
@@ -39,6 +42,8 @@ struct CaptureArgs {
   std::string track = "tracker";
   std::uint64_t frames = 0;
   double max_seconds = 0;
+  std::optional<double> speed;
+  std::string keep_frames;
   bool headless = false;
   bool deterministic = false;
   bool resume = false;
@@ -123,6 +128,7 @@ std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < until && !StopOnSignal::Asked()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
+    for (const DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
     if (frame && frame->status == FrameStatus::kComplete) return frame;
     if (!frame && IsOver(device.State())) break;
   }
@@ -190,7 +196,7 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
       throw UsageError(
           "--track known: there are no tracked points to find the subject by; give --subject x,y,z,r");
   }
-  prepared.device = OpenDevice(args.uri);
+  prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   prepared.device->Start();
   auto first = FirstFrame(*prepared.device, args.uri);
   if (!first) return std::nullopt;
@@ -322,10 +328,19 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
     json["ms_track_median"] = summary.ms_track_median;
     json["ms_decide_median"] = summary.ms_decide_median;
     json["stopped_because"] = Name(summary.stopped_because);
+    json["device"] = ToJson(summary.device);
+    json["events"] = summary.events;
+    json["pauses"] = summary.pauses;
+    json["paused_s"] = summary.paused_s;
+    json["unwritten"] = summary.unwritten;
     if (errors) AddTo(json, *errors);
     fmt::print("{}\n", json.dump());
   } else {
     fmt::print("{}", ToText(report));
+    fmt::print("device         {}\n", ToText(summary.device));
+    if (summary.pauses > 0)
+      fmt::print("disk           recording waited {} times, {:.1f} s in all\n", summary.pauses,
+                 summary.paused_s);
     fmt::print(
         "this session   {} frames, {} tracked, {} dropped, {} recorded; tracking {:.1f} ms, decision {:.3f} "
         "ms "
@@ -344,6 +359,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     fmt::print(stderr, "the operator display does not exist yet: capturing without it, as with --headless\n");
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
+  if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
   const StopOnSignal signals;
   std::optional<Prepared> ready = Prepare(args, &options);
   if (!ready) {
@@ -353,25 +369,50 @@ int RunCaptureCommand(const CaptureArgs& args) {
   Prepared& prepared = *ready;
 
   CaptureSummary summary;
+  FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   {
     Progress progress("capture");
+    double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
     CaptureHooks hooks;
+    hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
+    hooks.while_waiting = [&](const CaptureProgress& now) {
+      if (!now.waiting_for.empty())
+        progress.Show(shown_share, fmt::format("{} frames, {} recorded; waiting for {}", now.frames,
+                                               now.views, now.waiting_for));
+    };
     hooks.after_frame = [&](const CaptureProgress& now) {
       if (now.cam_from_world) live.push_back({now.device_time_s, *now.cam_from_world});
       double share = 0;
       if (now.covered)
         share = std::min(0.99, *now.covered / options.until_share);
-      else if (options.max_frames > 0)
+      else if (options.max_frames == 0)
+        share = prepared.device->ShareDone().value_or(0);
+      else
         share = static_cast<double>(now.frames) / static_cast<double>(options.max_frames);
       const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
-      progress.Show(share, fmt::format("{} frames, {} recorded{}; {}", now.frames, now.views, covered,
-                                       InWords(now.reason)));
+      shown_share = std::max(shown_share, share);
+      progress.Show(shown_share,
+                    fmt::format("{} frames, {} recorded{}; {}", now.frames, now.views, covered,
+                                now.waiting_for.empty() ? InWords(now.reason) : now.waiting_for));
     };
+    std::unique_ptr<FrameRecorder> recorder;
+    if (!args.keep_frames.empty()) {
+      recorder = std::make_unique<FrameRecorder>(args.keep_frames, prepared.device->Info(), prepared.camera);
+      hooks.keep_frame = [&](const Frame& frame) { recorder->TryAdd(frame); };
+      hooks.say = [&](const std::string& line) {
+        progress.Say(line);
+        recorder->Note(line);
+      };
+    }
     summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
                          options, hooks, std::move(prepared.first));
+    if (recorder) kept = recorder->Finish();
   }
+  if (kept.left_out > 0)
+    fmt::print(stderr, "{}: {} of {} frames are not in the recording: {}\n", args.keep_frames, kept.left_out,
+               kept.left_out + kept.written, kept.problem);
   const LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report =
       Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
@@ -386,6 +427,9 @@ int RunCaptureCommand(const CaptureArgs& args) {
   if (summary.stopped_because == StoppedBecause::kDisk) {
     fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
                summary.problem);
+    if (summary.unwritten > 0)
+      fmt::print(stderr, "ulf: {} views that were taken when the disk filled up are not on it\n",
+                 summary.unwritten);
     return kFailed;
   }
   if (summary.stopped_because == StoppedBecause::kDeviceLost) {
@@ -422,6 +466,12 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command->add_option("--frames", args->frames, "Stop after so many frames");
   command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock");
+  command
+      ->add_option("--speed", args->speed,
+                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--keep-frames", args->keep_frames,
+                      "New folder for every frame: the session can be run again, replay:FOLDER");
   command->add_flag("--headless", args->headless, "Without the operator display");
   command->add_flag("--deterministic", args->deterministic,
                     "One thread; the same frames give the same bytes");

@@ -54,6 +54,19 @@ struct ViewPose {
   Rigid3 cam_from_world;
 };
 
+// Time in which nothing was recorded, since `from_s` of the device's time.
+struct OpenGap {
+  double from_s = 0;
+  std::string reason;
+  Clock::time_point began = Clock::now();
+  bool said = false;
+
+  double HostSeconds() const { return MillisecondsSince(began) / 1000; }
+};
+
+// A slow disk catches up within moments: not worth a word.
+constexpr double kShortestPause_s = 0.5;
+
 class Session {
  public:
   Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
@@ -68,6 +81,12 @@ class Session {
   Decision DecideAndRecord(const Frame& frame, const Track& track);
   bool Record(const Frame& frame, const Track& track, const Decision& decision);
   void NoteGaps(const Frame& frame, const Track& track);
+  void TakeEvents();
+  void NoteDeviceGap(double to_s);
+  void NotePause(double now_s);
+  void EndPause(double now_s);
+  void Say(const std::string& text) const;
+  CaptureProgress Progress(Reason reason) const;
   void CorrectPoses(bool last);
   bool CapIsCovered();
   std::vector<CriterionView> ViewsForCriterion() const;
@@ -90,6 +109,7 @@ class Session {
   std::vector<double> ms_track_, ms_decide_;
   int tracked_in_a_row_ = 0;
   std::optional<double> first_time_s_, last_time_s_, lost_since_s_;
+  std::optional<OpenGap> device_gap_, pause_;
   double frame_period_s_ = 0;
   bool tracked_before_ = false;
   std::size_t views_at_last_measure_ = 0;
@@ -179,6 +199,63 @@ void Session::NoteGaps(const Frame& frame, const Track& track) {
   lost_since_s_.reset();
 }
 
+void Session::Say(const std::string& text) const {
+  if (hooks_.say) hooks_.say(text);
+}
+
+void Session::TakeEvents() {
+  for (const DeviceEvent& event : device_.TakeEvents()) {
+    ++summary_.events[Name(event.kind)];
+    Say(event.text);
+    if (event.kind == DeviceEventKind::kFaulted && last_time_s_ && !device_gap_)
+      device_gap_ = OpenGap{*last_time_s_, "device: " + event.text};
+  }
+}
+
+void Session::NoteDeviceGap(double to_s) {
+  if (!device_gap_) return;
+  spool_.NoteGap(device_gap_->from_s, to_s, device_gap_->reason);
+  device_gap_.reset();
+}
+
+void Session::NotePause(double now_s) {
+  const auto why = spool_.Pause();
+  if (!why) return EndPause(now_s);
+  if (!pause_) pause_ = OpenGap{now_s, *why};
+  if (pause_->said || now_s - pause_->from_s < kShortestPause_s) return;
+  pause_->said = true;
+  Say("recording waits, tracking goes on: " + *why);
+}
+
+void Session::EndPause(double now_s) {
+  if (!pause_) return;
+  const double length_s = now_s - pause_->from_s;
+  if (length_s >= kShortestPause_s) {
+    ++summary_.pauses;
+    summary_.paused_s += length_s;
+    spool_.NoteGap(pause_->from_s, now_s, "recording paused: " + pause_->reason);
+    if (pause_->said) Say(fmt::format("recording goes on after {:.1f} s", length_s));
+  }
+  pause_.reset();
+}
+
+CaptureProgress Session::Progress(Reason reason) const {
+  CaptureProgress progress{
+      .frames = summary_.frames,
+      .views = view_poses_.size(),
+      .covered = options_.cap ? std::optional<double>(map_ ? map_->CoveredShare() : 0) : std::nullopt,
+      .reason = reason,
+      .device_time_s = last_time_s_.value_or(0),
+      .cam_from_world = {},
+      .waiting_for = {}};
+  const DeviceState state = device_.State();
+  if (state == DeviceState::kFaulted || state == DeviceState::kReconnecting)
+    progress.waiting_for = fmt::format("the device ({}): {}", Name(state), device_.Info().problem);
+  else if (pause_)
+    progress.waiting_for = pause_->reason;
+  return progress;
+}
+
 void Session::CorrectPoses(bool last) {
   if (view_poses_.empty()) return;
   std::vector<Rigid3> corrected;
@@ -220,19 +297,23 @@ std::optional<StoppedBecause> Session::Enough() const {
 std::optional<StoppedBecause> Session::TakeFrame() {
   const std::optional<Frame> frame =
       first_ ? std::exchange(first_, std::nullopt) : device_.Next(std::chrono::milliseconds(100));
+  TakeEvents();
   if (!frame) {
+    if (hooks_.while_waiting) hooks_.while_waiting(Progress(Reason::kTracking));
     if (device_.State() == DeviceState::kEnded) return StoppedBecause::kClosed;
     if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
   if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
   ++summary_.frames;
+  if (hooks_.keep_frame) hooks_.keep_frame(*frame);
   if (last_time_s_) {
     // The shortest recent time between frames: a dropped one must not look like a slow camera.
     const double step_s = frame->device_time_s - *last_time_s_;
     if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
   }
   last_time_s_ = frame->device_time_s;
+  NoteDeviceGap(*last_time_s_);
   if (!first_time_s_) first_time_s_ = last_time_s_;
 
   const auto start = Clock::now();
@@ -241,16 +322,14 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   NoteGaps(*frame, track);
   PlaceSubject(track);
   const Decision decision = DecideAndRecord(*frame, track);
+  NotePause(*last_time_s_);
   if (summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0)
     CorrectPoses(false);
-  if (hooks_.after_frame)
-    hooks_.after_frame(
-        {.frames = summary_.frames,
-         .views = view_poses_.size(),
-         .covered = options_.cap ? std::optional<double>(map_ ? map_->CoveredShare() : 0) : std::nullopt,
-         .reason = decision.reason,
-         .device_time_s = frame->device_time_s,
-         .cam_from_world = track.cam_from_world});
+  if (hooks_.after_frame) {
+    CaptureProgress progress = Progress(decision.reason);
+    progress.cam_from_world = track.cam_from_world;
+    hooks_.after_frame(progress);
+  }
   if (decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
   return std::nullopt;
 }
@@ -262,7 +341,10 @@ void Session::Close() {
     spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
   }
   CorrectPoses(true);
+  if (device_gap_) NoteDeviceGap(device_gap_->from_s + device_gap_->HostSeconds());
+  if (last_time_s_) EndPause(*last_time_s_);
   LightFieldWriter writer = spool_.Finish();
+  summary_.unwritten = spool_.Unwritten();
   if (const auto failure = spool_.Failure()) {
     summary_.stopped_because = StoppedBecause::kDisk;
     summary_.problem = *failure;
@@ -306,8 +388,8 @@ CaptureSummary Session::Run() {
   summary_.stopped_because = *why;
   Close();
   if (failure) std::rethrow_exception(failure);
-  const DeviceStatistics statistics = device_.Statistics();
-  summary_.dropped = statistics.incomplete + statistics.dropped + statistics.missing;
+  summary_.device = device_.Statistics();
+  summary_.dropped = summary_.device.incomplete + summary_.device.dropped + summary_.device.missing;
   summary_.ms_track_median = Median(ms_track_);
   summary_.ms_decide_median = Median(ms_decide_);
   summary_.map = std::move(map_);

@@ -4,6 +4,10 @@
 // Device and tracking share the caller's thread; a second one writes (view_spool.h). With `deterministic`
 // everything happens in one thread, host times are the device's, and the same frames give the same bytes.
 //
+// A device that goes away and comes back leaves a gap in the journal and in the poses, nothing more: the
+// tracker finds itself again. A disk that is full or slow pauses the recording, not the tracking; that is a
+// gap, too. Both are said at once, and counted at the end.
+//
 // Views hang on the tracker's keyframes: when the map is adjusted, their poses are corrected, journaled at
 // intervals and at the end, and the coverage map is painted anew.
 #pragma once
@@ -11,6 +15,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,11 +58,16 @@ struct CaptureProgress {
   Reason reason = Reason::kTracking;
   double device_time_s = 0;
   std::optional<Rigid3> cam_from_world;  // as tracked live
+  // What recording waits for: the device (with its state), the disk; empty: nothing.
+  std::string waiting_for;
 };
 
 struct CaptureHooks {
   std::function<bool()> stop_requested;  // asked before every frame
+  std::function<void(const Frame&)> keep_frame;  // every complete frame, before it is looked at
   std::function<void(const CaptureProgress&)> after_frame;
+  std::function<void(const CaptureProgress&)> while_waiting;  // ten times a second, when no frame comes
+  std::function<void(const std::string&)> say;                // what happened, a line, once
 };
 
 // The last frame that was recorded, for pictures.
@@ -75,6 +85,11 @@ struct CaptureSummary {
   double ms_decide_median = 0;
   StoppedBecause stopped_because = StoppedBecause::kClosed;
   std::string problem;  // what the disk said; empty otherwise
+  DeviceStatistics device;
+  std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
+  std::uint64_t pauses = 0;                     // of the recording, for the disk
+  double paused_s = 0;
+  std::uint64_t unwritten = 0;  // views that were taken when the disk filled up, and did not fit at the end
   std::optional<Subject> subject;
   std::optional<RecordedFrame> last_recorded;
   std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found

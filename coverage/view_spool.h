@@ -1,10 +1,17 @@
-// Recorded views on their way to disk: a bounded spool and the one thread that writes. When the spool is full
-// the session does not wait; it does not record and says so. What the disk refuses ends the capture.
+// Recorded views on their way to disk: a bounded spool and the one thread that writes.
+//
+// What was taken is written, whatever the disk does. While it is behind (the spool is full) or full (no room
+// for what waits and for closing), nothing more is taken, and Pause() says why; what the disk refused is
+// tried again until there is room. Room is looked at before a view is taken, so that all that was taken
+// normally fits. Anything else that the disk says no to (permissions, a folder that is gone) is a Failure(),
+// after which nothing is written.
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -12,7 +19,6 @@
 #include <vector>
 
 #include "acquisition/frame.h"
-#include "acquisition/frame_queue.h"
 #include "acquisition/light_field_io.h"
 
 namespace ulf {
@@ -33,23 +39,45 @@ class ViewSpool {
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);
 
-  // What the disk said no to, if it did.
+  // Why no view is taken at the moment, for people; none: they are.
+  std::optional<std::string> Pause();
+  // What the disk said no to for good, if it did.
   std::optional<std::string> Failure() const;
-  // Writes what is left and hands the writer back.
+  // Writes what is left, without waiting for room, and hands the writer back. Failure() then says what did
+  // not fit.
   LightFieldWriter Finish();
+  // Views that were taken but could not be written; after Finish().
+  std::size_t Unwritten() const { return unwritten_; }
 
  private:
-  using Task = std::function<void(LightFieldWriter&)>;
-  bool Submit(Task task, bool wait);
-  void Run(const Task& task);
+  struct Task {
+    std::function<void(LightFieldWriter&)> write;
+    bool is_view = false;
+  };
+  enum class Outcome { kWritten, kNoRoom, kFailed };
+  bool Submit(Task task, bool only_if_room);
+  bool WriteHere(Task task, bool only_if_room);
+  Outcome Write(const Task& task);
   void Loop();
+  std::uint64_t NeededBytes(std::uint64_t views) const;
 
   LightFieldWriter writer_;
-  std::vector<int> view_ids_;                  // in order of adding; the writing thread's
-  std::vector<Rigid3> journaled_;              // as the journal has them; the writing thread's
-  std::unique_ptr<BoundedQueue<Task>> queue_;  // none without a thread
-  mutable std::mutex mutex_;
+  const std::filesystem::path root_;
+  const std::size_t capacity_;
+  const bool threaded_;
+  std::vector<int> view_ids_;      // in order of adding; the writing thread's
+  std::vector<Rigid3> journaled_;  // as the journal has them; the writing thread's
+  std::atomic<std::uint64_t> largest_view_bytes_{0}, views_on_disk_{0};
+
+  mutable std::mutex mutex_;  // of all below
+  std::condition_variable changed_;
+  std::deque<Task> tasks_;  // the first one is being written
+  std::size_t views_waiting_ = 0;
+  bool finishing_ = false;
+  bool behind_ = false;                 // since the spool was full, until half of it is written
+  std::optional<std::string> no_room_;  // what the disk said when it was full
   std::optional<std::string> failure_;
+  std::size_t unwritten_ = 0;
   std::thread thread_;
 };
 

@@ -12,10 +12,11 @@
 #include <opencv2/features2d.hpp>
 #include <optional>
 
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/output_path.h"
+#include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "tracking/quantile.h"
 #include "tracking/thread_clock.h"
@@ -33,6 +34,7 @@ struct TrackArgs {
   std::string calibration;
   double focal_px = 0;
   double fps = 0;
+  std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
   int features = 1000;
@@ -99,7 +101,7 @@ Run Follow(const TrackArgs& args, Device& device) {
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame));
     run.samples.push_back(std::move(sample));
     const int count = static_cast<int>(run.samples.size());
-    progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : 0,
+    progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
                   fmt::format("frame {}", count));
     if (args.frames > 0 && count >= args.frames) break;
   }
@@ -213,7 +215,7 @@ int RunTrack(const TrackArgs& args) {
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
-  const auto device = OpenDevice(uri);
+  const auto device = OpenDevice(WithReplaySpeed(uri, args.speed));
   const Run run = Follow(args, *device);
   if (!args.output.empty()) WriteTum(args.output, run.live);
   if (!args.final_output.empty()) WriteTum(args.final_output, run.final);
@@ -245,6 +247,10 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(CLI::PositiveNumber);
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--speed", args->speed,
+                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--frames", args->frames, "Stop after this many frames")->check(CLI::PositiveNumber);
   command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
   command->add_option("--seed", args->seed, "Of every random draw");

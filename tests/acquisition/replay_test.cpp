@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <thread>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/device.h"
@@ -110,6 +112,70 @@ TEST(ReplayFolder, IsNotLiveAndStartsAgainFromTheBeginning) {
   EXPECT_EQ(device->Statistics().delivered, 3u);
 }
 
+TEST(ReplayFolder, KnowsHowMuchIsDone) {
+  test::ScratchFolder scratch;
+  for (const int number : {0, 1, 2, 3})
+    cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  const auto device = OpenDevice("replay:" + scratch.path().string());
+  device->Start();
+  EXPECT_EQ(device->ShareDone(), 0);
+  device->Next(0ms);
+  EXPECT_EQ(device->ShareDone(), 0.25);
+}
+
+TEST(ReplayInTime, IsALiveDeviceThatDropsWhenTheReaderIsSlow) {
+  test::ScratchFolder scratch;
+  for (int number = 0; number < 12; ++number)
+    cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  const std::string uri = "replay:" + scratch.path().string() + "?fps=20";
+  for (const double speed : {1.0, 4.0}) {
+    const auto device = OpenDevice(WithReplaySpeed(uri, speed));
+    EXPECT_TRUE(device->IsLive());
+    const auto start = std::chrono::steady_clock::now();
+    device->Start();
+    std::size_t count = 0;
+    while (!IsOver(device->State()))
+      if (const auto frame = device->Next(20ms)) {
+        EXPECT_GT(frame->host_time_s, 1e9);
+        ++count;
+      }
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    EXPECT_GE(seconds, 11 / 20.0 / speed - 0.01) << "not before their time";
+    EXPECT_EQ(count + device->Statistics().dropped, 12u) << "a slow machine drops, and counts";
+  }
+  // A reader that does not read: four wait, the others are gone and counted.
+  const auto device = OpenDevice(uri + "&speed=20");
+  device->Start();
+  std::this_thread::sleep_for(400ms);
+  std::vector<int> numbers;
+  while (!IsOver(device->State()))
+    if (const auto frame = device->Next(20ms)) numbers.push_back(NumberOf(*frame));
+  EXPECT_THAT(numbers, ::testing::ElementsAre(8, 9, 10, 11)) << "the newest";
+  EXPECT_EQ(device->Statistics().dropped, 8u);
+}
+
+TEST(ReplayInTime, StopsAtOnceAndBeginsAgain) {
+  test::ScratchFolder scratch;
+  for (int number = 0; number < 3; ++number)
+    cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  const auto device = OpenDevice("replay:" + scratch.path().string() + "?fps=0.1&speed=1");
+  for (int round = 0; round < 2; ++round) {
+    device->Start();
+    const auto frame = device->Next(5s);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(NumberOf(*frame), 0);
+    const auto start = std::chrono::steady_clock::now();
+    device->Stop();
+    EXPECT_LT(std::chrono::steady_clock::now() - start, 5s) << "the next frame is ten seconds away";
+  }
+}
+
+TEST(ReplayInTime, OnlyARecordingHasASpeed) {
+  EXPECT_EQ(WithReplaySpeed("sim:studio", std::nullopt), "sim:studio");
+  EXPECT_THROW(WithReplaySpeed("sim:studio", 1), UsageError);
+  EXPECT_EQ(WithReplaySpeed("replay:a?speed=3&fps=5", 1), "replay:a?fps=5&speed=1");
+}
+
 TEST(ReplayFolder, GlobChooses) {
   test::ScratchFolder scratch;
   cv::imwrite((scratch / "0.color.jpg").string(), Numbered(0));
@@ -180,7 +246,8 @@ TEST(ReplayFolder, OptionsAreChecked) {
   const std::string folder = "replay:" + scratch.path().string();
   EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=0"), HasSubstr("fps"));
   EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=fast"), HasSubstr("fps"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?speed=2"), HasSubstr("speed"));
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?colour=2"), HasSubstr("colour"));
+  EXPECT_THAT(ErrorOf<UsageError>(folder + "?speed=-1"), HasSubstr("speed"));
   EXPECT_THAT(ErrorOf<UsageError>(folder + "?transfer=gamma"), HasSubstr("transfer"));
   EXPECT_EQ(Replay(folder + "?transfer=linear").at(0).image.transfer, Transfer::kLinear);
 }
@@ -204,6 +271,25 @@ TEST(ReplayVideo, GivesEveryPictureAtItsTime) {
       EXPECT_EQ(frame.id, static_cast<std::uint64_t>(i));
     }
   }
+}
+
+// Frames of a container are not evenly spaced when a camera's are not: their times are the container's own.
+TEST(ReplayVideo, KeepsTheContainersOwnTimes) {
+  test::ScratchFolder scratch;
+  const std::string file = (scratch / "video.mkv").string();
+  {
+    // One picture in three is left out of the middle: ffmpeg keeps the times of the others.
+    const std::string command =
+        "ffmpeg -loglevel error -f lavfi -i testsrc=size=64x48:rate=10:duration=2 -vf "
+        "\"select='lt(n,5)+gt(n,12)'\" -vsync vfr -c:v mjpeg " +
+        file;
+    if (std::system(command.c_str()) != 0) GTEST_SKIP() << "no ffmpeg program here";
+  }
+  const auto frames = Replay("replay:" + file);
+  ASSERT_EQ(frames.size(), 12u);
+  EXPECT_NEAR(frames[4].device_time_s, 0.4, 2e-3);
+  EXPECT_NEAR(frames[5].device_time_s, 1.3, 2e-3) << "after the gap";
+  EXPECT_NEAR(frames[11].device_time_s, 1.9, 2e-3);
 }
 
 TEST(ReplayVideo, WhatIsNoVideoIsAnError) {

@@ -1,0 +1,384 @@
+#include "acquisition/frame_recording.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/camera_json.h"
+#include "acquisition/error.h"
+#include "acquisition/json_fields.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kIndex = "frames.jsonl";
+constexpr const char* kFolder = "frames";
+constexpr int kVersion = 1;
+constexpr std::size_t kBatchBytes = 64 << 20;
+constexpr double kBatchSeconds = 0.5;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A file being written, closed whatever happens.
+class OpenFile {
+ public:
+  OpenFile(const fs::path& path, int flags)
+      : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (descriptor_ < 0) ThrowDiskError(errno, path.string() + ": cannot be written");
+  }
+  OpenFile(OpenFile&& other) noexcept
+      : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+  ~OpenFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  void Write(std::string_view bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) ThrowDiskError(errno, path_.string() + ": writing failed");
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  void Sync() {
+    if (fsync(descriptor_) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
+  }
+  // So that the disk is at work while the next frame is made ready.
+  void StartSync() { sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
+  off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
+  void CutAt(off_t size) {
+    if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
+  }
+
+ private:
+  fs::path path_;
+  int descriptor_;
+};
+
+json FrameToJson(const Frame& frame, const std::string& file) {
+  json line = {{"event", "frame"},
+               {"id", frame.id},
+               {"file", file},
+               {"device_time_s", frame.device_time_s},
+               {"host_time_s", frame.host_time_s},
+               {"exposure_s", frame.exposure_s},
+               {"gain", frame.gain},
+               {"black_level", frame.black_level},
+               {"transfer", frame.image.transfer == Transfer::kLinear ? "linear" : "srgb"}};
+  if (frame.f_number) line["f_number"] = *frame.f_number;
+  if (frame.kind == FrameKind::kStill) line["still"] = true;
+  if (frame.image.mosaic != Mosaic::kNone) line["mosaic"] = Name(frame.image.mosaic);
+  if (frame.known_cam_from_world) {
+    const Eigen::Quaterniond& q = frame.known_cam_from_world->rotation;
+    const Eigen::Vector3d& t = frame.known_cam_from_world->translation;
+    line["known_cam_from_world"] = {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+  }
+  return line;
+}
+
+Frame FrameFromJson(const JsonPlace& place) {
+  Frame frame;
+  frame.id = static_cast<std::uint64_t>(place.Number("id"));
+  frame.device_time_s = place.Number("device_time_s");
+  frame.host_time_s = place.Number("host_time_s", 0);
+  frame.exposure_s = place.Number("exposure_s", 0);
+  frame.gain = place.Number("gain", 1);
+  frame.black_level = place.Number("black_level", 0);
+  if (place.Has("f_number")) frame.f_number = place.Number("f_number");
+  if (place.Has("still")) frame.kind = FrameKind::kStill;
+  frame.image.transfer = place.Text("transfer", "srgb") == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  if (place.Has("mosaic")) {
+    const auto mosaic = MosaicByName(place.Text("mosaic"));
+    if (!mosaic) throw Error("{}: there is no mosaic '{}'", place.where, place.Text("mosaic"));
+    frame.image.mosaic = *mosaic;
+  }
+  if (place.Has("known_cam_from_world")) {
+    const std::vector<double> n = place.Numbers("known_cam_from_world", 7);
+    frame.known_cam_from_world =
+        Rigid3{Eigen::Quaterniond(n[0], n[1], n[2], n[3]), Eigen::Vector3d(n[4], n[5], n[6])};
+  }
+  return frame;
+}
+
+json HeaderToJson(const DeviceInfo& device, const std::optional<CameraModel>& camera) {
+  json header = {
+      {"event", "header"},
+      {"version", kVersion},
+      {"device",
+       {{"uri", device.uri}, {"maker", device.maker}, {"model", device.model}, {"serial", device.serial}}}};
+  if (camera) header["camera"] = CameraToJson(*camera);
+  return header;
+}
+
+EncodedImage Encoded(const Frame& frame) {
+  if (frame.encoded && (frame.encoded->extension == ".jpg" || frame.encoded->extension == ".jpeg"))
+    return *frame.encoded;
+  std::vector<unsigned char> bytes;
+  cv::imencode(".tif", frame.image.pixels, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
+  return {".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
+}
+
+std::size_t BytesOf(const Frame& frame) {
+  return frame.image.pixels.total() * frame.image.pixels.elemSize() +
+         (frame.encoded ? frame.encoded->bytes->size() : 0);
+}
+
+}  // namespace
+
+struct FrameRecorder::State {
+  State(const fs::path& folder, std::size_t bytes) : dir(folder), waiting_bytes(bytes) {}
+
+  const fs::path dir;
+  const std::size_t waiting_bytes;
+  std::optional<OpenFile> index;
+
+  mutable std::mutex mutex;  // of what follows, up to the thread
+  std::condition_variable changed;
+  struct Item {
+    std::optional<Frame> frame;
+    std::string note;
+  };
+  std::deque<Item> waiting;
+  std::size_t bytes = 0;
+  bool finishing = false;
+  std::string pause;
+  FrameRecorderSummary summary;
+
+  // The writing thread's.
+  std::vector<OpenFile> unsynced;
+  std::string lines;
+  std::uint64_t frames_in_batch = 0, bytes_in_batch = 0, next_name = 1;
+  Clock::time_point batch_began;
+  std::thread thread;
+
+  void Loop();
+  void Write(Item item);
+  void EndBatch();
+  void Refused(const Error& error, std::uint64_t frames);
+};
+
+void FrameRecorder::State::Loop() {
+  std::unique_lock lock(mutex);
+  for (;;) {
+    const bool any =
+        changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return finishing || !waiting.empty(); });
+    if (any && !waiting.empty()) {
+      Item item = std::move(waiting.front());
+      waiting.pop_front();
+      lock.unlock();
+      const std::size_t item_bytes = item.frame ? BytesOf(*item.frame) : 0;
+      Write(std::move(item));
+      lock.lock();
+      bytes -= item_bytes;
+    }
+    const bool due = !lines.empty() && (bytes_in_batch >= kBatchBytes ||
+                                        SecondsSince(batch_began) >= kBatchSeconds || finishing);
+    if (due && (!finishing || waiting.empty() || bytes_in_batch >= kBatchBytes)) {
+      lock.unlock();
+      EndBatch();
+      lock.lock();
+    }
+    if (finishing && waiting.empty() && lines.empty()) return;
+  }
+}
+
+void FrameRecorder::State::Write(Item item) {
+  if (lines.empty()) batch_began = Clock::now();
+  if (!item.frame) {
+    lines += json{{"event", "note"}, {"text", item.note}}.dump() + "\n";
+    return;
+  }
+  const auto start = Clock::now();
+  const EncodedImage image = Encoded(*item.frame);
+  const double encode_s = SecondsSince(start);
+  const std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, image.extension);
+  try {
+    const auto start_disk = Clock::now();
+    OpenFile file(dir / name, O_WRONLY | O_CREAT | O_TRUNC);
+    file.Write(*image.bytes);
+    file.StartSync();
+    unsynced.push_back(std::move(file));
+    const std::lock_guard lock(mutex);
+    summary.encode_s += encode_s;
+    summary.disk_s += SecondsSince(start_disk);
+  } catch (const Error& error) {
+    std::error_code gone;
+    fs::remove(dir / name, gone);
+    Refused(error, 1);
+    return;
+  }
+  ++next_name;
+  ++frames_in_batch;
+  bytes_in_batch += image.bytes->size();
+  lines += FrameToJson(*item.frame, name).dump() + "\n";
+}
+
+void FrameRecorder::State::EndBatch() {
+  const auto start = Clock::now();
+  const off_t before = index->Size();
+  try {
+    for (OpenFile& file : unsynced) file.Sync();
+    if (!unsynced.empty()) SyncFolder(dir / kFolder);
+    index->Write(lines);
+    index->Sync();
+    const std::lock_guard lock(mutex);
+    summary.written += frames_in_batch;
+    summary.bytes += bytes_in_batch;
+    summary.disk_s += SecondsSince(start);
+    pause.clear();
+  } catch (const Error& error) {
+    index->CutAt(before);
+    Refused(error, frames_in_batch);
+  }
+  unsynced.clear();
+  lines.clear();
+  frames_in_batch = bytes_in_batch = 0;
+}
+
+void FrameRecorder::State::Refused(const Error& error, std::uint64_t frames) {
+  const std::lock_guard lock(mutex);
+  summary.left_out += frames;
+  summary.problem = pause = error.what();
+}
+
+void RequireNewRecording(const fs::path& dir) {
+  std::error_code unknown;
+  if (fs::exists(dir, unknown) && !(fs::is_directory(dir, unknown) && fs::is_empty(dir, unknown)))
+    throw Error("{}: is there already; give a new folder for the recording", dir.string());
+}
+
+FrameRecorder::FrameRecorder(const fs::path& dir, const DeviceInfo& device,
+                             const std::optional<CameraModel>& camera, std::size_t waiting_bytes)
+    : state_(std::make_unique<State>(dir, waiting_bytes)) {
+  RequireNewRecording(dir);
+  MakeFolder(dir / kFolder);
+  state_->index.emplace(dir / kIndex, O_WRONLY | O_CREAT | O_APPEND);
+  state_->index->Write(HeaderToJson(device, camera).dump() + "\n");
+  state_->index->Sync();
+  SyncFolder(dir);
+  state_->thread = std::thread([state = state_.get()] { state->Loop(); });
+}
+
+FrameRecorder::~FrameRecorder() {
+  if (state_->thread.joinable()) Finish();
+}
+
+bool FrameRecorder::TryAdd(const Frame& frame) {
+  const std::size_t bytes = BytesOf(frame);
+  {
+    const std::lock_guard lock(state_->mutex);
+    // One frame may always wait, however large it is.
+    if (!state_->waiting.empty() && state_->bytes + bytes > state_->waiting_bytes) {
+      ++state_->summary.left_out;
+      if (state_->pause.empty()) {
+        state_->pause = fmt::format("{}: the disk is slow: {} frames wait to be written",
+                                    state_->dir.string(), state_->waiting.size());
+        state_->summary.problem = state_->pause;
+      }
+      return false;
+    }
+  }
+  Frame kept = frame;
+  kept.image.pixels = frame.image.pixels.clone();  // a device may use its buffers again
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->waiting.push_back({std::move(kept), ""});
+    state_->bytes += bytes;
+  }
+  state_->changed.notify_one();
+  return true;
+}
+
+void FrameRecorder::Note(const std::string& text) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->waiting.push_back({std::nullopt, text});
+  }
+  state_->changed.notify_one();
+}
+
+std::optional<std::string> FrameRecorder::Pause() const {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->pause.empty()) return std::nullopt;
+  return state_->pause;
+}
+
+FrameRecorderSummary FrameRecorder::Finish() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->finishing = true;
+  }
+  state_->changed.notify_one();
+  if (state_->thread.joinable()) state_->thread.join();
+  return state_->summary;
+}
+
+bool IsFrameRecording(const fs::path& dir) {
+  std::error_code unknown;
+  return fs::is_regular_file(dir / kIndex, unknown);
+}
+
+FrameRecording ReadFrameRecording(const fs::path& dir) {
+  FrameRecording recording;
+  recording.dir = dir;
+  const std::string bytes = ReadWholeFile(dir / kIndex);
+  int line_number = 0;
+  for (std::size_t begin = 0, end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    const std::string where = fmt::format("{}, line {}", (dir / kIndex).string(), ++line_number);
+    json object;
+    try {
+      object = json::parse(bytes.substr(begin, end - begin));
+    } catch (const json::exception&) {
+      if (end + 1 == bytes.size()) break;  // torn
+      throw Error("{}: damaged; cut the file before this line to keep what came before", where);
+    }
+    const JsonPlace line{object, where};
+    const std::string event = line.Text("event");
+    if (event == "header") {
+      if (line.Integer("version") > kVersion)
+        throw Error("{}: a recording of a newer version; use a newer ulf", where);
+      const JsonPlace device{line.Raw("device"), where};
+      recording.device = {.uri = device.Text("uri", ""),
+                          .maker = device.Text("maker", ""),
+                          .model = device.Text("model", ""),
+                          .serial = device.Text("serial", ""),
+                          .bus = "files",
+                          .problem = ""};
+      if (line.Has("camera")) recording.camera = CameraFromJson({line.Raw("camera"), where});
+    } else if (event == "frame") {
+      const fs::path file = line.Text("file");
+      if (file.is_absolute() || file.lexically_normal().string().starts_with(".."))
+        throw Error("{}: '{}' lies outside the recording", where, file.string());
+      recording.entries.push_back({FrameFromJson(line), dir / file});
+    }
+  }
+  if (recording.entries.empty())
+    throw Error("{}: the recording holds no frames; the device gave none, or it was killed at once",
+                dir.string());
+  return recording;
+}
+
+Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
+  Frame frame = entry.frame;
+  frame.image.pixels = ReadImageFile(entry.file.string());
+  if (entry.file.extension() == ".jpg" || entry.file.extension() == ".jpeg")
+    frame.encoded = EncodedImage{entry.file.extension().string(),
+                                 std::make_shared<const std::string>(ReadWholeFile(entry.file))};
+  return frame;
+}
+
+}  // namespace ulf

@@ -1,0 +1,220 @@
+// A capture whose cable is pulled, whose disk is full or slow: it goes on, and nothing recorded is lost.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "acquisition/error.h"
+#include "acquisition/reconnecting_device.h"
+#include "coverage/capture_session.h"
+#include "tests/support/planar_device.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+const Subject kSubject{Vector3d::Zero(), 0.15};
+
+// A hand that goes round the subject, each step a new viewpoint.
+std::vector<PlanarShot> Arc(int count, double first_deg = -40) {
+  std::vector<PlanarShot> shots;
+  for (int i = 0; i < count; ++i) {
+    const double azimuth = (first_deg + 2.0 * i) * M_PI / 180;
+    shots.push_back({LookAt({std::sin(azimuth), 0, std::cos(azimuth)}, Vector3d::Zero(), Vector3d::UnitY())});
+  }
+  return shots;
+}
+
+CaptureOptions Options(bool deterministic = false) {
+  CaptureOptions options;
+  options.subject = kSubject;
+  options.deterministic = deterministic;
+  return options;
+}
+
+CaptureSummary Capture(Device& device, const CameraModel& camera, const fs::path& dir,
+                       const CaptureOptions& options, const CaptureHooks& hooks) {
+  CaptureHeader header;
+  header.camera = camera;
+  const auto poses = MakeKnownPoseSource(camera, options.subject);
+  device.Start();
+  return RunCapture(device, camera, *poses, LightFieldWriter::Create(dir, header), options, hooks);
+}
+
+std::vector<nlohmann::json> Gaps(const fs::path& dir) {
+  std::vector<nlohmann::json> gaps;
+  std::ifstream journal(dir / "journal.jsonl");
+  for (std::string line; std::getline(journal, line);)
+    if (const auto event = nlohmann::json::parse(line); event["event"] == "gap") gaps.push_back(event);
+  return gaps;
+}
+
+// Every photograph on disk belongs to a view and is whole; nothing temporary stays.
+void ExpectNothingHalfWritten(const fs::path& dir) {
+  const LightField light_field = ReadLightField(dir);
+  std::size_t photographs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(dir)) {
+    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+    photographs += entry.path().parent_path().filename() == "images";
+  }
+  EXPECT_EQ(photographs, light_field.views.size());
+  for (const View& view : light_field.views) EXPECT_NO_THROW(ReadViewImage(light_field, view)) << view.id;
+}
+
+// A camera whose cable is out for a while after `first` shots.
+std::unique_ptr<Device> PulledAfter(int first, std::vector<PlanarShot> shots, Clock::duration out) {
+  const std::vector<PlanarShot> before(shots.begin(), shots.begin() + first),
+      after(shots.begin() + first, shots.end());
+  auto back = std::make_shared<std::optional<Clock::time_point>>();  // of the searching thread only
+  PlanarDeviceOptions options;
+  options.lost_at_end = true;
+  return MakeReconnectingDevice(
+      std::make_unique<PlanarDevice>(before, options),
+      {.where_it_was = [after, back, out](const DeviceInfo&) -> std::unique_ptr<Device> {
+         if (!*back) *back = Clock::now() + out;
+         if (Clock::now() < **back) throw Error("planar: the cable is out");
+         return std::make_unique<PlanarDevice>(after);
+       },
+       .by_serial = nullptr});
+}
+
+TEST(HoldingUp, ACaptureGoesOnWhenTheCableIsBack) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const auto device = PulledAfter(15, Arc(40), 700ms);
+  std::vector<std::string> said, waited;
+  std::vector<double> times_s;
+  CaptureHooks hooks;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  hooks.while_waiting = [&](const CaptureProgress& now) {
+    if (!now.waiting_for.empty()) waited.push_back(now.waiting_for);
+  };
+  hooks.after_frame = [&](const CaptureProgress& now) { times_s.push_back(now.device_time_s); };
+  const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(summary.frames, 40u);
+  EXPECT_EQ(summary.device.reconnects, 1u);
+  EXPECT_EQ(summary.device.delivered, 40u);
+  EXPECT_EQ(summary.events.at("faulted"), 1u);
+  EXPECT_EQ(summary.events.at("restored"), 1u);
+  EXPECT_EQ(ReadLightField(dir).views.size(), 40u);
+  ExpectNothingHalfWritten(dir);
+
+  const auto gaps = Gaps(dir);
+  ASSERT_EQ(gaps.size(), 1u);
+  EXPECT_DOUBLE_EQ(gaps[0]["from_s"], times_s[14]);
+  EXPECT_DOUBLE_EQ(gaps[0]["to_s"], times_s[15]);
+  EXPECT_GT(times_s[15] - times_s[14], 0.6) << "as long as the cable was out";
+  EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("device: "));
+  ASSERT_EQ(said.size(), 3u);
+  EXPECT_THAT(said[0], HasSubstr("no longer answers"));
+  EXPECT_THAT(said[2], HasSubstr("streams again"));
+  ASSERT_FALSE(waited.empty());
+  EXPECT_THAT(waited.back(), AllOf(HasSubstr("reconnecting"), HasSubstr("no longer answers")));
+}
+
+TEST(HoldingUp, AStopWhileTheCableIsOutClosesAtOnce) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const auto device = PulledAfter(15, Arc(40), 1h);
+  int waited = 0;
+  CaptureHooks hooks;
+  hooks.while_waiting = [&](const CaptureProgress&) { ++waited; };
+  hooks.stop_requested = [&] { return waited > 3; };
+  const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kSignal);
+  EXPECT_EQ(ReadLightField(dir).views.size(), 15u);
+  EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+  const auto gaps = Gaps(dir);
+  ASSERT_EQ(gaps.size(), 1u);
+  EXPECT_GT(gaps[0]["to_s"].get<double>(), gaps[0]["from_s"].get<double>());
+}
+
+// Filled while a view is being encoded and when none is; with the thread that writes, and without.
+TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 48 << 20)) GTEST_SKIP() << *problem;
+  for (const bool deterministic : {false, true}) {
+    const fs::path dir = scratch / (deterministic ? "one" : "two"), ballast = scratch / "ballast";
+    PlanarDeviceOptions planar;
+    planar.camera = CameraModel::Pinhole(640, 480, 600);
+    CaptureOptions options = Options(deterministic);
+    options.spool_views = 64;
+    PlanarDevice device(Arc(60), planar);
+    std::vector<std::string> said;
+    std::string waiting_for;
+    std::size_t views_when_full = 0, views_before_room = 0;
+    CaptureHooks hooks;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const CaptureProgress& now) {
+      if (now.frames == 15) FillDisk(ballast), views_when_full = now.views;
+      if (now.frames == 40) waiting_for = now.waiting_for, views_before_room = now.views, fs::remove(ballast);
+      std::this_thread::sleep_for(now.frames == 40 ? 700ms : 5ms);  // the disk is asked three times a second
+    };
+    const CaptureSummary summary = Capture(device, planar.camera, dir, options, hooks);
+    EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed) << summary.problem;
+    EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
+    EXPECT_EQ(views_before_room, views_when_full) << "nothing is taken that has no room";
+    EXPECT_EQ(summary.recorded, 15u + 20u);
+    EXPECT_EQ(summary.reasons[static_cast<std::size_t>(Reason::kSpool)], 25u);
+    EXPECT_THAT(waiting_for, AllOf(HasSubstr("disk is full"), HasSubstr(dir.string())));
+    EXPECT_EQ(summary.pauses, 1u);
+    EXPECT_EQ(summary.unwritten, 0u);
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_THAT(said[0], HasSubstr("recording waits"));
+    EXPECT_EQ(ReadLightField(dir).views.size(), summary.recorded) << "what was taken is written";
+    ExpectNothingHalfWritten(dir);
+    const auto gaps = Gaps(dir);
+    ASSERT_EQ(gaps.size(), 1u);
+    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk is full"));
+    EXPECT_NEAR(gaps[0]["to_s"].get<double>() - gaps[0]["from_s"].get<double>(), 25.0 / 15, 0.2);
+  }
+}
+
+TEST(HoldingUp, StoppedOnAFullDiskItIsWholeAndReadable) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 24 << 20)) GTEST_SKIP() << *problem;
+  const fs::path dir = scratch / "lf", ballast = scratch / "ballast";
+  PlanarDevice device(Arc(40));
+  CaptureHooks hooks;
+  hooks.after_frame = [&](const CaptureProgress& now) {
+    if (now.frames == 20) FillDisk(ballast);
+  };
+  const CaptureSummary summary = Capture(device, PlanarDeviceOptions{}.camera, dir, Options(true), hooks);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kDisk);
+  EXPECT_THAT(summary.problem, HasSubstr("free some space"));
+  EXPECT_EQ(ReadLightField(dir).views.size(), 20u) << "also while the disk is still full";
+  ExpectNothingHalfWritten(dir);
+  fs::remove(ballast);
+  ReadLightField(dir);
+  EXPECT_TRUE(fs::exists(dir / "transforms.json")) << "made up for";
+  EXPECT_NO_THROW(LightFieldWriter::Resume(dir));
+}
+
+TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
+  const ScratchFolder scratch;
+  CaptureOptions options = Options();
+  options.spool_views = 1;
+  PlanarDeviceOptions planar;
+  planar.camera = CameraModel::Pinhole(1600, 1200, 1500);  // slow to encode
+  planar.fps = 2;                                          // so that a pause of two frames is a long one
+  PlanarDevice device(Arc(30), planar);
+  const CaptureSummary summary = Capture(device, planar.camera, scratch / "lf", options, {});
+  ASSERT_GT(summary.pauses, 0u) << "the disk kept up";
+  EXPECT_GE(summary.paused_s, 0.5);
+  EXPECT_EQ(summary.recorded + summary.reasons[static_cast<std::size_t>(Reason::kSpool)], 30u);
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), summary.recorded);
+  EXPECT_EQ(Gaps(scratch / "lf").size(), summary.pauses);
+  EXPECT_THAT(Gaps(scratch / "lf")[0]["reason"].get<std::string>(), HasSubstr("disk is slow"));
+}
+
+}  // namespace
+}  // namespace ulf::test

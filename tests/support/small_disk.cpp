@@ -1,0 +1,41 @@
+#include "tests/support/small_disk.h"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <vector>
+
+namespace ulf::test {
+
+std::optional<std::string> MountSmallDisk(const std::filesystem::path& folder, std::uint64_t bytes) {
+  const uid_t uid = getuid();
+  const gid_t gid = getgid();
+  if (unshare(CLONE_NEWNS) != 0) {
+    if (unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0)
+      return fmt::format("no mount namespace of our own: {}", std::strerror(errno));
+    std::ofstream("/proc/self/setgroups") << "deny";
+    std::ofstream("/proc/self/uid_map") << "0 " << uid << " 1";
+    std::ofstream("/proc/self/gid_map") << "0 " << gid << " 1";
+  }
+  const std::string size = fmt::format("size={}", bytes);
+  if (mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("tmpfs", folder.c_str(), "tmpfs", 0, size.c_str()) != 0)
+    return fmt::format("no disk of our own can be mounted: {}", std::strerror(errno));
+  return std::nullopt;
+}
+
+void FillDisk(const std::filesystem::path& file) {
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const std::vector<char> block(4096, 'x');
+  while (write(descriptor, block.data(), block.size()) > 0) {
+  }
+  close(descriptor);
+}
+
+}  // namespace ulf::test
