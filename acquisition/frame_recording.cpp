@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
+#include <utility>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/camera_json.h"
@@ -29,6 +30,8 @@ constexpr const char* kFolder = "frames";
 constexpr int kVersion = 1;
 constexpr std::size_t kBatchBytes = 64 << 20;
 constexpr double kBatchSeconds = 0.5;
+// Frames that were written shall also be named.
+constexpr std::uint64_t kIndexReserve = 1 << 20;
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -59,6 +62,7 @@ class OpenFile {
   }
   // So that the disk is at work while the next frame is made ready.
   void StartSync() { sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
+  const fs::path& path() const { return path_; }
   off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
   void CutAt(off_t size) {
     if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
@@ -208,6 +212,8 @@ void FrameRecorder::State::Write(Item item) {
   const std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, image.extension);
   try {
     const auto start_disk = Clock::now();
+    if (FreeBytes(dir) < image.bytes->size() + kIndexReserve)
+      ThrowDiskError(ENOSPC, (dir / name).string() + ": not written");
     OpenFile file(dir / name, O_WRONLY | O_CREAT | O_TRUNC);
     file.Write(*image.bytes);
     file.StartSync();
@@ -242,6 +248,8 @@ void FrameRecorder::State::EndBatch() {
     pause.clear();
   } catch (const Error& error) {
     index->CutAt(before);
+    std::error_code gone;  // what is not named must not lie about
+    for (const OpenFile& file : unsynced) fs::remove(file.path(), gone);
     Refused(error, frames_in_batch);
   }
   unsynced.clear();

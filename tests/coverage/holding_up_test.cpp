@@ -37,6 +37,7 @@ CaptureOptions Options(bool deterministic = false) {
   CaptureOptions options;
   options.subject = kSubject;
   options.deterministic = deterministic;
+  options.spool_views = 64;  // these frames come faster than any camera's
   return options;
 }
 
@@ -141,13 +142,11 @@ TEST(HoldingUp, AStopWhileTheCableIsOutClosesAtOnce) {
 // Filled while a view is being encoded and when none is; with the thread that writes, and without.
 TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
   const ScratchFolder scratch;
-  if (const auto problem = MountSmallDisk(scratch.path(), 48 << 20)) GTEST_SKIP() << *problem;
+  if (const auto problem = MountSmallDisk(scratch.path(), 96 << 20)) GTEST_SKIP() << *problem;
   for (const bool deterministic : {false, true}) {
     const fs::path dir = scratch / (deterministic ? "one" : "two"), ballast = scratch / "ballast";
     PlanarDeviceOptions planar;
     planar.camera = CameraModel::Pinhole(640, 480, 600);
-    CaptureOptions options = Options(deterministic);
-    options.spool_views = 64;
     PlanarDevice device(Arc(60), planar);
     std::vector<std::string> said;
     std::string waiting_for;
@@ -157,9 +156,9 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
     hooks.after_frame = [&](const CaptureProgress& now) {
       if (now.frames == 15) FillDisk(ballast), views_when_full = now.views;
       if (now.frames == 40) waiting_for = now.waiting_for, views_before_room = now.views, fs::remove(ballast);
-      std::this_thread::sleep_for(now.frames == 40 ? 700ms : 5ms);  // the disk is asked three times a second
+      std::this_thread::sleep_for(now.frames == 40 ? 1500ms : 5ms);  // the disk is asked three times a second
     };
-    const CaptureSummary summary = Capture(device, planar.camera, dir, options, hooks);
+    const CaptureSummary summary = Capture(device, planar.camera, dir, Options(deterministic), hooks);
     EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed) << summary.problem;
     EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
     EXPECT_EQ(views_before_room, views_when_full) << "nothing is taken that has no room";
