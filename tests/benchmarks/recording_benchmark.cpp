@@ -1,8 +1,7 @@
 // How fast frames and views come to the disk, against dd in the same folder and run, and how soon and at what
 // cost a frame reaches the tracker.
 //
-//   ratio        bytes written a second / what `dd conv=fsync` of as many bytes does: the mean of one run
-//                before and one after
+//   ratio        bytes written a second / what `dd conv=fsync` of as many bytes does, medians of five
 //   encode_MBps  pixels a second through the encoder alone, one thread
 //
 // The folder is ULF_BENCHMARK_DIR, else the system's temporary one: a tmpfs says nothing about a disk.
@@ -99,28 +98,39 @@ double EncodeRate(const cv::Mat& pixels, const char* kind, const std::vector<int
   return rounds * Megabytes(pixels) / SecondsSince(start);
 }
 
+// A disk's rate changes from second to second: rounds of ours and dd's in turn, medians of both.
+constexpr int kRounds = 5;
+
+double Quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0
+                        : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
 // Every frame of a camera: ulf record, capture --keep-frames.
 void RecordFrames(benchmark::State& state, int width, int height, int type) {
   const cv::Mat picture = Picture(width, height, type);
   const int count = static_cast<int>(400 / Megabytes(picture));
   for (auto _ : state) {
-    const Scratch scratch;
-    const double before = Dd(400 << 20);
-    const auto start = Clock::now();
-    FrameRecorder recorder(Folder() / "frames", {}, std::nullopt);
-    for (int i = 0; i < count; ++i)
-      while (!recorder.TryAdd(FrameOf(picture, static_cast<std::uint64_t>(i))))
-        std::this_thread::sleep_for(
-            std::chrono::milliseconds(1));  // here, not in a session: all shall be written
-    const FrameRecorderSummary summary = recorder.Finish();
-    const double seconds = SecondsSince(start);
-    state.SetIterationTime(seconds);
-    const double rate = 1e-6 * static_cast<double>(summary.bytes) / seconds;
-    const double dd = 0.5 * (before + Dd(400 << 20));
-    state.counters["MBps"] = rate;
-    state.counters["dd_MBps"] = dd;
-    state.counters["ratio"] = rate / dd;
-    state.counters["fps"] = static_cast<double>(summary.written) / seconds;
+    std::vector<double> rates, dd;
+    double seconds = 0;
+    for (int round = 0; round < kRounds; ++round) {
+      const Scratch scratch;
+      dd.push_back(Dd(400 << 20));
+      const auto start = Clock::now();
+      FrameRecorder recorder(Folder() / "frames", {}, std::nullopt);
+      for (int i = 0; i < count; ++i)
+        while (!recorder.TryAdd(FrameOf(picture, static_cast<std::uint64_t>(i))))
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));  // only here: all shall be written
+      const FrameRecorderSummary summary = recorder.Finish();
+      rates.push_back(1e-6 * static_cast<double>(summary.bytes) / SecondsSince(start));
+      seconds += SecondsSince(start);
+    }
+    state.SetIterationTime(seconds / kRounds);
+    state.counters["MBps"] = Quantile(rates, 0.5);
+    state.counters["dd_MBps"] = Quantile(dd, 0.5);
+    state.counters["ratio"] = Quantile(rates, 0.5) / Quantile(dd, 0.5);
+    state.counters["fps"] = Quantile(rates, 0.5) / Megabytes(picture);
     state.counters["encode_MBps"] = EncodeRate(picture, ".tif", {cv::IMWRITE_TIFF_COMPRESSION, 1});
   }
 }
@@ -148,7 +158,9 @@ void RecordViews(benchmark::State& state, int width, int height, int type) {
       images += fs::file_size(Folder() / "lf" / view.image_path);
       if (!view.master_path.empty()) masters += fs::file_size(Folder() / "lf" / view.master_path);
     }
-    const double dd = Dd(masters + images);
+    std::vector<double> rates;
+    for (int round = 0; round < kRounds; ++round) rates.push_back(Dd(masters + images));
+    const double dd = Quantile(rates, 0.5);
     state.counters["master_MBps"] = 1e-6 * static_cast<double>(masters) / seconds;
     state.counters["all_MBps"] = 1e-6 * static_cast<double>(masters + images) / seconds;
     state.counters["dd_MBps"] = dd;
@@ -166,12 +178,6 @@ double CpuSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0
-                        : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 // From the camera's own time of a frame (start of exposure) to the moment the tracker gets it, and to the
