@@ -60,18 +60,24 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
 
 std::vector<DeviceInfo> ListOf(const std::string& scheme) {
   if (scheme == "aravis") return ListAravisDevices();
+  if (scheme == "v4l2") return ListV4l2Devices();
   return {};
 }
 
-// The same camera wherever it is now, with the options it had.
-std::unique_ptr<Device> OpenBySerial(const DeviceInfo& known) {
+// The same camera wherever it is now, with the options it had: by its serial number, or as the only one of
+// its kind where it has none.
+std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
   DeviceUri uri = DeviceUri::Parse(known.uri);
-  for (const DeviceInfo& info : ListOf(uri.scheme)) {
-    if (info.serial != known.serial) continue;
-    uri.path = DeviceUri::Parse(info.uri).path;
-    return OpenDriver(uri);
-  }
-  throw Error("{}: no camera with serial {} answers; check power and cable", known.uri, known.serial);
+  std::vector<DeviceInfo> same;
+  for (const DeviceInfo& info : ListOf(uri.scheme))
+    if (known.serial.empty() ? info.serial.empty() && info.maker == known.maker && info.model == known.model
+                             : info.serial == known.serial)
+      same.push_back(info);
+  if (same.size() != 1)
+    throw Error("{}: {} {}{} is not found; check power and cable", known.uri, known.maker, known.model,
+                known.serial.empty() ? "" : ", serial " + known.serial + ",");
+  uri.path = DeviceUri::Parse(same.front().uri).path;
+  return OpenDriver(uri);
 }
 
 }  // namespace
@@ -83,7 +89,7 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
   return MakeReconnectingDevice(
       OpenDriver(uri),
       {.where_it_was = [](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri)); },
-       .by_serial = OpenBySerial,
+       .elsewhere = OpenElsewhere,
        .patience_s = patience_s});
 }
 

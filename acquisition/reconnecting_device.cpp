@@ -55,8 +55,8 @@ struct Search {
 // One attempt. Throws Error when the camera is not there; fills `refused` when another one is.
 std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
                                   std::string* refused) {
-  const bool by_serial = how.by_serial && !known.serial.empty() && attempt % 2 == 1;
-  std::unique_ptr<Device> driver = (by_serial ? how.by_serial : how.where_it_was)(known);
+  const bool elsewhere = how.elsewhere && attempt % 2 == 1;
+  std::unique_ptr<Device> driver = (elsewhere ? how.elsewhere : how.where_it_was)(known);
   if (!IsSameCamera(known, driver->Info())) {
     *refused = fmt::format("{}: another camera ({}) is there now, in place of {}; connect that one again",
                            known.uri, Describe(driver->Info()), Describe(known));

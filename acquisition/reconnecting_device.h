@@ -3,7 +3,7 @@
 //
 // A driver reports kLost and why (Info().problem). Frames that wait in it are still handed out; then the
 // device is kFaulted, and from the next Next() on kReconnecting: a thread of its own opens a driver again,
-// alternately where the camera was and by its serial number (it may come back at another address), until one
+// alternately where the camera was and wherever it is now (it may come back at another address), until one
 // delivers a frame. Only the same camera will do, with images of the same size and kind; anything else is
 // refused, and that is said. Opening writes all settings again. After the patience the device is kLost.
 //

@@ -27,7 +27,7 @@ double SecondsSince(Clock::time_point start) {
 std::unique_ptr<Device> Open(const std::shared_ptr<ScriptedCamera>& camera, double patience_s = kPatient_s) {
   return MakeReconnectingDevice(camera->OpenDriver(),
                                 {.where_it_was = [camera](const DeviceInfo&) { return camera->OpenDriver(); },
-                                 .by_serial = nullptr,
+                                 .elsewhere = nullptr,
                                  .patience_s = patience_s});
 }
 
@@ -266,7 +266,7 @@ TEST(ReconnectingDevice, IsFoundBySerialWhereItIsNow) {
                                                                         *asked_here = true;
                                                                         return here->OpenDriver();
                                                                       },
-                                                                  .by_serial =
+                                                                  .elsewhere =
                                                                       [there](const DeviceInfo& known) {
                                                                         EXPECT_EQ(known.serial, "S1");
                                                                         return there->OpenDriver();

@@ -84,7 +84,7 @@ std::unique_ptr<Device> PulledAfter(int first, std::vector<PlanarShot> shots, Cl
          if (Clock::now() < **back) throw Error("planar: the cable is out");
          return std::make_unique<PlanarDevice>(after);
        },
-       .by_serial = nullptr});
+       .elsewhere = nullptr});
 }
 
 TEST(HoldingUp, ACaptureGoesOnWhenTheCableIsBack) {
