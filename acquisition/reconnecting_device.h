@@ -28,7 +28,7 @@ using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& kno
 
 struct Reconnection {
   ReopenDriver where_it_was;
-  ReopenDriver by_serial;                            // none: only where it was
+  ReopenDriver elsewhere;                            // wherever it is now; none: only where it was
   double patience_s = 300;                           // 0: not at all
   double first_wait_s = 0.1, longest_wait_s = 0.75;  // between two attempts, doubling
 };
