@@ -1,0 +1,103 @@
+// The matrix of docs/devices.md: every fault has an outcome, and a test that exists.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::IsEmpty;
+
+fs::path Checkout() { return fs::path(__FILE__).parent_path().parent_path().parent_path(); }
+
+std::string TextOf(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// "Suite.Name" of every TEST, TEST_F and TEST_P under the folder.
+std::set<std::string> TestsUnder(const fs::path& folder) {
+  static const std::regex macro(R"(\bTEST(?:_F|_P)?\s*\(\s*(\w+)\s*,\s*(\w+)\s*\))");
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".cpp") continue;
+    const std::string text = TextOf(entry.path());
+    for (std::sregex_iterator it(text.begin(), text.end(), macro), end; it != end; ++it)
+      names.insert((*it)[1].str() + "." + (*it)[2].str());
+  }
+  return names;
+}
+
+struct Row {
+  std::string line;
+  std::vector<std::string> cells;
+};
+
+// Rows of the table under "## Faults", without its head.
+std::vector<Row> MatrixOf(const std::string& page) {
+  std::vector<Row> rows;
+  const std::size_t begin = page.find("\n## Faults");
+  if (begin == std::string::npos) return rows;
+  const std::size_t end = page.find("\n## ", begin + 1);
+  std::istringstream section(page.substr(begin, end == std::string::npos ? end : end - begin));
+  int of_the_head = 2;
+  for (std::string line; std::getline(section, line);) {
+    if (line.empty() || line[0] != '|' || of_the_head-- > 0) continue;
+    Row row{line, {}};
+    std::istringstream cells(line.substr(1));
+    for (std::string cell; std::getline(cells, cell, '|');) row.cells.push_back(cell);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// What is wrong with the matrix, a line each.
+std::vector<std::string> Faults(const std::string& page, const std::set<std::string>& tests) {
+  static const std::regex quoted("`([^`]+)`");
+  std::vector<std::string> faults;
+  for (const Row& row : MatrixOf(page)) {
+    if (row.cells.size() != 4) {
+      faults.push_back("not four cells: " + row.line);
+      continue;
+    }
+    for (const std::string& cell : row.cells)
+      if (cell.find_first_not_of(' ') == std::string::npos) faults.push_back("an empty cell: " + row.line);
+    const std::string& cell = row.cells[3];
+    // What cannot be tested without a thing that nobody had says so.
+    bool named = cell.starts_with(" none: ") && cell.size() > 9;
+    for (std::sregex_iterator it(cell.begin(), cell.end(), quoted), end; it != end; ++it) {
+      named = true;
+      if (!tests.count((*it)[1])) faults.push_back("no such test: " + (*it)[1].str());
+    }
+    if (!named) faults.push_back("no test named: " + row.line);
+  }
+  return faults;
+}
+
+TEST(FaultMatrix, EveryRowNamesATestThatExists) {
+  const std::string page = TextOf(Checkout() / "docs" / "devices.md");
+  ASSERT_GT(MatrixOf(page).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(page, TestsUnder(Checkout() / "tests")), IsEmpty());
+}
+
+TEST(FaultMatrix, FindsWhatIsWrong) {
+  const std::set<std::string> tests{"A.B"};
+  const std::string head = "# Page\n\n## Faults\n\n| d | f | o | t |\n| --- | --- | --- | --- |\n";
+  EXPECT_THAT(Faults(head + "| any | x | y | `A.B` |\n", tests), IsEmpty());
+  EXPECT_THAT(Faults(head + "| any | x | y | none: needs a USB camera |\n", tests), IsEmpty());
+  for (const char* row : {"| any | x | y | `A.C` |\n", "| any | x | y | none |\n", "| any | x |  | `A.B` |\n",
+                          "| any | x | `A.B` |\n"})
+    EXPECT_EQ(Faults(head + row, tests).size(), 1u) << row;
+  EXPECT_TRUE(TestsUnder(Checkout() / "tests").count("FaultMatrix.FindsWhatIsWrong"));
+}
+
+}  // namespace
+}  // namespace ulf::test
