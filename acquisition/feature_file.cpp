@@ -220,7 +220,8 @@ FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access)
     }
   }
   for (std::size_t i = 0; i < file.features.size(); ++i) {
-    const Attempt found = Try(access, file.features[i], false);
+    // Reading under every selection moves the selectors; they stand last in the file and go back here.
+    const Attempt found = Try(access, file.features[i], selectors.count(file.features[i].name) > 0);
     if (found.as_wanted) {
       ++summary.taken;
       summary.changed += written.count(i);
@@ -229,9 +230,6 @@ FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access)
           {file.features[i], found.reads, reasons[i].empty() ? found.reason : reasons[i]});
     }
   }
-  // Reading under every selection has moved the selectors.
-  for (const SavedFeature& saved : file.features)
-    if (saved.selectors.empty()) Try(access, saved, true);
   return summary;
 }
 
