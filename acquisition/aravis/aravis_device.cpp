@@ -20,6 +20,7 @@
 #include "acquisition/clock_offset.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
+#include "acquisition/reaper.h"
 
 namespace ulf {
 namespace {
@@ -236,7 +237,7 @@ void AravisDevice::Stop() {
   frames_.reset();
   stream_.reset();
   if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
-    AravisSession::Bury(std::move(session_));
+    Reaper::Instance().Bury(std::move(session_));
     return;
   }
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });

@@ -1,10 +1,7 @@
 #include "acquisition/aravis/aravis_session.h"
 
 #include <chrono>
-#include <mutex>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "acquisition/aravis/gige_vision_probe.h"
 
@@ -12,40 +9,6 @@ namespace ulf {
 namespace {
 
 using std::chrono::milliseconds;
-
-class Reaper {
- public:
-  static Reaper& Instance() {
-    static Reaper reaper;
-    return reaper;
-  }
-  ~Reaper() {
-    for (Grave& grave : graves_) grave.thread.join();
-  }
-  void Bury(std::unique_ptr<AravisSession> session) {
-    const std::lock_guard lock(mutex_);
-    // A day of reconnecting: threads that are done are taken away.
-    std::erase_if(graves_, [](Grave& grave) {
-      if (!grave.done->load()) return false;
-      grave.thread.join();
-      return true;
-    });
-    auto done = std::make_shared<std::atomic<bool>>(false);
-    graves_.push_back({std::thread([session = std::move(session), done]() mutable {
-                         session.reset();
-                         *done = true;
-                       }),
-                       done});
-  }
-
- private:
-  struct Grave {
-    std::thread thread;
-    std::shared_ptr<std::atomic<bool>> done;
-  };
-  std::mutex mutex_;
-  std::vector<Grave> graves_;
-};
 
 }  // namespace
 
@@ -84,10 +47,6 @@ AravisSession::~AravisSession() {
   std::this_thread::sleep_for(milliseconds(50));
   ReleaseStream();
   g_object_unref(camera_);
-}
-
-void AravisSession::Bury(std::unique_ptr<AravisSession> session) {
-  if (session) Reaper::Instance().Bury(std::move(session));
 }
 
 void AravisSession::OnControlLost(ArvDevice* /*device*/, gpointer self) {

@@ -3,8 +3,8 @@
 // The library's "control lost" signal comes from its heartbeat thread while another thread may be letting go:
 // if the last reference then falls inside the emission, the library waits for its own thread and aborts. So
 // the handler only sets a flag; letting go disconnects it, waits until it is out, and gives the emission time
-// to return. Letting go of a camera that is gone blocks for seconds (each call waits out its retries): Bury()
-// does it behind, and the process waits for it at its end.
+// to return. Letting go of a camera that is gone blocks for seconds (each call waits out its retries): that
+// is for the Reaper (reaper.h).
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,6 @@ class AravisSession {
   AravisSession(const AravisSession&) = delete;
   AravisSession& operator=(const AravisSession&) = delete;
   ~AravisSession();
-  static void Bury(std::unique_ptr<AravisSession> session);
 
   ArvCamera* Camera() const { return camera_; }
   ArvDevice* Device() const { return arv_camera_get_device(camera_); }

@@ -25,7 +25,7 @@ class AravisFaults : public CameraInNamespace {};
 
 std::string ErrorOf(const std::string& uri) {
   try {
-    OpenDevice(uri);
+    OpenDriver(uri);
   } catch (const Error& error) {
     return error.what();
   }
@@ -48,7 +48,7 @@ double SecondsUntilLost(Device& device) {
 
 TEST_F(AravisFaults, ARestartedCameraIsKnownAtOnceAndStreamsAgainWithItsSettings) {
   StartCamera();
-  auto device = OpenDevice(kSmall + std::string("&exposure_us=2500"));
+  auto device = OpenDriver(kSmall + std::string("&exposure_us=2500"));
   device->Start();
   Take(*device, 5);
   camera_->Kill();
@@ -60,7 +60,7 @@ TEST_F(AravisFaults, ARestartedCameraIsKnownAtOnceAndStreamsAgainWithItsSettings
               AllOf(Contains(DeviceEventKind::kStalled), Contains(DeviceEventKind::kFaulted)));
   EXPECT_FALSE(device->Info().problem.empty());
   device.reset();
-  device = OpenDevice(kSmall + std::string("&exposure_us=2500"));
+  device = OpenDriver(kSmall + std::string("&exposure_us=2500"));
   device->Start();
   const auto frames = Take(*device, 1);
   const double until_frame_s = SecondsSince(back);
@@ -74,7 +74,7 @@ TEST_F(AravisFaults, ARestartedCameraIsKnownAtOnceAndStreamsAgainWithItsSettings
 
 TEST_F(AravisFaults, ACameraThatAnswersButSendsNothingIsStalledThenLostThenOpenedAnew) {
   StartCamera();
-  auto device = OpenDevice(kSmall);
+  auto device = OpenDriver(kSmall);
   device->Start();
   Take(*device, 5);
   camera_->Signal(SIGUSR1);
@@ -86,7 +86,7 @@ TEST_F(AravisFaults, ACameraThatAnswersButSendsNothingIsStalledThenLostThenOpene
               ::testing::ElementsAre(DeviceEventKind::kStalled, DeviceEventKind::kFaulted));
   const auto lost = Clock::now();
   device.reset();
-  device = OpenDevice(kSmall);
+  device = OpenDriver(kSmall);
   device->Start();
   EXPECT_EQ(Take(*device, 3).size(), 3u);
   EXPECT_LT(SecondsSince(lost), 3) << "control is given back at once";
@@ -94,7 +94,7 @@ TEST_F(AravisFaults, ACameraThatAnswersButSendsNothingIsStalledThenLostThenOpene
 
 TEST_F(AravisFaults, AShortStallIsSaidAndEndsByItself) {
   StartCamera();
-  const auto device = OpenDevice(kSmall);
+  const auto device = OpenDriver(kSmall);
   device->Start();
   Take(*device, 5);
   camera_->Signal(SIGUSR1);
@@ -108,7 +108,7 @@ TEST_F(AravisFaults, AShortStallIsSaidAndEndsByItself) {
 
 TEST_F(AravisFaults, ABusyCameraNamesItsController) {
   StartFullCamera();
-  const auto first = OpenDevice(kSmall);
+  const auto first = OpenDriver(kSmall);
   std::this_thread::sleep_for(100ms);
   EXPECT_THAT(ErrorOf(kSmall),
               AllOf(HasSubstr("another program"), HasSubstr("127.0.0.1"), HasSubstr("45678")));
@@ -132,8 +132,8 @@ TEST_F(AravisFaults, TwoCamerasStreamAtOnce) {
   StartCamera("LEFT");
   const auto first_camera = std::move(camera_);
   StartCamera("RIGHT", "0", "127.0.0.2");
-  const auto left = OpenDevice("aravis:127.0.0.1?roi=320x240+0+0&fps=30&format=Mono8&queue=64");
-  const auto right = OpenDevice("aravis:127.0.0.2?roi=64x48+32+16&fps=30&format=RGB8&queue=64");
+  const auto left = OpenDriver("aravis:127.0.0.1?roi=320x240+0+0&fps=30&format=Mono8&queue=64");
+  const auto right = OpenDriver("aravis:127.0.0.2?roi=64x48+32+16&fps=30&format=RGB8&queue=64");
   left->Start();
   right->Start();
   for (const auto& [device, serial, channels] :

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "acquisition/aravis/aravis_device.h"
 #include "acquisition/device.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"
@@ -18,6 +19,11 @@ using Clock = std::chrono::steady_clock;
 
 inline double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The driver alone, without what opens it again.
+inline std::unique_ptr<Device> OpenDriver(const std::string& uri) {
+  return OpenAravisDevice(DeviceUri::Parse(uri));
 }
 
 inline std::vector<Frame> Take(Device& device, std::size_t count) {

@@ -23,7 +23,7 @@ class AravisSettings : public CameraInNamespace {};
 
 std::string ErrorOf(const std::string& options) {
   try {
-    OpenDevice("aravis:127.0.0.1?" + options);
+    OpenDriver("aravis:127.0.0.1?" + options);
   } catch (const Error& error) {
     return error.what();
   }
@@ -51,7 +51,7 @@ std::vector<std::string> Said(Device& device, DeviceEventKind kind) {
 TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
   StartFullCamera();
   {
-    const auto device = OpenDevice(
+    const auto device = OpenDriver(
         "aravis:127.0.0.1?user_set=UserSet1&exposure_us=4000&gain_db=12&black_level=8&white_balance=1.5,2.25"
         "&fps=40&format=Mono8&roi=320x240+16+8&packet_size=1400&resend=off&packet_timeout_ms=30"
         "&frame_retention_ms=150&socket_buffer=100000&buffers=7&queue=64");
@@ -93,7 +93,7 @@ TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
 
 TEST_F(AravisSettings, StatisticsTellThroughputAndTheCamerasClock) {
   StartCamera();
-  const auto device = OpenDevice("aravis:127.0.0.1?roi=320x240+0+0&fps=50&format=Mono8&queue=64");
+  const auto device = OpenDriver("aravis:127.0.0.1?roi=320x240+0+0&fps=50&format=Mono8&queue=64");
   EXPECT_EQ(device->State(), DeviceState::kConnected);
   device->Start();
   EXPECT_EQ(device->State(), DeviceState::kStreaming);
@@ -118,10 +118,10 @@ TEST_F(AravisSettings, StatisticsTellThroughputAndTheCamerasClock) {
 
 TEST_F(AravisSettings, TheWindowIsInUnbinnedPixelsOfTheSensor) {
   StartFullCamera();
-  EXPECT_EQ(OpenDevice("aravis:127.0.0.1?roi=320x240+16+8")->Window(),
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1?roi=320x240+16+8")->Window(),
             (SensorWindow{
                 .sensor_width = 2048, .sensor_height = 2048, .x = 16, .y = 8, .width = 320, .height = 240}));
-  EXPECT_EQ(OpenDevice("aravis:127.0.0.1?binning=2x4")->Window(), (SensorWindow{.sensor_width = 2048,
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1?binning=2x4")->Window(), (SensorWindow{.sensor_width = 2048,
                                                                                 .sensor_height = 2048,
                                                                                 .x = 0,
                                                                                 .y = 0,
@@ -129,7 +129,7 @@ TEST_F(AravisSettings, TheWindowIsInUnbinnedPixelsOfTheSensor) {
                                                                                 .height = 2048,
                                                                                 .binning_x = 2,
                                                                                 .binning_y = 4}));
-  EXPECT_EQ(OpenDevice("aravis:127.0.0.1?binning=2x2&roi=512x256+64+32")->Window(),
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1?binning=2x2&roi=512x256+64+32")->Window(),
             (SensorWindow{.sensor_width = 2048,
                           .sensor_height = 2048,
                           .x = 128,
@@ -138,7 +138,7 @@ TEST_F(AravisSettings, TheWindowIsInUnbinnedPixelsOfTheSensor) {
                           .height = 512,
                           .binning_x = 2,
                           .binning_y = 2}));
-  EXPECT_EQ(OpenDevice("aravis:127.0.0.1")->Window()->binning_x, 1) << "what the last program set is undone";
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1")->Window()->binning_x, 1) << "what the last program set is undone";
 }
 
 TEST_F(AravisSettings, OutOfRangeIsAnErrorWithTheRange) {
@@ -164,19 +164,19 @@ TEST_F(AravisSettings, WhatTheCameraHasNotIsAnErrorThatSaysSo) {
   EXPECT_THAT(ErrorOf("white_balance=auto"), HasSubstr("white_balance"));
   EXPECT_THAT(ErrorOf("user_set=Default"), HasSubstr("user_set"));
   EXPECT_THAT(ErrorOf("chunks=on"), HasSubstr("chunks"));
-  const auto device = OpenDevice("aravis:127.0.0.1?gain_raw=7");
+  const auto device = OpenDriver("aravis:127.0.0.1?gain_raw=7");
   EXPECT_EQ(ValueOf(*OpenFeatures("aravis:127.0.0.1"), "GainRaw"), "7") << "readable while another controls";
 }
 
 TEST_F(AravisSettings, WhatMakesNoSenseIsWrongUsage) {
   for (const char* options : {"binning=2", "white_balance=warm", "resend=yes", "priority=top",
                               "packet_delay_ns=-1", "buffers=1", "gain_db=1&gain_raw=1", "chunks=1"})
-    EXPECT_THROW(OpenDevice("aravis:127.0.0.1?" + std::string(options)), UsageError) << options;
+    EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), UsageError) << options;
 }
 
 TEST_F(AravisSettings, ASoftwareTriggerGivesOneFrameForEachCall) {
   StartCamera();
-  const auto device = OpenDevice("aravis:127.0.0.1?trigger=software&roi=64x64+0+0&format=Mono8");
+  const auto device = OpenDriver("aravis:127.0.0.1?trigger=software&roi=64x64+0+0&format=Mono8");
   device->Start();
   std::uint64_t last_id = 0;
   for (int i = 0; i < 5; ++i) {
@@ -197,7 +197,7 @@ TEST_F(AravisSettings, ASoftwareTriggerGivesOneFrameForEachCall) {
 
 TEST_F(AravisSettings, WaitingForAHardwareTriggerIsNoLoss) {
   StartCamera();
-  const auto device = OpenDevice("aravis:127.0.0.1?trigger=Line0&roi=64x64+0+0&fps=50");
+  const auto device = OpenDriver("aravis:127.0.0.1?trigger=Line0&roi=64x64+0+0&fps=50");
   device->Start();
   const auto start = Clock::now();
   EXPECT_FALSE(device->Next(4500ms));
@@ -213,7 +213,7 @@ TEST_F(AravisSettings, WaitingForAHardwareTriggerIsNoLoss) {
 
 TEST_F(AravisSettings, WhatIsRefusedOrMissingIsSaidOnce) {
   StartFullCamera();
-  const auto device = OpenDevice("aravis:127.0.0.1?chunks=on&roi=64x64+0+0&format=Mono8&priority=realtime");
+  const auto device = OpenDriver("aravis:127.0.0.1?chunks=on&roi=64x64+0+0&format=Mono8&priority=realtime");
   device->Start();
   Take(*device, 20);
   std::this_thread::sleep_for(200ms);
@@ -234,7 +234,7 @@ TEST_F(AravisSettings, FormatsMayChangeFromStreamToStream) {
                                                             {"format=Mono8&roi=320x240+0+0", 1}};
   std::vector<int> channels;
   for (const auto& [options, expected] : streams) {
-    const auto device = OpenDevice("aravis:127.0.0.1?fps=20&" + options);
+    const auto device = OpenDriver("aravis:127.0.0.1?fps=20&" + options);
     device->Start();
     const auto frames = Take(*device, 3);
     ASSERT_EQ(frames.size(), 3u) << options;

@@ -20,7 +20,7 @@ TEST_F(AravisTeardown, AtAnyMomentIsSafeAndQuick) {
   for (int i = 0; i < 12; ++i) moments_ms.push_back(around_signal_ms(random));
   for (const int moment_ms : moments_ms) {
     StartCamera();
-    auto device = OpenDevice("aravis:127.0.0.1?roi=320x240+0+0&fps=50");
+    auto device = OpenDriver("aravis:127.0.0.1?roi=320x240+0+0&fps=50");
     device->Start();
     Take(*device, 2);
     camera_->Kill();

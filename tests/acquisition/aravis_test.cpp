@@ -6,9 +6,9 @@
 #include <chrono>
 #include <thread>
 
+#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "acquisition/aravis/gige_vision_probe.h"
 #include "tests/acquisition/aravis_fixture.h"
 
 namespace ulf {
@@ -223,7 +223,7 @@ TEST_F(AravisDevice, ASlowReaderLosesTheOldestAndIsTold) {
 
 TEST_F(AravisDevice, AKilledCameraIsLostAndTeardownReturns) {
   StartCamera();
-  auto device = OpenDevice(kSmall);
+  auto device = test::OpenDriver(kSmall);
   device->Start();
   Take(*device, 5);
   camera_->Kill();
@@ -245,7 +245,7 @@ TEST_F(AravisDevice, AKilledCameraIsLostAndTeardownReturns) {
   EXPECT_LT(SecondsSince(stopped), 2) << "what blocks is done behind";
 
   StartCamera("T2");  // and another is opened while the first is still being let go
-  const auto next = OpenDevice(kSmall);
+  const auto next = test::OpenDriver(kSmall);
   next->Start();
   EXPECT_EQ(Take(*next, 3).size(), 3u);
 }
