@@ -86,6 +86,10 @@ bool IsPlain8BitSrgb(const Image& image) {
 EncodedImage ForEveryTool(const Frame& frame) {
   if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
     return *frame.encoded;
+  if (frame.image.empty()) {  // a photograph that could not be decoded: as it came
+    if (const auto& file = frame.encoded ? frame.encoded : frame.raw) return *file;
+    throw Error("a frame without pixels or a file cannot be kept");
+  }
   return Png(Srgb8(frame.image));
 }
 
@@ -325,6 +329,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame) {
   do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
   while (fs::exists(path));
   WriteFileAtomically(path, *image.bytes);
+  if (frame.image.empty() && !frame.encoded) return;  // the raw file alone
   View unused;
   if (const auto master = Master(frame, state_->keep_mosaics, unused))
     WriteFileAtomically(folder / (path.stem().string() + ".master" + master->extension), *master->bytes);

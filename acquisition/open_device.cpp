@@ -1,11 +1,11 @@
 // From a URI's scheme to the device behind it.
 #include <algorithm>
-#include <array>
 
 #include "acquisition/aravis/aravis_device.h"
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/reconnecting_device.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
@@ -15,11 +15,13 @@ namespace ulf {
 namespace {
 
 constexpr const char* kWhatWorks =
-    "sim:studio, replay:PATH, aravis:ID and v4l2:/dev/video0 ('ulf devices' lists the cameras in reach)";
+    "sim:studio, replay:PATH, aravis:ID, v4l2:/dev/video0 and gphoto2:ID ('ulf devices' lists the cameras in "
+    "reach)";
 
-// Machine-vision cameras before webcams.
+// Machine-vision cameras first, webcams last.
 std::vector<DeviceInfo> RealCameras() {
   std::vector<DeviceInfo> cameras = ListAravisDevices();
+  for (DeviceInfo& tethered : ListGphotoDevices()) cameras.push_back(std::move(tethered));
   for (DeviceInfo& webcam : ListV4l2Devices()) cameras.push_back(std::move(webcam));
   return cameras;
 }
@@ -31,9 +33,8 @@ std::string FirstRealCamera() {
     refused += fmt::format("; {} {} {}: {}", info.maker, info.model, info.uri, info.problem);
   }
   throw Error(
-      "no camera can be used: looked for GigE Vision on every network, for USB3 Vision and for webcams{}. "
-      "Connect "
-      "one, or name sim:studio for the simulated one",
+      "no camera can be used: looked for GigE Vision on every network, for USB3 Vision, tethered cameras and "
+      "webcams{}. Connect one, or name sim:studio for the simulated one",
       refused);
 }
 
@@ -50,10 +51,7 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
   if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
-  constexpr std::array kLater = {"gphoto2"};
-  if (std::find(kLater.begin(), kLater.end(), uri.scheme) != kLater.end())
-    throw UsageError("'{}': this build cannot open {}: devices yet; it has {}", uri.Text(), uri.scheme,
-                     kWhatWorks);
+  if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri);
   throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
                    kWhatWorks);
 }

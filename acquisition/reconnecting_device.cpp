@@ -421,6 +421,8 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
 }
 
 std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
+  // A tethered camera that was stopped still hands out the photographs that were on their way.
+  if (state_ == DeviceState::kConnected && driver_ && takes_stills_) return driver_->Next(timeout);
   if (state_ == DeviceState::kConnected || IsOver(state_)) return std::nullopt;
   const auto until = Clock::now() + timeout;
   if (state_ == DeviceState::kFaulted) {

@@ -129,7 +129,8 @@ std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
   while (std::chrono::steady_clock::now() < until && !StopOnSignal::Asked()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
     for (const DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
-    if (frame && frame->status == FrameStatus::kComplete) return frame;
+    const bool live = frame && frame->kind == FrameKind::kLive;
+    if (live && frame->status == FrameStatus::kComplete) return frame;
     if (!frame && IsOver(device.State())) break;
   }
   if (StopOnSignal::Asked()) return std::nullopt;
@@ -137,14 +138,17 @@ std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
 }
 
 // The map is built again from recorded photographs, evenly spread.
-void SeedFrom(const LightField& light_field, PoseSource& poses) {
+void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSource& poses) {
   constexpr std::size_t kMostViews = 80;
   const std::size_t count = light_field.views.size();
   const std::size_t used = std::min(count, kMostViews);
   std::vector<SeedView> seeds;
   for (std::size_t i = 0; i < used; ++i) {
     const View& view = light_field.views[i * count / used];
-    seeds.push_back({ReadViewImage(light_field, view), view.cam_from_world});
+    Image image = ReadViewImage(light_field, view);
+    const CameraModel& camera = light_field.CameraOf(view);
+    if (camera != tracked) image = AsSeenBy(tracked, image, camera);
+    seeds.push_back({std::move(image), view.cam_from_world});
   }
   if (!poses.SeedMap(seeds))
     throw Error(
@@ -203,11 +207,17 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
   prepared.first = std::move(*first);
 
   CaptureHeader header;
-  if (args.resume)
+  const bool stills = prepared.device->TakesStills();
+  if (args.resume && !stills)
     prepared.camera = CameraOfResumed(prepared.writer->Contents(), prepared.first);
   else
     prepared.camera = ResolveIntrinsics(*prepared.device, args.intrinsics, prepared.first.image.width(),
                                         prepared.first.image.height(), &header.calibration_source);
+  if (stills) {
+    options->still_camera =
+        args.resume ? prepared.writer->Contents().cameras.at(0)
+                    : ResolveStillCamera(*prepared.device, args.intrinsics, &header.calibration_source);
+  }
   const DeviceInfo info = prepared.device->Info();
   if (args.TrackKnown()) {
     if (!prepared.first.known_cam_from_world)
@@ -218,10 +228,10 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
     prepared.poses = MakeTrackerSource(prepared.camera, {.deterministic = args.deterministic,
                                                          .wait_for_mapper = !prepared.device->IsLive()});
     if (args.resume && !prepared.writer->Contents().views.empty())
-      SeedFrom(prepared.writer->Contents(), *prepared.poses);
+      SeedFrom(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   }
   if (!prepared.writer) {
-    header.camera = prepared.camera;
+    header.camera = options->still_camera.value_or(prepared.camera);
     header.device_uri = info.uri;
     header.device_serial = info.serial;
     header.units = args.TrackKnown() && info.bus == "simulated" ? "metres" : "arbitrary";
@@ -325,6 +335,12 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
     json["dropped"] = summary.dropped;
     json["recorded"] = summary.recorded;
     json["tracked"] = tracked;
+    if (summary.stills.asked + summary.stills.arrived > 0)
+      json["photographs"] = {{"asked", summary.stills.asked},
+                             {"arrived", summary.stills.arrived},
+                             {"recorded", summary.stills.recorded},
+                             {"not_needed", summary.stills.not_needed},
+                             {"without_pose", summary.stills.without_pose}};
     json["ms_track_median"] = summary.ms_track_median;
     json["ms_decide_median"] = summary.ms_decide_median;
     json["stopped_because"] = Name(summary.stopped_because);
@@ -348,6 +364,12 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
         "stopped: {}\n",
         summary.frames, tracked, summary.dropped, summary.recorded, summary.ms_track_median,
         summary.ms_decide_median, Name(summary.stopped_because));
+    if (summary.stills.asked + summary.stills.arrived > 0)
+      fmt::print(
+          "photographs    {} asked for, {} arrived, {} recorded; kept in unposed/: {} not needed by then, {} "
+          "without a pose\n",
+          summary.stills.asked, summary.stills.arrived, summary.stills.recorded, summary.stills.not_needed,
+          summary.stills.without_pose);
     if (errors) fmt::print("{}", ToText(*errors));
   }
   std::fflush(stdout);
@@ -419,7 +441,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
-  WritePictures(args, prepared.camera, summary, report);
+  WritePictures(args, options.still_camera.value_or(prepared.camera), summary, report);
   if (summary.stopped_because == StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(
         stderr,

@@ -80,6 +80,7 @@ class Session {
   void SetSubject(const Subject& subject);
   Decision DecideAndRecord(const Frame& frame, const Track& track);
   bool Record(const Frame& frame, const Track& track, const Decision& decision);
+  std::optional<StoppedBecause> TakeStill(const Frame& still);
   void NoteGaps(const Frame& frame, const Track& track);
   void TakeEvents();
   void NoteDeviceGap(double to_s);
@@ -93,9 +94,11 @@ class Session {
   void Close();
 
   Device& device_;
-  const CameraModel camera_;
+  const CameraModel camera_;  // of the frames that are tracked
   PoseSource& poses_;
   const CaptureOptions options_;
+  const CameraModel recorded_camera_;
+  std::optional<StillCapture> stills_;
   const CaptureHooks& hooks_;
   std::optional<Frame> first_;
   const double earlier_s_;
@@ -122,6 +125,7 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       camera_(camera),
       poses_(poses),
       options_(options),
+      recorded_camera_(options.still_camera.value_or(camera)),
       hooks_(hooks),
       first_(std::move(first)),
       earlier_s_(writer.Contents().capture_s),
@@ -132,12 +136,15 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
         for (const View& view : writer.Contents().views) views.push_back({{}, view.cam_from_world});
         return views;
       }()),
-      spool_(std::move(writer), options.spool_views, !options.deterministic) {}
+      spool_(std::move(writer), options.spool_views, !options.deterministic) {
+  if (options.still_camera)
+    stills_.emplace(device_, *options.still_camera, poses_, options_.limits, options_.coverage_width_px);
+}
 
 std::vector<CriterionView> Session::ViewsForCriterion() const {
   std::vector<CriterionView> views;
   for (const ViewPose& view : view_poses_)
-    views.push_back(CriterionView::From(camera_, view.cam_from_world, options_.coverage_width_px));
+    views.push_back(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
   return views;
 }
 
@@ -164,9 +171,12 @@ bool Session::Record(const Frame& frame, const Track& track, const Decision& dec
   view.cam_from_world = *track.cam_from_world;
   view.tracking_quality = track.quality;
   view.bound_px = decision.bound_px;
-  if (!spool_.TryAddView(kept, view)) return false;
+  if (frame.kind == FrameKind::kStill)
+    spool_.AddView(kept, view);
+  else if (!spool_.TryAddView(kept, view))
+    return false;
   view_poses_.push_back({track.anchor, view.cam_from_world});
-  map_->Add(CriterionView::From(camera_, view.cam_from_world, options_.coverage_width_px));
+  map_->Add(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
   summary_.last_recorded = RecordedFrame{std::move(kept), view.cam_from_world};
   ++summary_.recorded;
   return true;
@@ -181,10 +191,27 @@ Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
                               .coverage_width_px = options_.coverage_width_px},
                              map_.get(), options_.limits);
   ms_decide_.push_back(MillisecondsSince(start));
-  if (decision.reason == Reason::kRecorded && !Record(frame, track, decision))
+  if (stills_) {
+    stills_->Follow(frame, track);
+    if (decision.reason == Reason::kRecorded) {
+      decision.reason = spool_.Pause() ? Reason::kSpool : Reason::kStill;
+      if (decision.reason == Reason::kStill) stills_->Ask();
+    }
+  } else if (decision.reason == Reason::kRecorded && !Record(frame, track, decision)) {
     decision.reason = Reason::kSpool;
+  }
   ++summary_.reasons[static_cast<std::size_t>(decision.reason)];
   return decision;
+}
+
+std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
+  const StillVerdict verdict = stills_ ? stills_->Judge(still, map_.get()) : StillVerdict{};
+  if (verdict.decision.reason != Reason::kRecorded) {
+    spool_.KeepUnposed(still);
+    return std::nullopt;
+  }
+  Record(still, *verdict.track, verdict.decision);
+  return CapIsCovered() ? std::optional(StoppedBecause::kCovered) : std::nullopt;
 }
 
 // Time without a pose is written down, so that a review can show it.
@@ -304,6 +331,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
     if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
+  if (frame->kind == FrameKind::kStill) return TakeStill(*frame);
   if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
   ++summary_.frames;
   if (hooks_.keep_frame) hooks_.keep_frame(*frame);
@@ -385,6 +413,10 @@ CaptureSummary Session::Run() {
   }
   ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
   device_.Stop();
+  // Photographs that were on their way.
+  while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
+    if (frame->kind == FrameKind::kStill) TakeStill(*frame);
+  if (stills_) summary_.stills = stills_->counts();
   summary_.stopped_because = *why;
   Close();
   if (failure) std::rethrow_exception(failure);

@@ -25,6 +25,7 @@
 #include "acquisition/light_field_io.h"
 #include "coverage/coverage_map.h"
 #include "coverage/pose_source.h"
+#include "coverage/still_capture.h"
 #include "coverage/view_decision.h"
 #include "coverage/view_spool.h"
 
@@ -39,6 +40,9 @@ struct CaptureOptions {
   double until_share = 0.98;
   double threshold_px = 7;
   int coverage_width_px = 640;
+  // With one, photographs of this camera are recorded instead of live frames (still_capture.h); the device
+  // takes them.
+  std::optional<CameraModel> still_camera;
   DecisionLimits limits;
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
@@ -80,6 +84,7 @@ struct CaptureSummary {
   std::uint64_t frames = 0;   // complete frames that were looked at
   std::uint64_t dropped = 0;  // incomplete, lost on the way, or too many for us
   std::uint64_t recorded = 0;
+  StillCounts stills;                                    // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
   double ms_track_median = 0;
   double ms_decide_median = 0;

@@ -43,6 +43,16 @@ class KnownPoseSource : public PoseSource {
     last_pose_ = frame.known_cam_from_world;
     return track;
   }
+  std::optional<Track> Locate(const Frame& photograph, const CameraModel& /*camera*/,
+                              const std::optional<Rigid3>& /*near*/) const override {
+    if (!photograph.known_cam_from_world) return std::nullopt;
+    Track track;
+    track.state = TrackState::kTracking;
+    track.cam_from_world = photograph.known_cam_from_world;
+    track.anchor = Anchored{0, *photograph.known_cam_from_world};
+    track.quality = 1;
+    return track;
+  }
   Rigid3 PoseOf(const Anchored& anchor) const override { return anchor.cam_from_keyframe; }
   std::vector<VisiblePoint> VisiblePoints() const override { return {}; }
   std::vector<ScenePoint> Points() const override { return {}; }

@@ -18,6 +18,10 @@ class PoseSource {
  public:
   virtual ~PoseSource() = default;
   virtual Track Step(const Frame& frame) = 0;
+  // Where a photograph was taken that another camera made (a tethered camera's full resolution), `near` here
+  // or so; none when unsure. Frames' poses are not touched.
+  virtual std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
+                                      const std::optional<Rigid3>& near) const = 0;
   // What an anchor given earlier means now; poses move when the map is adjusted.
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
   virtual std::vector<VisiblePoint> VisiblePoints() const = 0;

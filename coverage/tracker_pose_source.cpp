@@ -7,6 +7,10 @@ class TrackerSource : public PoseSource {
  public:
   TrackerSource(const CameraModel& camera, const TrackerOptions& options) : tracker_(camera, options) {}
   Track Step(const Frame& frame) override { return tracker_.Step(frame); }
+  std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
+                              const std::optional<Rigid3>& near) const override {
+    return tracker_.Locate(photograph.image, camera, near);
+  }
   Rigid3 PoseOf(const Anchored& anchor) const override { return tracker_.PoseOf(anchor); }
   std::vector<VisiblePoint> VisiblePoints() const override { return tracker_.VisiblePoints(); }
   std::vector<ScenePoint> Points() const override { return tracker_.Points(); }

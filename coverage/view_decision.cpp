@@ -25,6 +25,7 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"exposure", "badly exposed"},
     {"speed", "too fast"},
     {"spool", "waiting for the disk"},
+    {"still", "a photograph is being taken"},
 }};
 
 // A pixel's brightest channel, display-encoded, 0 to 1.

@@ -28,10 +28,12 @@ enum class Reason {
   kExposure,          // the subject is clipped or black
   kSpeed,             // the image moves too far during the exposure
   kSpool,             // the disk is behind
+  kStill,             // wanted, and a photograph is on its way: the live frame itself is not recorded
 };
-inline constexpr std::array kReasons{
-    Reason::kRecorded, Reason::kCovered, Reason::kOutsideRectangle, Reason::kBehind, Reason::kInsideSphere,
-    Reason::kTracking, Reason::kBlur,    Reason::kExposure,         Reason::kSpeed,  Reason::kSpool};
+inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
+                                     Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
+                                     Reason::kBlur,     Reason::kExposure,     Reason::kSpeed,
+                                     Reason::kSpool,    Reason::kStill};
 const char* Name(Reason reason);     // as in --json
 const char* InWords(Reason reason);  // for the person with the camera
 

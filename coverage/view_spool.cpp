@@ -146,16 +146,26 @@ std::optional<std::string> ViewSpool::Pause() {
   return std::nullopt;
 }
 
-bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
+ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
   largest_view_bytes_ = std::max<std::uint64_t>(largest_view_bytes_, BytesInMemory(frame));
+  return {[this, frame, view](LightFieldWriter& writer) {
+            view_ids_.push_back(writer.AddView(frame, view).id);
+            journaled_.push_back(view.cam_from_world);
+            ++views_on_disk_;
+          },
+          true};
+}
+
+bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
+  Task adding = Adding(frame, view);
   if (Pause()) return false;
-  return Submit({[this, frame, view](LightFieldWriter& writer) {
-                   view_ids_.push_back(writer.AddView(frame, view).id);
-                   journaled_.push_back(view.cam_from_world);
-                   ++views_on_disk_;
-                 },
-                 true},
-                true);
+  return Submit(std::move(adding), true);
+}
+
+void ViewSpool::AddView(const Frame& frame, const View& view) { Submit(Adding(frame, view), false); }
+
+void ViewSpool::KeepUnposed(const Frame& frame) {
+  Submit({[frame](LightFieldWriter& writer) { writer.KeepUnposed(frame); }, true}, false);
 }
 
 bool ViewSpool::TryUpdatePoses(std::vector<Rigid3> cam_from_world) {

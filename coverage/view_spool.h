@@ -33,6 +33,10 @@ class ViewSpool {
 
   // False when there is no room.
   bool TryAddView(const Frame& frame, const View& view);
+  // Taken although there is no room, to be written when there is: photographs come seldom and are never given
+  // up. Before one is asked for, Pause() is.
+  void AddView(const Frame& frame, const View& view);
+  void KeepUnposed(const Frame& frame);
   // Poses of all views added so far, in order (those that were there at a resume first). False when there is
   // no room: try again later.
   bool TryUpdatePoses(std::vector<Rigid3> cam_from_world);
@@ -55,6 +59,7 @@ class ViewSpool {
     bool is_view = false;
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };
+  Task Adding(const Frame& frame, const View& view);
   bool Submit(Task task, bool only_if_room);
   bool WriteHere(Task task, bool only_if_room);
   Outcome Write(const Task& task);

@@ -1,5 +1,7 @@
 #include "tracking/frame_locator.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -66,6 +68,35 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
     located.expected_ids.push_back(candidate.id);
   }
   return located;
+}
+
+std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
+                                          unsigned seed, int min_points) const {
+  constexpr int kKeyframes = 5;
+  const double unit = camera_.width / 640.0;
+  for (const int keyframe : index.Query(*image.features, kKeyframes)) {
+    std::optional<PoseProposal> proposal;
+    Located located;
+    {
+      const std::lock_guard lock(shared_.mutex);
+      proposal = ProposePose(camera_, shared_.map, keyframe, *image.features, seed);
+      if (proposal) located.candidates = GatherCandidates(shared_.map, camera_, proposal->cam_from_world);
+    }
+    if (!proposal) continue;
+    located.cam_from_world = proposal->cam_from_world;
+    std::optional<Located> wide = Refine(image, std::move(located), 10 * unit);
+    if (!wide) continue;
+    std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit);
+    if (!found || !IsSure(*found, min_points)) continue;
+    spdlog::debug("found by keyframe {} with {} points", keyframe, found->matches.size());
+    return found;
+  }
+  return std::nullopt;
+}
+
+bool IsSure(const Located& located, int min_points) {
+  const auto points = static_cast<double>(located.matches.size());
+  return points >= min_points && points >= 0.3 * located.expected;
 }
 
 void FrameLocator::Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const {

@@ -10,6 +10,7 @@
 #include "acquisition/camera_model.h"
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
+#include "tracking/relocalizer.h"
 
 namespace ulf {
 
@@ -23,6 +24,10 @@ struct Located {
   double center_sigma = 0;
 };
 
+// Whether a pose that no prediction led to is to be believed: what little is seen of another place can agree
+// with a wrong one.
+bool IsSure(const Located& located, int min_points);
+
 class FrameLocator {
  public:
   // `most_undetected`: how many patches may be tried without a detected corner, per frame.
@@ -34,6 +39,11 @@ class FrameLocator {
                                 const std::unordered_map<int, Eigen::Vector2d>& first) const;
   // From candidates and a pose that is good to `radius_px`.
   std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px) const;
+
+  // From nothing but what the image looks like: by descriptors, P3P, and then the whole map under that pose.
+  // None when fewer than `min_points` support it, or less than 0.3 of what should be seen.
+  std::optional<Located> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed,
+                              int min_points) const;
 
   // The frame as a keyframe's features and observations: the detected corners, and one feature for each point
   // that its patch alone found. Detected corners next to those would become second copies of the same points:

@@ -78,7 +78,7 @@ Run Follow(const TrackArgs& args, Device& device) {
   while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
     for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
     const auto frame = device.Next(std::chrono::milliseconds(200));
-    if (!frame || frame->status != FrameStatus::kComplete) continue;
+    if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
     if (!tracker) {
       IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;

@@ -15,6 +15,7 @@
 #include "tracking/initializer.h"
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
+#include "tracking/photograph_locator.h"
 #include "tracking/quantile.h"
 #include "tracking/relocalizer.h"
 #include "tracking/thread_clock.h"
@@ -97,6 +98,10 @@ struct Tracker::State {
   bool Follow(const TrackedImage& image, Track& track);
   bool Relocalize(const TrackedImage& image, Track& track);
   void Accept(const Located& located, Track& track);
+  Anchored AnchorOf(const Located& located) const;
+  static void Describe(const Located& located, Track& track);
+  std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
+                                        const std::optional<Rigid3>& near) const;
   void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
   bool WantsKeyframe(const Located& located, int reference_points) const;
 
@@ -136,34 +141,38 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
 }
 
 bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
-  constexpr int kCandidates = 5;
-  const double unit = camera.width / 640.0;
-  const std::vector<int> ranked = index.Query(*image.features, kCandidates);
-  for (const int keyframe : ranked) {
-    std::optional<PoseProposal> proposal;
-    Located located;
-    {
-      const std::lock_guard lock(shared.mutex);
-      proposal = ProposePose(camera, shared.map, keyframe, *image.features,
-                             options.seed + static_cast<unsigned>(frame));
-      if (proposal) located.candidates = GatherCandidates(shared.map, camera, proposal->cam_from_world);
-    }
-    if (!proposal) continue;
-    located.cam_from_world = proposal->cam_from_world;
-    std::optional<Located> wide = locator.Refine(image, std::move(located), 10 * unit);
-    if (!wide) continue;
-    const std::optional<Located> found = locator.Refine(image, std::move(*wide), 4 * unit);
-    if (!found || static_cast<int>(found->matches.size()) < options.min_relocalized_points) continue;
-    if (static_cast<double>(found->matches.size()) < 0.3 * found->expected) continue;
-    last = {};
-    located_ = *found;
-    Accept(*located_, track);
-    track.relocalized = true;
-    spdlog::debug("frame {}: found again by keyframe {} with {} points", frame, keyframe,
-                  found->matches.size());
-    return true;
+  auto found =
+      locator.Find(image, index, options.seed + static_cast<unsigned>(frame), options.min_relocalized_points);
+  if (!found) return false;
+  last = {};
+  located_ = std::move(found);
+  Accept(*located_, track);
+  track.relocalized = true;
+  spdlog::debug("frame {}: found again", frame);
+  return true;
+}
+
+// The living keyframe that shares most points with these matches. The map's lock is held.
+Anchored Tracker::State::AnchorOf(const Located& located) const {
+  const Map& map = shared.map;
+  std::vector<int> seen_with(map.keyframes().size(), 0);
+  for (const PointMatch& match : located.matches) {
+    const int id = located.candidates[static_cast<std::size_t>(match.candidate)].id;
+    for (const Observation& o : map.point(id).observations) ++seen_with[static_cast<std::size_t>(o.keyframe)];
   }
-  return false;
+  const int reference =
+      static_cast<int>(std::max_element(seen_with.begin(), seen_with.end()) - seen_with.begin());
+  return {reference, located.cam_from_world * map.PoseOf(reference).Inverse()};
+}
+
+void Tracker::State::Describe(const Located& located, Track& track) {
+  const int matched = static_cast<int>(located.matches.size());
+  constexpr double kPlenty = 80;
+  track.cam_from_world = located.cam_from_world;
+  track.matched_points = matched;
+  track.quality =
+      std::min(1.0, matched / kPlenty) * std::min(1.0, 1.25 * matched / std::max(1.0, located.expected));
+  track.center_sigma = located.center_sigma;
 }
 
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
@@ -173,22 +182,17 @@ void Tracker::State::Accept(const Located& located, Track& track) {
   {
     const std::lock_guard lock(shared.mutex);
     Map& map = shared.map;
-    std::vector<int> seen_with(map.keyframes().size(), 0);
     for (const int id : located.expected_ids) ++map.point(id).expected;
     for (const PointMatch& match : located.matches) {
       const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
       ++map.point(candidate.id).found;
-      for (const Observation& o : map.point(candidate.id).observations)
-        ++seen_with[static_cast<std::size_t>(o.keyframe)];
       if (const auto before = last.img_of_point.find(candidate.id); before != last.img_of_point.end())
         motion_px.push_back((before->second - match.img).norm());
       now.img_of_point[candidate.id] = match.img;
       now.visible.push_back(
           {candidate.position, match.img, (located.cam_from_world * candidate.position).z()});
     }
-    const auto most = std::max_element(seen_with.begin(), seen_with.end());
-    const int reference = static_cast<int>(most - seen_with.begin());
-    now.anchor = {reference, located.cam_from_world * map.PoseOf(reference).Inverse()};
+    now.anchor = AnchorOf(located);
     if (last.anchor.keyframe_id >= 0) {
       const Rigid3 last_pose = last.anchor.cam_from_keyframe * map.PoseOf(last.anchor.keyframe_id);
       now.velocity = located.cam_from_world * last_pose.Inverse();
@@ -200,14 +204,8 @@ void Tracker::State::Accept(const Located& located, Track& track) {
                               [](const PointMatch& m) { return m.aligned; }),
                 Median(motion_px));
   last = std::move(now);
-  const int matched = static_cast<int>(located.matches.size());
-  constexpr double kPlenty = 80;
-  track.cam_from_world = located.cam_from_world;
+  Describe(located, track);
   track.anchor = last.anchor;
-  track.matched_points = matched;
-  track.quality =
-      std::min(1.0, matched / kPlenty) * std::min(1.0, 1.25 * matched / std::max(1.0, located.expected));
-  track.center_sigma = located.center_sigma;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
 }
@@ -345,6 +343,24 @@ Track Tracker::State::Step(const Frame& frame_in) {
   return track;
 }
 
+std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
+                                                      const CameraModel& photograph_camera,
+                                                      const std::optional<Rigid3>& near) const {
+  if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
+  const PhotographLocator photographs(
+      camera, photograph_camera, shared, index,
+      {.features = 2 * options.features, .min_points = options.min_relocalized_points, .seed = options.seed});
+  const auto located = photographs.Locate(GrayForTracking(image), near);
+  if (!located) return std::nullopt;
+  Track track;
+  track.state = TrackState::kTracking;
+  track.map_id = map_id;
+  Describe(*located, track);
+  const std::lock_guard lock(shared.mutex);
+  track.anchor = AnchorOf(*located);
+  return track;
+}
+
 Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
   camera.Validate("tracker");
   state_ = std::make_unique<State>(camera, options);
@@ -354,6 +370,15 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 Track Tracker::Step(const Frame& frame) { return state_->Step(frame); }
+
+std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel& camera,
+                                     const std::optional<Rigid3>& near) const {
+  camera.Validate("photograph");
+  if (photograph.width() != camera.width || photograph.height() != camera.height)
+    throw Error("a photograph is {}x{}, its camera's intrinsics are for {}x{}; calibrate for this size",
+                photograph.width(), photograph.height(), camera.width, camera.height);
+  return state_->LocatePhotograph(photograph, camera, near);
+}
 
 void Tracker::Finish() {
   state_->mapper.Drain();

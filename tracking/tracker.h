@@ -98,6 +98,12 @@ class Tracker {
   // Follows one frame. Throws Error when its size is not the camera's.
   Track Step(const Frame& frame);
 
+  // Where another camera took a photograph of the same scene: a tethered camera's full resolution, beside the
+  // live view that is tracked. `near`: about where, if anybody knows. None when unsure. Nothing of the
+  // tracker changes. Throws Error when the photograph's size is not its camera's.
+  std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
+                              const std::optional<Rigid3>& near = {}) const;
+
   // Waits for the mapper and adjusts the whole map. Frames may follow; call it again then.
   void Finish();
 

@@ -380,6 +380,10 @@ class DriftingSource : public PoseSource {
     last_ = *frame.known_cam_from_world;
     return track;
   }
+  std::optional<Track> Locate(const Frame& /*photograph*/, const CameraModel& /*camera*/,
+                              const std::optional<Rigid3>& /*near*/) const override {
+    return std::nullopt;
+  }
   Rigid3 PoseOf(const Anchored& anchor) const override {
     return adjusted_ ? anchor.cam_from_keyframe * live_from_late_ : anchor.cam_from_keyframe;
   }

@@ -54,8 +54,7 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
   add({0.1, 0.4, 1.7}, 0.6, 0.5, 10, -15, 330);
 }
 
-Frame TexturedRoom::Take(const Rigid3& cam_from_world, std::uint64_t id) const {
-  const CameraModel camera = Camera();
+Frame TexturedRoom::Take(const Rigid3& cam_from_world, std::uint64_t id, const CameraModel& camera) const {
   cv::Mat image(camera.height, camera.width, CV_8U, cv::Scalar(128));
   for (const Plane& plane : planes_) {
     // Texture pixel (integer-centred) to plane to camera to image (integer-centred, as warpPerspective

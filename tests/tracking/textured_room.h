@@ -21,7 +21,7 @@ class TexturedRoom {
   explicit TexturedRoom(const Options& options);
 
   static CameraModel Camera() { return CameraModel::Pinhole(640, 480, 520); }
-  Frame Take(const Rigid3& cam_from_world, std::uint64_t id) const;
+  Frame Take(const Rigid3& cam_from_world, std::uint64_t id, const CameraModel& camera = Camera()) const;
 
   // A hand that sways sideways, up and down and forth, looking at the panels; 30 frames a second.
   static Rigid3 HandAt(int frame);

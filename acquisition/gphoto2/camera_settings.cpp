@@ -1,0 +1,193 @@
+#include "acquisition/gphoto2/camera_settings.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace {
+
+struct SettingNames {
+  const char* name;
+  std::vector<const char*> drivers;  // the first that the camera has
+};
+const SettingNames& NamesOf(ShotSetting setting) {
+  // In the order of ShotSetting.
+  static const std::array<SettingNames, kShotSettings.size()> kNames{{
+      {"shutter", {"shutterspeed", "shutterspeed2", "exptime"}},
+      {"iso", {"iso", "isospeed"}},
+      {"aperture", {"aperture", "f-number"}},
+      {"focus", {"focusmode", "focusmode2", "autofocus"}},
+      {"imageformat", {"imageformat", "imagequality"}},
+      {"program", {"expprogram", "autoexposuremode", "exposuremode"}},
+  }};
+  return kNames[static_cast<std::size_t>(setting)];
+}
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+const char* Name(ShotSetting setting) { return NamesOf(setting).name; }
+
+std::optional<double> PhotographicNumber(const std::string& text) {
+  std::string rest = Lower(text);
+  for (const char* prefix : {"f/", "iso", "f"})
+    if (rest.starts_with(prefix)) {
+      rest = rest.substr(std::string(prefix).size());
+      break;
+    }
+  rest.erase(0, std::min(rest.find_first_not_of(' '), rest.size()));
+  if (rest.empty() || !(std::isdigit(static_cast<unsigned char>(rest[0])) || rest[0] == '.'))
+    return std::nullopt;
+  char* end = nullptr;
+  double number = std::strtod(rest.c_str(), &end);
+  if (*end == '/') {
+    const double below = std::strtod(end + 1, &end);
+    if (!(below > 0)) return std::nullopt;
+    number /= below;
+  }
+  while (*end == ' ') ++end;
+  if (*end == 's' || *end == '"') ++end;  // seconds
+  if (*end != '\0' || !(number > 0) || !std::isfinite(number)) return std::nullopt;
+  return number;
+}
+
+bool MeansTheSame(const std::string& a, const std::string& b) {
+  const auto x = PhotographicNumber(a), y = PhotographicNumber(b);
+  // Half of the third of a stop in which cameras count, and some for their rounding.
+  if (x && y) return std::abs(std::log2(*x / *y)) < 0.12;
+  return Lower(a) == Lower(b);
+}
+
+std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, const std::string& value) {
+  for (const std::string& choice : choices)
+    if (Lower(choice) == Lower(value)) return choice;
+  const auto number = PhotographicNumber(value);
+  std::optional<std::string> nearest;
+  double least = 1e9;
+  for (const std::string& choice : choices) {
+    const auto other = PhotographicNumber(choice);
+    if (!number || !other || !MeansTheSame(choice, value)) continue;
+    const double off = std::abs(std::log(*other / *number));
+    if (off >= least) continue;
+    least = off;
+    nearest = choice;
+  }
+  if (nearest) return nearest;
+  // A part of the name is enough when it names one choice: "fine" of "JPEG Fine".
+  std::vector<std::string> holding;
+  for (const std::string& choice : choices)
+    if (Lower(choice).find(Lower(value)) != std::string::npos) holding.push_back(choice);
+  return holding.size() == 1 && !number ? std::optional(holding.front()) : std::nullopt;
+}
+
+std::optional<std::string> ManualChoice(const std::vector<std::string>& choices) {
+  for (const char* word : {"manual", "m", "mf", "manual focus", "off", "mf (fixed)", "mf (selection)"})
+    for (const std::string& choice : choices)
+      if (Lower(choice) == word) return choice;
+  return std::nullopt;
+}
+
+bool IsAutomatic(const std::string& value) {
+  const std::string text = Lower(value);
+  return text.starts_with("auto") || text == "on" || text.starts_with("af-") ||
+         text.starts_with("one shot") || text.starts_with("ai ");
+}
+
+CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : camera_(camera), uri_(uri) {
+  for (const ShotSetting setting : kShotSettings)
+    for (const char* name : NamesOf(setting).drivers)
+      if (const auto found = camera_.Setting(name)) {
+        known_[setting] = {name, found->value};
+        break;
+      }
+}
+
+void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
+  const auto known = known_.find(setting);
+  if (known == known_.end())
+    throw UsageError("{}: this camera has no setting for {}; leave {}= out and set it on the camera", uri_,
+                     Name(setting), Name(setting));
+  const auto now = camera_.Setting(known->second.name);
+  const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
+  std::optional<std::string> wanted = setting == ShotSetting::kFocus && Lower(value) == "manual"
+                                          ? ManualChoice(choices)
+                                          : ChoiceFor(choices, value);
+  if (!wanted && choices.empty()) wanted = value;
+  if (!wanted)
+    throw UsageError("{}: {}={} is not among what the camera offers now: {}", uri_, Name(setting), value,
+                     fmt::join(choices, ", "));
+  GphotoResult result;
+  std::string kept = now ? now->value : "";
+  // Cameras take a moment, and are busy for another.
+  constexpr int kTries = 10;
+  for (int i = 0; i < kTries && !MeansTheSame(kept, *wanted); ++i) {
+    if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (now && now->read_only) break;
+    result = camera_.Set(known->second.name, *wanted);
+    if (const auto read = camera_.Setting(known->second.name)) kept = read->value;
+  }
+  known->second.value = kept;
+  if (MeansTheSame(kept, *wanted)) return;
+  throw Error(
+      "{}: {}={} could not be set: the camera keeps '{}'{}; set it on the camera (its dial, the lens's "
+      "switch)",
+      uri_, Name(setting), value, kept, result.ok() ? "" : " (" + result.text + ")");
+}
+
+std::vector<std::string> CameraSettings::LockTheRest(const std::vector<ShotSetting>& given) {
+  std::vector<std::string> automatic;
+  if (const auto program = known_.find(ShotSetting::kProgram); program != known_.end()) {
+    const auto now = camera_.Setting(program->second.name);
+    const auto manual = now ? ManualChoice(now->choices) : std::nullopt;
+    if (manual && now->value != *manual && !now->read_only) camera_.Set(program->second.name, *manual);
+    if (const auto read = camera_.Setting(program->second.name)) program->second.value = read->value;
+    if (manual && program->second.value != *manual)
+      automatic.push_back(
+          fmt::format("the exposure program is '{}': turn the camera's dial to M, or brightness "
+                      "changes from photograph to photograph",
+                      program->second.value));
+  }
+  for (const ShotSetting setting :
+       {ShotSetting::kShutter, ShotSetting::kIso, ShotSetting::kAperture, ShotSetting::kFocus}) {
+    const auto known = known_.find(setting);
+    if (known == known_.end() || std::find(given.begin(), given.end(), setting) != given.end()) continue;
+    if (const auto read = camera_.Setting(known->second.name)) known->second.value = read->value;
+    if (IsAutomatic(known->second.value))
+      automatic.push_back(
+          fmt::format("{} is automatic ('{}'): it may change from photograph to photograph; give "
+                      "{}=",
+                      Name(setting), known->second.value, Name(setting)));
+  }
+  return automatic;
+}
+
+std::vector<std::string> CameraSettings::Changes() {
+  std::vector<std::string> changes;
+  for (auto& [setting, known] : known_) {
+    const auto read = camera_.Setting(known.name);
+    if (!read || read->value == known.value) continue;
+    changes.push_back(
+        fmt::format("{} changed from '{}' to '{}' on the camera", Name(setting), known.value, read->value));
+    known.value = read->value;
+  }
+  return changes;
+}
+
+std::string CameraSettings::Value(ShotSetting setting) const {
+  const auto known = known_.find(setting);
+  return known == known_.end() ? "" : known->second.value;
+}
+
+}  // namespace ulf

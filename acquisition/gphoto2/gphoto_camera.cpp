@@ -1,0 +1,472 @@
+#include "acquisition/gphoto2/gphoto_camera.h"
+
+#include <gphoto2/gphoto2.h>
+#include <signal.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+
+#include "acquisition/error.h"
+#include "acquisition/gphoto2/ptpip_descriptors.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A write into a broken connection signals the thread that wrote: blocked there, taken back afterwards.
+class WithoutSigpipe {
+ public:
+  WithoutSigpipe() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    sigset_t pending;
+    sigpending(&pending);
+    was_pending_ = sigismember(&pending, SIGPIPE) == 1;
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~WithoutSigpipe() {
+    const timespec at_once{};
+    if (!was_pending_)
+      while (sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) {
+      }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutSigpipe(const WithoutSigpipe&) = delete;
+  WithoutSigpipe& operator=(const WithoutSigpipe&) = delete;
+
+ private:
+  sigset_t pipe_, before_;
+  bool was_pending_ = false;
+};
+
+template <typename T, auto Release>
+struct Releaser {
+  void operator()(T* thing) const { Release(thing); }
+};
+using Abilities = std::unique_ptr<CameraAbilitiesList, Releaser<CameraAbilitiesList, gp_abilities_list_free>>;
+using Ports = std::unique_ptr<GPPortInfoList, Releaser<GPPortInfoList, gp_port_info_list_free>>;
+using Widget = std::unique_ptr<CameraWidget, Releaser<CameraWidget, gp_widget_free>>;
+using File = std::unique_ptr<CameraFile, Releaser<CameraFile, gp_file_unref>>;
+using Context = std::unique_ptr<GPContext, Releaser<GPContext, gp_context_unref>>;
+using List = std::unique_ptr<CameraList, Releaser<CameraList, gp_list_unref>>;
+
+File NewFile() {
+  CameraFile* file = nullptr;
+  gp_file_new(&file);
+  return File(file);
+}
+
+// Drivers are loaded when a camera is opened and let go when it is closed: never by two threads at once. The
+// list of drivers is read from disk once: a tenth of a second.
+std::mutex library_mutex;
+CameraAbilitiesList* AllAbilities(GPContext* context) {
+  static const Abilities all = [&] {
+    CameraAbilitiesList* list = nullptr;
+    gp_abilities_list_new(&list);
+    gp_abilities_list_load(list, context);
+    return Abilities(list);
+  }();
+  return all.get();
+}
+
+Ports NewPorts() {
+  GPPortInfoList* list = nullptr;
+  gp_port_info_list_new(&list);
+  gp_port_info_list_load(list);
+  return Ports(list);
+}
+
+GphotoSettingType TypeOf(CameraWidgetType type) {
+  switch (type) {
+    case GP_WIDGET_RADIO:
+    case GP_WIDGET_MENU:
+      return GphotoSettingType::kChoice;
+    case GP_WIDGET_RANGE:
+      return GphotoSettingType::kRange;
+    case GP_WIDGET_TOGGLE:
+      return GphotoSettingType::kToggle;
+    case GP_WIDGET_DATE:
+      return GphotoSettingType::kDate;
+    case GP_WIDGET_BUTTON:
+      return GphotoSettingType::kButton;
+    default:
+      return GphotoSettingType::kText;
+  }
+}
+
+std::string Text(const char* text) { return text ? text : ""; }
+
+GphotoSetting SettingOf(CameraWidget* widget, const std::string& category) {
+  GphotoSetting setting;
+  setting.category = category;
+  const char* text = nullptr;
+  gp_widget_get_name(widget, &text);
+  setting.name = Text(text);
+  text = nullptr;
+  gp_widget_get_label(widget, &text);
+  setting.label = Text(text);
+  CameraWidgetType type = GP_WIDGET_TEXT;
+  gp_widget_get_type(widget, &type);
+  setting.type = TypeOf(type);
+  int read_only = 0;
+  gp_widget_get_readonly(widget, &read_only);
+  setting.read_only = read_only != 0;
+  switch (setting.type) {
+    case GphotoSettingType::kChoice:
+      for (int i = 0; i < gp_widget_count_choices(widget); ++i) {
+        const char* choice = nullptr;
+        gp_widget_get_choice(widget, i, &choice);
+        setting.choices.push_back(Text(choice));
+      }
+      [[fallthrough]];
+    case GphotoSettingType::kText: {
+      const char* value = nullptr;
+      gp_widget_get_value(widget, &value);
+      setting.value = Text(value);
+      break;
+    }
+    case GphotoSettingType::kRange: {
+      float value = 0, min = 0, max = 0, step = 0;
+      gp_widget_get_value(widget, &value);
+      gp_widget_get_range(widget, &min, &max, &step);
+      setting.min = min;
+      setting.max = max;
+      setting.step = step;
+      setting.value = fmt::format("{}", value);
+      break;
+    }
+    case GphotoSettingType::kToggle:
+    case GphotoSettingType::kDate: {
+      int value = 0;
+      gp_widget_get_value(widget, &value);
+      setting.value = std::to_string(value);
+      break;
+    }
+    case GphotoSettingType::kButton:
+      break;
+  }
+  return setting;
+}
+
+bool Write(CameraWidget* widget, GphotoSettingType type, const std::string& value) {
+  switch (type) {
+    case GphotoSettingType::kChoice:
+    case GphotoSettingType::kText:
+      return gp_widget_set_value(widget, value.c_str()) == GP_OK;
+    case GphotoSettingType::kRange: {
+      const float number = std::strtof(value.c_str(), nullptr);
+      return gp_widget_set_value(widget, &number) == GP_OK;
+    }
+    case GphotoSettingType::kToggle:
+    case GphotoSettingType::kDate: {
+      const int number = std::atoi(value.c_str());
+      return gp_widget_set_value(widget, &number) == GP_OK;
+    }
+    case GphotoSettingType::kButton:
+      return false;
+  }
+  return false;
+}
+
+void Collect(CameraWidget* widget, const std::string& category, std::vector<GphotoSetting>& settings) {
+  CameraWidgetType type = GP_WIDGET_TEXT;
+  gp_widget_get_type(widget, &type);
+  if (type != GP_WIDGET_WINDOW && type != GP_WIDGET_SECTION) {
+    settings.push_back(SettingOf(widget, category));
+    return;
+  }
+  std::string below = category;
+  if (type == GP_WIDGET_SECTION) {
+    const char* name = nullptr;
+    gp_widget_get_name(widget, &name);
+    if (!below.empty()) below += "/";
+    below += Text(name);
+  }
+  for (int i = 0; i < gp_widget_count_children(widget); ++i) {
+    CameraWidget* child = nullptr;
+    if (gp_widget_get_child(widget, i, &child) == GP_OK) Collect(child, below, settings);
+  }
+}
+
+std::string UsbNode(const std::string& port, const std::string& usb) {
+  const std::size_t colon = port.find(':'), comma = port.find(',');
+  if (!port.starts_with("usb:") || comma == std::string::npos) return {};
+  return fmt::format("{}/{}/{}", usb, port.substr(colon + 1, comma - colon - 1), port.substr(comma + 1));
+}
+
+}  // namespace
+
+bool GphotoResult::Busy() const { return code == GP_ERROR_CAMERA_BUSY; }
+// The ptp2 driver says it in words only.
+bool GphotoResult::CardFull() const {
+  return code == GP_ERROR_NO_SPACE || text.find("Store Full") != std::string::npos;
+}
+bool GphotoResult::NotSupported() const { return code == GP_ERROR_NOT_SUPPORTED; }
+bool GphotoResult::LinkIsGone() const {
+  return code == GP_ERROR_IO || (code <= GP_ERROR_IO_INIT && code >= GP_ERROR_IO_LOCK) ||
+         code == GP_ERROR_MODEL_NOT_FOUND;
+}
+
+struct GphotoCamera::State {
+  Context context;
+  Camera* camera = nullptr;
+  PtpipDescriptors descriptors;
+  std::string said;  // by the driver, since the last call began
+
+  static void OnError(GPContext* /*context*/, const char* text, void* self) {
+    std::string& said = static_cast<State*>(self)->said;
+    if (!said.empty()) said += "; ";
+    said += Text(text);
+  }
+
+  explicit State(const std::string& port) : context(gp_context_new()), descriptors(port) {
+    gp_context_set_error_func(context.get(), &State::OnError, this);
+    gp_camera_new(&camera);
+  }
+  // Leaves the camera as it was before, whether or not it was opened.
+  ~State() {
+    const WithoutSigpipe guard;
+    const std::lock_guard lock(library_mutex);
+    descriptors.Close([this] {
+      gp_camera_exit(camera, context.get());
+      gp_camera_unref(camera);
+    });
+  }
+
+  template <typename Call>
+  GphotoResult Do(Call&& call) {
+    const WithoutSigpipe guard;
+    said.clear();
+    GphotoResult result;
+    result.code = call(camera, context.get());
+    if (result.code < 0) {
+      result.text = Text(gp_result_as_string(result.code));
+      if (!said.empty()) result.text += ": " + said;
+    }
+    return result;
+  }
+};
+
+std::vector<GphotoAddress> DetectGphotoCameras() {
+  const WithoutSigpipe guard;
+  const std::lock_guard lock(library_mutex);
+  const Context context(gp_context_new());
+  CameraList* raw = nullptr;
+  gp_list_new(&raw);
+  const List list(raw);
+  std::vector<GphotoAddress> found;
+  if (gp_camera_autodetect(list.get(), context.get()) < 0) return found;
+  for (int i = 0; i < gp_list_count(list.get()); ++i) {
+    const char *model = nullptr, *port = nullptr;
+    gp_list_get_name(list.get(), i, &model);
+    gp_list_get_value(list.get(), i, &port);
+    // "disk:" is a mounted card, not a camera.
+    if (Text(port).starts_with("usb:")) found.push_back({Text(model), Text(port)});
+  }
+  return found;
+}
+
+GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
+    : state_(std::make_unique<State>(address.port)) {
+  {
+    const WithoutSigpipe guard;
+    const std::lock_guard lock(library_mutex);
+    CameraAbilitiesList* all = AllAbilities(state_->context.get());
+    const int model = gp_abilities_list_lookup_model(all, address.model.c_str());
+    if (model < 0)
+      throw Error("{}: libgphoto2 has no driver for '{}'; install its drivers (libgphoto2-6)", uri,
+                  address.model);
+    CameraAbilities abilities;
+    gp_abilities_list_get_abilities(all, model, &abilities);
+    gp_camera_set_abilities(state_->camera, abilities);
+    const Ports ports = NewPorts();
+    const int port = gp_port_info_list_lookup_path(ports.get(), address.port.c_str());
+    if (port < 0)
+      throw Error("{}: there is no port '{}'; 'ulf devices' lists the cameras at USB ports", uri,
+                  address.port);
+    GPPortInfo info;
+    gp_port_info_list_get_info(ports.get(), port, &info);
+    gp_camera_set_port_info(state_->camera, info);
+  }
+  GphotoResult result;
+  {
+    // A camera that refuses is closed by the library at once.
+    const std::lock_guard lock(library_mutex);
+    const KeepsDescriptorZero keeps;
+    result = state_->Do([](Camera* camera, GPContext* context) { return gp_camera_init(camera, context); });
+  }
+  state_->descriptors.Opened();
+  if (result.ok()) return;
+  const std::string obstacle = UsbObstacle(address.port);
+  throw Error(
+      "{}: cannot be opened ({}){}", uri, result.text,
+      !obstacle.empty() ? ": " + obstacle
+      : address.port.starts_with("ptpip:")
+          ? "; check that the camera's network mode is on, its address, and that no other computer is "
+            "connected to it"
+          : "; switch the camera off and on, and check the cable");
+}
+
+GphotoCamera::~GphotoCamera() = default;
+
+std::optional<GphotoSetting> GphotoCamera::Setting(const std::string& name) {
+  CameraWidget* raw = nullptr;
+  const GphotoResult result = state_->Do([&](Camera* camera, GPContext* context) {
+    return gp_camera_get_single_config(camera, name.c_str(), &raw, context);
+  });
+  const Widget widget(raw);
+  if (!result.ok() || !widget) return std::nullopt;
+  return SettingOf(widget.get(), "");
+}
+
+std::vector<GphotoSetting> GphotoCamera::Settings() {
+  CameraWidget* raw = nullptr;
+  std::vector<GphotoSetting> settings;
+  state_->Do([&](Camera* camera, GPContext* context) { return gp_camera_get_config(camera, &raw, context); });
+  const Widget root(raw);
+  if (root) Collect(root.get(), "", settings);
+  return settings;
+}
+
+GphotoResult GphotoCamera::Set(const std::string& name, const std::string& value) {
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraWidget* raw = nullptr;
+    const int got = gp_camera_get_single_config(camera, name.c_str(), &raw, context);
+    const Widget widget(raw);
+    if (got < 0) return got;
+    CameraWidgetType type = GP_WIDGET_TEXT;
+    gp_widget_get_type(widget.get(), &type);
+    if (!Write(widget.get(), TypeOf(type), value)) return GP_ERROR_BAD_PARAMETERS;
+    return gp_camera_set_single_config(camera, name.c_str(), widget.get(), context);
+  });
+}
+
+GphotoResult GphotoCamera::LiveView(std::string& jpeg) {
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    const File file = NewFile();
+    const int result = gp_camera_capture_preview(camera, file.get(), context);
+    const char* data = nullptr;
+    unsigned long size = 0;
+    if (result >= 0 && gp_file_get_data_and_size(file.get(), &data, &size) >= 0 && data)
+      jpeg.assign(data, size);
+    return result;
+  });
+}
+
+GphotoResult GphotoCamera::ReleaseShutter() {
+  return state_->Do(
+      [](Camera* camera, GPContext* context) { return gp_camera_trigger_capture(camera, context); });
+}
+
+GphotoResult GphotoCamera::WaitForEvent(int timeout_ms, GphotoEvent& event) {
+  event = {};
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraEventType type = GP_EVENT_TIMEOUT;
+    void* data = nullptr;
+    const int result = gp_camera_wait_for_event(camera, timeout_ms, &type, &data, context);
+    const std::unique_ptr<void, Releaser<void, std::free>> owned(data);
+    if (result < 0) return result;
+    if (type == GP_EVENT_FILE_ADDED && data) {
+      const auto* path = static_cast<const CameraFilePath*>(data);
+      event.kind = GphotoEventKind::kFileAdded;
+      event.file = {path->folder, path->name};
+    } else if (type != GP_EVENT_TIMEOUT) {
+      event.kind = GphotoEventKind::kOther;
+      if (type == GP_EVENT_UNKNOWN && data) event.text = static_cast<const char*>(data);
+    }
+    return result;
+  });
+}
+
+GphotoResult GphotoCamera::Download(const GphotoFile& from, std::string& bytes) {
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    const File file = NewFile();
+    const int result = gp_camera_file_get(camera, from.folder.c_str(), from.name.c_str(), GP_FILE_TYPE_NORMAL,
+                                          file.get(), context);
+    const char* data = nullptr;
+    unsigned long size = 0;
+    if (result >= 0 && gp_file_get_data_and_size(file.get(), &data, &size) >= 0 && data)
+      bytes.assign(data, size);
+    return result;
+  });
+}
+
+GphotoResult GphotoCamera::Delete(const GphotoFile& file) {
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    return gp_camera_file_delete(camera, file.folder.c_str(), file.name.c_str(), context);
+  });
+}
+
+GphotoResult GphotoCamera::Storages(std::vector<GphotoStorage>& storages) {
+  storages.clear();
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraStorageInformation* raw = nullptr;
+    int count = 0;
+    const int result = gp_camera_get_storageinfo(camera, &raw, &count, context);
+    const std::unique_ptr<CameraStorageInformation, Releaser<void, std::free>> infos(raw);
+    for (int i = 0; result >= 0 && i < count; ++i) {
+      const CameraStorageInformation& info = raw[i];
+      GphotoStorage storage;
+      storage.is_card =
+          (info.fields & GP_STORAGEINFO_STORAGETYPE) && info.type == GP_STORAGEINFO_ST_REMOVABLE_RAM;
+      storage.is_full = ((info.fields & GP_STORAGEINFO_FREESPACEIMAGES) && info.freeimages == 0) ||
+                        ((info.fields & GP_STORAGEINFO_FREESPACEKBYTES) && info.freekbytes == 0);
+      storages.push_back(storage);
+    }
+    return result;
+  });
+}
+
+std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::string& proc,
+                                            const std::string& usb) {
+  std::vector<std::string> programs;
+  const std::string node = UsbNode(port, usb);
+  if (node.empty()) return programs;
+  std::error_code ignored;
+  for (const auto& process : fs::directory_iterator(proc, ignored)) {
+    const std::string id = process.path().filename().string();
+    if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (id == std::to_string(getpid())) continue;
+    std::error_code denied;
+    for (const auto& open : fs::directory_iterator(process.path() / "fd", denied)) {
+      if (fs::read_symlink(open.path(), denied) != node) continue;
+      std::string name;
+      std::getline(std::ifstream(process.path() / "comm"), name);
+      programs.push_back(fmt::format("{} (process {})", name, id));
+      break;
+    }
+  }
+  return programs;
+}
+
+std::string UsbObstacle(const std::string& port) {
+  const std::string node = UsbNode(port, "/dev/bus/usb");
+  if (node.empty()) return {};
+  if (access(node.c_str(), F_OK) == 0 && access(node.c_str(), W_OK) != 0)
+    return fmt::format(
+        "this user may not write to {}; install the rules in udev/ (see docs/devices.md) and "
+        "plug the camera in again",
+        node);
+  std::string holders;
+  bool desktop = false;
+  for (const std::string& program : ProgramsHoldingUsb(port)) {
+    if (!holders.empty()) holders += ", ";
+    holders += program;
+    desktop |= program.starts_with("gvfs");
+  }
+  if (holders.empty()) return {};
+  if (desktop)
+    return fmt::format(
+        "the desktop has mounted it ({} holds it); release it with 'gio mount -s gphoto2' or by "
+        "ejecting it in the file manager",
+        holders);
+  return fmt::format("{} holds it; close that program", holders);
+}
+
+}  // namespace ulf

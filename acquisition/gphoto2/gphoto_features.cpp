@@ -1,0 +1,126 @@
+// `ulf features gphoto2:...`: the configuration tree of a tethered camera.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+#include "acquisition/error.h"
+#include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/gphoto_device.h"
+#include "acquisition/gphoto2/gphoto_options.h"
+
+namespace ulf {
+namespace {
+
+FeatureType TypeOf(GphotoSettingType type) {
+  switch (type) {
+    case GphotoSettingType::kChoice:
+      return FeatureType::kEnumeration;
+    case GphotoSettingType::kRange:
+      return FeatureType::kFloat;
+    case GphotoSettingType::kToggle:
+      return FeatureType::kBoolean;
+    case GphotoSettingType::kDate:
+      return FeatureType::kInteger;
+    case GphotoSettingType::kButton:
+      return FeatureType::kCommand;
+    case GphotoSettingType::kText:
+      break;
+  }
+  return FeatureType::kString;
+}
+
+Feature FeatureOf(const GphotoSetting& setting) {
+  Feature feature;
+  feature.name = setting.name;
+  feature.category = setting.category;
+  feature.type = TypeOf(setting.type);
+  feature.value = setting.value;
+  // Libgphoto2 runs buttons by callbacks of its own: there is nothing to write.
+  feature.readable = setting.type != GphotoSettingType::kButton;
+  feature.writable = !setting.read_only && setting.type != GphotoSettingType::kButton;
+  feature.choices = setting.choices;
+  feature.description = setting.label;
+  if (setting.type == GphotoSettingType::kDate) feature.unit = "s since 1970";
+  if (setting.type == GphotoSettingType::kRange) {
+    feature.min = setting.min;
+    feature.max = setting.max;
+    if (setting.step > 0) feature.step = setting.step;
+  }
+  return feature;
+}
+
+class GphotoFeatures : public FeatureAccess {
+ public:
+  explicit GphotoFeatures(const DeviceUri& uri) : uri_(uri.Text()), camera_(uri_, ResolveGphotoAddress(uri)) {
+    uri.AllowOnly({});
+    const auto text = [&](const char* name) {
+      const auto setting = camera_.Setting(name);
+      return setting ? setting->value : std::string();
+    };
+    info_ = {.uri = uri_,
+             .maker = text("manufacturer"),
+             .model = text("cameramodel"),
+             .serial = text("serialnumber"),
+             .bus = "PTP",
+             .problem = {}};
+  }
+
+  DeviceInfo Info() const override { return info_; }
+  std::vector<Feature> List() override {
+    std::vector<Feature> features;
+    for (const GphotoSetting& setting : camera_.Settings()) features.push_back(FeatureOf(setting));
+    return features;
+  }
+  std::optional<Feature> Find(const std::string& name) override {
+    for (const GphotoSetting& setting : camera_.Settings())
+      if (setting.name == name) return FeatureOf(setting);
+    return std::nullopt;
+  }
+
+  void Set(const std::string& name, const std::string& value) override {
+    const auto feature = Find(name);
+    if (!feature)
+      throw UsageError("{}: there is no feature '{}'; 'ulf features {}' lists them", uri_, name, uri_);
+    if (!feature->writable) throw UsageError("{}: {} cannot be written", uri_, name);
+    std::string written = value;
+    if (feature->type == FeatureType::kEnumeration && !feature->choices.empty()) {
+      const auto choice = ChoiceFor(feature->choices, value);
+      if (!choice) {
+        throw UsageError("{}: {} cannot be '{}'; it is one of {}", uri_, name, value,
+                         fmt::join(feature->choices, ", "));
+      }
+      written = *choice;
+    }
+    if (feature->type == FeatureType::kBoolean) {
+      const bool on = value == "true" || value == "on" || value == "1";
+      if (!on && value != "false" && value != "off" && value != "0")
+        throw UsageError("{}: {} is true or false, not '{}'", uri_, name, value);
+      written.assign(1, on ? '1' : '0');
+    }
+    if (feature->type == FeatureType::kFloat || feature->type == FeatureType::kInteger) {
+      char* end = nullptr;
+      const double number = std::strtod(value.c_str(), &end);
+      if (value.empty() || *end != '\0' || !std::isfinite(number))
+        throw UsageError("{}: {} must be a number, not '{}'", uri_, name, value);
+      if ((feature->min && number < *feature->min) || (feature->max && number > *feature->max))
+        throw UsageError("{}: {} must be {} to {}, not {}", uri_, name, *feature->min, *feature->max, value);
+    }
+    const GphotoResult result = camera_.Set(name, written);
+    if (!result.ok()) throw Error("{}: {}={} was refused: {}", uri_, name, value, result.text);
+  }
+
+ private:
+  std::string uri_;
+  GphotoCamera camera_;
+  DeviceInfo info_;
+};
+
+}  // namespace
+
+std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri) {
+  return std::make_unique<GphotoFeatures>(uri);
+}
+
+}  // namespace ulf

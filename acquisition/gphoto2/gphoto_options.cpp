@@ -1,0 +1,125 @@
+#include "acquisition/gphoto2/gphoto_options.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "acquisition/error.h"
+#include "acquisition/gphoto2/gphoto_device.h"
+
+namespace ulf {
+namespace {
+
+constexpr const char* kNetworkDriver = "PTP/IP Camera";
+constexpr int kPtpipPort = 15740;
+
+double NumberWithin(const DeviceUri& uri, const std::string& key, double low, double high, double fallback) {
+  const double number = uri.Number(key).value_or(fallback);
+  if (number < low || number > high)
+    throw UsageError("'{}': {} must be {} to {}", uri.Text(), key, low, high);
+  return number;
+}
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// "ptpip:ADDRESS" or "ptpip:ADDRESS:PORT" as the driver wants it, with the port for both connections.
+GphotoAddress NetworkAddress(const DeviceUri& uri) {
+  const std::string rest = uri.path.substr(std::string("ptpip:").size());
+  const std::size_t colon = rest.find(':');
+  const std::string host = rest.substr(0, colon);
+  int port = kPtpipPort;
+  if (colon != std::string::npos) {
+    const std::string text = rest.substr(colon + 1, rest.find(':', colon + 1) - colon - 1);
+    const bool digits = !text.empty() && text.size() <= 5 &&
+                        std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+    port = digits ? std::stoi(text) : 0;
+    if (port < 1 || port > 65535)
+      throw UsageError("'{}': '{}' is not a port; write ptpip:ADDRESS or ptpip:ADDRESS:PORT", uri.Text(),
+                       text);
+  }
+  if (host.empty())
+    throw UsageError("'{}': give the camera's address: gphoto2:ptpip:192.168.1.9", uri.Text());
+  return {kNetworkDriver, fmt::format("ptpip:{}:{}:{}", host, port, port)};
+}
+
+std::string ListOf(const std::vector<GphotoAddress>& found) {
+  std::string list;
+  for (const GphotoAddress& camera : found)
+    list += fmt::format("{}{} (gphoto2:{})", list.empty() ? "" : "; ", camera.model, camera.port);
+  return list;
+}
+
+bool HasSerial(const DeviceUri& uri, const GphotoAddress& address) {
+  try {
+    GphotoCamera camera(uri.Text(), address);
+    const auto serial = camera.Setting("serialnumber");
+    return serial && Lower(serial->value) == Lower(uri.path);
+  } catch (const Error&) {
+    return false;  // another program's: not this one by its serial, as far as anybody can see
+  }
+}
+
+}  // namespace
+
+GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
+  std::vector<std::string> known{"target", "liveview_fps", "shutter_lag_ms", "queue"};
+  for (const ShotSetting setting : kShotSettings) known.push_back(Name(setting));
+  uri.AllowOnly(known);
+  GphotoOptions options;
+  // The exposure program first: what else may be set depends on it.
+  for (const ShotSetting setting : {ShotSetting::kProgram, ShotSetting::kFormat, ShotSetting::kFocus,
+                                    ShotSetting::kAperture, ShotSetting::kShutter, ShotSetting::kIso})
+    if (const auto value = uri.Option(Name(setting))) options.settings.emplace_back(setting, *value);
+  if (const auto target = uri.Option("target")) {
+    if (*target != "card" && *target != "ram")
+      throw UsageError("'{}': target is card or ram, not '{}'", uri.Text(), *target);
+    options.to_card = *target == "card";
+  }
+  options.live_view_fps = NumberWithin(uri, "liveview_fps", 0.1, 120, options.live_view_fps);
+  options.shutter_lag_s = NumberWithin(uri, "shutter_lag_ms", 0, 10'000, 0) / 1000;
+  options.queue = static_cast<std::size_t>(NumberWithin(uri, "queue", 1, 1000, 4));
+  return options;
+}
+
+GphotoAddress ResolveGphotoAddress(const DeviceUri& uri) {
+  if (uri.path.starts_with("ptpip:")) return NetworkAddress(uri);
+  const std::vector<GphotoAddress> found = DetectGphotoCameras();
+  if (found.empty())
+    throw Error(
+        "{}: no tethered camera is at a USB port; connect it, switch it on and choose PTP (not mass "
+        "storage) in its menu, or name a network camera: gphoto2:ptpip:ADDRESS",
+        uri.Text());
+  if (uri.path.empty()) return found.front();
+  for (const GphotoAddress& camera : found)
+    if (camera.port == uri.path) return camera;
+  std::vector<GphotoAddress> matching;
+  for (const GphotoAddress& camera : found)
+    if (Lower(camera.model).find(Lower(uri.path)) != std::string::npos) matching.push_back(camera);
+  if (matching.empty() && !uri.path.starts_with("usb:"))
+    for (const GphotoAddress& camera : found)
+      if (HasSerial(uri, camera)) matching.push_back(camera);
+  if (matching.size() == 1) return matching.front();
+  if (matching.empty())
+    throw Error("{}: no camera of this port, model or serial number; there are: {}", uri.Text(),
+                ListOf(found));
+  throw Error("{}: names more than one camera; say which by its port: {}", uri.Text(), ListOf(matching));
+}
+
+std::vector<DeviceInfo> ListGphotoDevices() {
+  std::vector<DeviceInfo> devices;
+  for (const GphotoAddress& camera : DetectGphotoCameras()) {
+    DeviceInfo info{.uri = "gphoto2:" + camera.port,
+                    .maker = {},
+                    .model = camera.model,
+                    .serial = {},
+                    .bus = "USB",
+                    .problem = UsbObstacle(camera.port)};
+    info.available = info.problem.empty();
+    devices.push_back(info);
+  }
+  return devices;
+}
+
+}  // namespace ulf

@@ -1,0 +1,80 @@
+// Photographs taken beside live view: live frames are tracked and never recorded; where coverage wants a
+// view, a photograph is asked for, one at a time; when it has come it is judged by itself.
+//
+// Between the wish and the shutter the hand moves on. So the photograph's own pose is solved against the map,
+// with the intrinsics that photographs have, and everything that was asked of the live frame is asked again
+// of the photograph: does it see the subject whole, does it show anything that no recorded view shows, is it
+// exposed and still enough. What passes is recorded. What does not, and what finds no pose, is kept in
+// unposed/: a photograph is never thrown away. That holds for those that were released on the body, too.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device.h"
+#include "coverage/pose_source.h"
+#include "coverage/view_decision.h"
+
+namespace ulf {
+
+struct StillCounts {
+  std::uint64_t asked = 0;
+  std::uint64_t arrived = 0;  // also those released on the body
+  std::uint64_t recorded = 0;
+  std::uint64_t not_needed = 0;  // with a pose, but covered by then, cropped, or of poor quality: in unposed/
+  std::uint64_t without_pose = 0;  // in unposed/
+};
+
+struct StillVerdict {
+  Decision decision;           // kRecorded: to be recorded; anything else: to be kept in unposed/
+  std::optional<Track> track;  // where it was taken; none when that was not found
+};
+
+class StillCapture {
+ public:
+  // `camera`: of photographs.
+  StillCapture(Device& device, const CameraModel& camera, const PoseSource& poses,
+               const DecisionLimits& limits, int coverage_width_px);
+
+  const CameraModel& camera() const { return camera_; }
+  const StillCounts& counts() const { return counts_; }
+
+  // What the hand does: a photograph is looked for where the live view was last.
+  void Follow(const Frame& live, const Track& track);
+  // A photograph is wanted from here. Nothing happens while one is on its way.
+  void Ask();
+  StillVerdict Judge(const Frame& still, const CoverageMap* map);
+
+ private:
+  struct LivePose {
+    double time_s = 0;
+    Rigid3 cam_from_world;
+    double speed_px = 0;  // since the frame before, in photograph pixels
+  };
+  std::optional<Rigid3> LivePoseAt(double time_s) const;
+  double SpeedPxPerS() const;
+  bool HasTheSize(const Frame& still);
+
+  Device& device_;
+  const CameraModel camera_;
+  const PoseSource& poses_;
+  const DecisionLimits limits_;
+  const int coverage_width_px_;
+  static constexpr std::size_t kRemembered = 64;  // live poses: seconds
+  std::deque<LivePose> live_;
+  bool said_size_ = false;
+  StillCounts counts_;
+};
+
+// The intrinsics of a device's photographs: the mode "still" of the calibration that is named or stored for
+// its serial number. Throws Error that says how to make it. `source` gets words for the record.
+CameraModel ResolveStillCamera(const Device& device, const IntrinsicsArgs& args, std::string* source);
+
+// A photograph as another camera at the same place would have taken it; what it does not show repeats its
+// edge. To build a map of live view's from photographs.
+Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
+
+}  // namespace ulf

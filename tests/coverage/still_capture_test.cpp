@@ -1,0 +1,304 @@
+// Photographs beside live view: the simulator behind a PTP/IP camera, libgphoto2's own driver, the tracker,
+// and a light field of full-resolution photographs.
+#include "coverage/still_capture.h"
+
+#include <gmock/gmock.h>
+
+#include <condition_variable>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/simulator/simulated_camera.h"
+#include "coverage/capture_session.h"
+#include "tests/support/ptpip_camera.h"
+#include "tests/support/test_paths.h"
+#include "tracking/trajectory.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+std::string Jpeg(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", pixels, bytes, {cv::IMWRITE_JPEG_QUALITY, 92});
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string BytesOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::set<std::string> BytesIn(const fs::path& folder) {
+  std::set<std::string> contents;
+  if (fs::is_directory(folder))
+    for (const auto& entry : fs::directory_iterator(folder)) contents.insert(BytesOf(entry.path()));
+  return contents;
+}
+
+SimulationOptions Simulated(int width, int height) {
+  SimulationOptions options;
+  options.width = width;
+  options.height = height;
+  options.cap_azimuth = 24 * M_PI / 180;
+  options.cap_elevation = 12 * M_PI / 180;
+  options.looks_away = false;
+  return options;
+}
+
+// A body in the simulated hand. Simulated time goes on with every live frame; a photograph is taken `kLagS`
+// later, when the hand has moved on.
+class TetheredHand {
+ public:
+  static constexpr double kLagS = 0.15;
+
+  TetheredHand()
+      : live_(Simulated(480, 360)),
+        still_(Simulated(1440, 960)),
+        body_([this] { return LivePicture(); }, [this](int number) { return Photograph(number); },
+              {.shutter_lag_s = 0.02}) {}
+
+  const CameraModel& LiveCamera() const { return live_.camera(); }
+  const CameraModel& StillCamera() const { return still_.camera(); }
+  PtpipCamera& Body() { return body_; }
+
+  // Live view waits for its reader, so that a slow machine sees what a fast one sees.
+  void WaitForReader(bool wait) { waits_ = wait; }
+  void FrameWasRead() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++read_;
+    }
+    was_read_.notify_all();
+  }
+  void SpoilPhotograph(int number) { spoiled_ = number; }
+
+  struct Shot {
+    std::string bytes;
+    Rigid3 cam_from_world;
+  };
+  std::map<int, Shot> Shots() const {
+    const std::lock_guard lock(mutex_);
+    return shots_;
+  }
+
+ private:
+  std::string LivePicture() {
+    std::uint64_t index = 0;
+    {
+      std::unique_lock lock(mutex_);
+      // The driver throws some live frames away: those are never read.
+      if (waits_ && !was_read_.wait_for(lock, milliseconds(400), [&] { return next_ < read_ + 2; }))
+        read_ = next_;
+      index = next_++;
+    }
+    return Jpeg(live_.Capture(index).image.pixels);
+  }
+
+  std::vector<PtpipFile> Photograph(int number) {
+    double now_s = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      now_s = static_cast<double>(next_) / live_.options().fps;
+    }
+    const Frame frame = still_.Capture(
+        {.open_s = now_s + kLagS, .exposure_s = 0.002, .id = 10'000u + static_cast<unsigned>(number)});
+    cv::Mat pixels = frame.image.pixels;
+    if (number == spoiled_) pixels = cv::Mat(pixels.size(), CV_8UC3, cv::Scalar(40, 90, 120));
+    Shot shot{Jpeg(pixels), *frame.known_cam_from_world};
+    const std::lock_guard lock(mutex_);
+    shots_[number] = shot;
+    return {{fmt::format("DSC_{:04}.JPG", number), shot.bytes}};
+  }
+
+  SimulatedCamera live_, still_;
+  mutable std::mutex mutex_;
+  std::condition_variable was_read_;
+  std::uint64_t next_ = 0, read_ = 0;
+  bool waits_ = true;
+  std::atomic<int> spoiled_{0};
+  std::map<int, Shot> shots_;
+  PtpipCamera body_;  // last: its threads use the rest
+};
+
+class StillCaptureTest : public ::testing::Test {
+ protected:
+  void SetUp() override { setenv("HOME", (scratch_ / "home").c_str(), 1); }
+
+  CaptureSummary Capture(TetheredHand& hand, const std::map<std::uint64_t, std::function<void()>>& at_frame,
+                         std::uint64_t frames, const std::string& more = "") {
+    auto device = OpenDevice(hand.Body().Uri() + "?liveview_fps=15&focus=manual&shutter=1/500" + more);
+    device->Start();
+    CaptureHeader header;
+    header.camera = hand.StillCamera();
+    CaptureOptions options;
+    options.still_camera = hand.StillCamera();
+    options.max_frames = frames;
+    options.threshold_px = 12;
+    CaptureHooks hooks;
+    hooks.after_frame = [&](const CaptureProgress& progress) {
+      if (const auto found = at_frame.find(progress.frames); found != at_frame.end()) found->second();
+      hand.FrameWasRead();
+    };
+    const auto poses = MakeTrackerSource(hand.LiveCamera(), {.deterministic = true});
+    return RunCapture(*device, hand.LiveCamera(), *poses, LightFieldWriter::Create(Dir(), header), options,
+                      hooks);
+  }
+  fs::path Dir() const { return scratch_ / "lf"; }
+
+  // Every photograph that was taken is in images/ or in unposed/, byte for byte, once.
+  static void ExpectNothingLost(const TetheredHand& hand, const fs::path& dir) {
+    const auto recorded = BytesIn(dir / "images"), unposed = BytesIn(dir / "unposed");
+    for (const auto& [number, shot] : hand.Shots())
+      EXPECT_EQ(recorded.count(shot.bytes) + unposed.count(shot.bytes), 1u) << "photograph " << number;
+    EXPECT_EQ(recorded.size() + unposed.size(), hand.Shots().size());
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
+  TetheredHand hand;
+  std::uint64_t body_releases = 0;
+  const CaptureSummary summary = Capture(hand,
+                                         {{70, [&] { hand.Body().AnswerBusy(2); }},
+                                          {90, [&] { hand.Body().PressShutter(), ++body_releases; }},
+                                          {91, [&] { hand.SpoilPhotograph(hand.Body().Releases() + 3); }}},
+                                         220);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_GE(summary.frames, 220u);
+  EXPECT_EQ(hand.Body().BusyAnswers(), 2);
+  const StillCounts& counts = summary.stills;
+  EXPECT_EQ(counts.arrived, hand.Shots().size());
+  EXPECT_EQ(counts.arrived, counts.asked + body_releases) << "the one from the body was taken in as well";
+  EXPECT_EQ(counts.without_pose, 1u) << "the spoiled one";
+  EXPECT_EQ(counts.recorded, summary.recorded);
+  EXPECT_EQ(counts.recorded + counts.not_needed + counts.without_pose, counts.arrived);
+  EXPECT_GE(counts.recorded, 6u);
+  EXPECT_GT(summary.reasons[static_cast<std::size_t>(Reason::kStill)], 0u);
+  EXPECT_EQ(summary.reasons[static_cast<std::size_t>(Reason::kRecorded)], 0u) << "no live frame";
+
+  ExpectNothingLost(hand, Dir());
+  const LightField light_field = ReadLightField(Dir());
+  ASSERT_EQ(light_field.views.size(), counts.recorded);
+  ASSERT_EQ(light_field.cameras.size(), 1u);
+  EXPECT_EQ(light_field.cameras[0].width, 1440);
+  std::vector<TimedPose> poses, truth;
+  const auto shots = hand.Shots();
+  for (const View& view : light_field.views) {
+    EXPECT_TRUE(view.image_path.ends_with(".jpg"));
+    const std::string bytes = BytesOf(Dir() / view.image_path);
+    for (const auto& [number, shot] : shots) {
+      if (shot.bytes != bytes) continue;
+      poses.push_back({static_cast<double>(number), view.cam_from_world});
+      truth.push_back({static_cast<double>(number), shot.cam_from_world});
+    }
+    EXPECT_DOUBLE_EQ(view.exposure_s, 0.002) << "as set on the camera";
+    EXPECT_NEAR(ReadViewImage(light_field, view).width(), 1440, 0);
+  }
+  ASSERT_EQ(poses.size(), light_field.views.size());
+  const auto error = CompareTrajectories(poses, truth, 0.1);
+  ASSERT_TRUE(error);
+  RecordProperty("ate_mm", std::to_string(1e3 * error->ate_rmse));
+  RecordProperty("recorded", static_cast<int>(counts.recorded));
+  EXPECT_LT(error->ate_rmse, 0.005) << "metres, about one metre away";
+  EXPECT_LT(error->rotation_rmse_deg, 0.3);
+  // And not where the hand was when they were asked for: it moves at more than 10 degrees a second.
+  EXPECT_GT(TetheredHand::kLagS * Simulated(1, 1).speed, 0.03);
+}
+
+TEST_F(StillCaptureTest, ALinkThatDropsLeavesEverythingThatWasRecorded) {
+  TetheredHand hand;
+  std::size_t taken_before = 0;
+  const CaptureSummary summary = Capture(hand,
+                                         {{130,
+                                           [&] {
+                                             taken_before = hand.Shots().size();
+                                             hand.Body().Refuse(true);
+                                             hand.Body().DropLink();
+                                           }}},
+                                         100'000, "&reconnect_s=0");
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kDeviceLost);
+  EXPECT_GE(summary.frames, 130u);
+  EXPECT_LT(summary.frames, 140u);
+  ASSERT_GE(taken_before, 3u);
+  const LightField light_field = ReadLightField(Dir());
+  EXPECT_EQ(light_field.views.size(), summary.recorded);
+  // The last photograph may still have been in the camera.
+  EXPECT_GE(summary.stills.arrived + 1, taken_before);
+  EXPECT_EQ(BytesIn(Dir() / "images").size() + BytesIn(Dir() / "unposed").size(), summary.stills.arrived);
+  EXPECT_GE(summary.recorded, 1u);
+}
+
+TEST_F(StillCaptureTest, ALinkThatComesBackGoesOn) {
+  TetheredHand hand;
+  int taken_before = 0;
+  const CaptureSummary summary = Capture(hand,
+                                         {{80,
+                                           [&] {
+                                             taken_before = hand.Body().Releases();
+                                             hand.Body().DropLink();
+                                           }}},
+                                         190);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(summary.device.reconnects, 1u);
+  EXPECT_GT(hand.Body().Releases(), taken_before) << "and photographs are taken again";
+  const LightField light_field = ReadLightField(Dir());
+  EXPECT_EQ(light_field.views.size(), summary.recorded);
+  EXPECT_EQ(BytesIn(Dir() / "images").size() + BytesIn(Dir() / "unposed").size(), summary.stills.arrived);
+}
+
+TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
+  TetheredHand hand;
+  hand.WaitForReader(false);
+  const fs::path calibration = scratch_ / "calibration.json";
+  WriteCalibration(calibration, hand.LiveCamera(), "3001234", "test");
+  const std::string uri = hand.Body().Uri() + "?liveview_fps=10&shutter=1/500";
+  const std::string command = "capture '" + uri +
+                              "' --headless --json --quality fast --frames 60 --calibration " +
+                              calibration.string() + " -o ";
+  const CommandResult refused = RunUlf(command + (scratch_ / "refused").string());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("--mode still"));
+  EXPECT_FALSE(fs::exists(scratch_ / "refused"));
+
+  WriteCalibration(calibration, hand.StillCamera(), "3001234", "test", "still");
+  const CommandResult captured = RunUlf(command + (scratch_ / "captured").string());
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  const auto result = nlohmann::json::parse(captured.output);
+  EXPECT_GE(result["photographs"]["recorded"].get<int>(), 1) << captured.output;
+  const LightField light_field = ReadLightField(scratch_ / "captured");
+  EXPECT_EQ(light_field.cameras[0], hand.StillCamera());
+  EXPECT_EQ(light_field.views.size(), result["photographs"]["recorded"].get<std::size_t>());
+  EXPECT_EQ(light_field.device_serial, "3001234");
+
+  // And on, by photographs alone: the map of live view is made of them.
+  if (light_field.views.size() < 3) return;
+  const CommandResult resumed = RunUlf(command + (scratch_ / "captured").string() + " --resume");
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_GT(nlohmann::json::parse(resumed.output)["tracked"].get<int>(), 30) << resumed.output;
+}
+
+TEST(AsSeenBy, IsTheOtherCamerasPicture) {
+  const SimulatedCamera live(Simulated(480, 360)), still(Simulated(1440, 1080));
+  const Rigid3 pose = live.hand().CamFromWorld(1);
+  Image photograph{still.CleanSrgb(pose), Transfer::kSrgb};
+  const Image seen = AsSeenBy(live.camera(), photograph, still.camera());
+  const cv::Mat expected = live.CleanSrgb(pose);
+  ASSERT_EQ(seen.pixels.size(), expected.size());
+  EXPECT_LT(cv::norm(seen.pixels, expected, cv::NORM_L1) / static_cast<double>(3 * expected.total()), 4)
+      << "grey levels: the reduced picture is softer at edges";
+}
+
+}  // namespace
+}  // namespace ulf::test

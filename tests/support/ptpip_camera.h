@@ -1,0 +1,113 @@
+// A tethered camera on loopback: a PTP/IP responder (ISO 15740 over CIPA DC-005) that libgphoto2's own ptp2
+// driver opens as `ptpip:127.0.0.1:PORT:PORT`. In this process, on threads of its own.
+//
+// It presents itself as a Nikon, whose live view that driver serves with few operations; pictures come from
+// the test. What breaks in a studio is asked for by call: busy, card full, a released shutter on the body, a
+// property that the camera turns itself, a slow download, a link that drops.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace ulf::test {
+
+// Property codes of PTP that the camera has.
+inline constexpr std::uint16_t kPtpBattery = 0x5001;      // percent
+inline constexpr std::uint16_t kPtpImageFormat = 0x5004;  // 2: JPEG fine, 4: NEF, 5: NEF and JPEG
+inline constexpr std::uint16_t kPtpFNumber = 0x5007;      // hundredths
+inline constexpr std::uint16_t kPtpFocusMode = 0x500A;    // 1: manual, 0x8010: AF-S
+inline constexpr std::uint16_t kPtpExposure = 0x500D;     // 0.1 ms
+inline constexpr std::uint16_t kPtpProgram = 0x500E;      // 1: manual, 2: program
+inline constexpr std::uint16_t kPtpIso = 0x500F;
+
+struct PtpipFile {
+  std::string name;  // "DSC_0001.JPG"; two files of one photograph share the stem
+  std::string bytes;
+};
+
+struct PtpipCameraOptions {
+  bool live_view = true;
+  double shutter_lag_s = 0.05;      // from the request to the shutter
+  double download_bytes_per_s = 0;  // 0: as fast as it goes
+  std::string serial = "3001234";
+};
+
+class PtpipCamera {
+ public:
+  using LivePicture = std::function<std::string()>;  // JPEG; called for every live view frame
+  using Photograph =
+      std::function<std::vector<PtpipFile>(int)>;  // called when the shutter opens; counts from 1
+
+  PtpipCamera(LivePicture live, Photograph photograph, const PtpipCameraOptions& options = {});
+  ~PtpipCamera();
+  PtpipCamera(const PtpipCamera&) = delete;
+  PtpipCamera& operator=(const PtpipCamera&) = delete;
+
+  int Port() const { return port_; }
+  std::string Uri() const;  // for the device
+
+  void PressShutter();                                 // on the body
+  void AnswerBusy(int requests) { busy_ = requests; }  // to the next releases
+  void SetCardFull(bool full) { card_full_ = full; }
+  void DropLink();                                            // both connections, at once
+  void Refuse(bool refuse) { refuse_ = refuse; }              // as when switched off
+  void SetProperty(std::uint16_t code, std::uint32_t value);  // as the camera does itself, with its event
+  std::uint32_t Property(std::uint16_t code) const;
+
+  int Releases() const { return releases_; }  // of the shutter
+  int BusyAnswers() const { return busy_answers_; }
+  std::vector<std::string> FilesKept() const;  // by name, in order
+
+ private:
+  struct Value {
+    std::uint16_t type = 0;  // 2: 8 bits, 4: 16 bits, 6: 32 bits, all unsigned
+    std::uint32_t value = 0;
+    std::vector<std::uint32_t> choices;  // empty: read only
+  };
+  struct Request;
+  class Connection;
+
+  void Accept();
+  void Serve(std::shared_ptr<Connection> connection);
+  void Commands(Connection& connection);
+  void Answer(Connection& connection, const Request& request);
+  void AnswerObject(Connection& connection, const Request& request);
+  void AnswerProperty(Connection& connection, const Request& request);
+  void AnswerRelease(Connection& connection, const Request& request);
+  void AnswerLiveView(Connection& connection, const Request& request);
+  std::string DeviceInfo() const;
+  std::string PropertyDescription(std::uint16_t code) const;
+  void Release(std::uint32_t transaction);  // schedules a shutter
+  void Shutter();                           // the thread that opens it
+  void Event(std::uint16_t code, std::uint32_t transaction, std::uint32_t parameter, int parameters = 1);
+
+  const LivePicture live_;
+  const Photograph photograph_;
+  const PtpipCameraOptions options_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0};
+  std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false};
+
+  mutable std::mutex mutex_;
+  std::condition_variable released_;
+  std::vector<std::uint32_t> waiting_releases_;
+  std::map<std::uint32_t, PtpipFile> objects_;
+  std::uint32_t next_object_ = 1;
+  std::map<std::uint16_t, Value> properties_;
+  bool in_live_view_ = false;
+  std::vector<std::shared_ptr<Connection>> connections_;
+  std::shared_ptr<Connection> events_;
+  std::vector<std::thread> threads_;
+  std::thread accept_, shutter_;
+};
+
+}  // namespace ulf::test

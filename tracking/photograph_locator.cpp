@@ -1,0 +1,96 @@
+#include "tracking/photograph_locator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace ulf {
+namespace {
+
+CameraModel Reduced(const CameraModel& camera, double focal_px) {
+  const double share = std::min(1.0, focal_px / camera.MeanFocalPx());
+  return camera.ScaledTo(static_cast<int>(std::lround(share * camera.width)),
+                         static_cast<int>(std::lround(share * camera.height)));
+}
+
+cv::Mat ResizedTo(const cv::Mat& gray, const CameraModel& camera) {
+  if (gray.cols == camera.width && gray.rows == camera.height) return gray;
+  cv::Mat resized;
+  cv::resize(gray, resized, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
+  return resized;
+}
+
+}  // namespace
+
+PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel& photograph,
+                                     const SharedMap& shared, const KeyframeIndex& index,
+                                     const Options& options)
+    : options_(options),
+      // A patch of the map is found on the pyramid level where its pixels are the image's: more than the
+      // pyramid spans would not be used.
+      full_(Reduced(photograph, LevelScale(kPyramidLevels - 1) * live.MeanFocalPx())),
+      small_(Reduced(photograph, live.MeanFocalPx())),
+      shared_(shared),
+      index_(index),
+      locator_(small_, shared, options.features / 5) {}
+
+std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray,
+                                                 const std::optional<Rigid3>& near) const {
+  const cv::Mat full = ResizedTo(gray, full_);
+  TrackedImage image;
+  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(ResizedTo(full, small_)));
+  FeatureExtractor extractor(small_);
+  extractor.Extract(*image.pyramid, options_.features);  // the corner threshold settles
+  image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, options_.features));
+  std::optional<Located> located;
+  if (near) located = LocateNear(image, *near);
+  if (!located) located = locator_.Find(image, index_, options_.seed, options_.min_points);
+  if (!located) return std::nullopt;
+  return RefineAtFull(full, std::move(*located));
+}
+
+std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
+  const double unit = small_.width / 640.0;
+  Located located;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    located.candidates = GatherCandidates(shared_.map, small_, near);
+  }
+  for (const double radius_px : {15 * unit, 60 * unit}) {
+    const MapMatches coarse = MatchMap(small_, image, located.candidates, {}, near,
+                                       {.radius_px = radius_px, .max_distance = 70, .align = false});
+    const auto refined =
+        RefinePose(small_, ToObservations(located.candidates, coarse.matches), near, {.gate_sigmas = 3});
+    if (!refined || refined->inliers < options_.min_points) continue;
+    located.cam_from_world = refined->cam_from_world;
+    std::optional<Located> wide = locator_.Refine(image, located, 10 * unit);
+    if (!wide) continue;
+    std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit);
+    if (found && IsSure(*found, options_.min_points)) return found;
+  }
+  return std::nullopt;
+}
+
+Located PhotographLocator::RefineAtFull(const cv::Mat& gray, Located located) const {
+  const Eigen::Vector2d full_by_small(static_cast<double>(full_.width) / small_.width,
+                                      static_cast<double>(full_.height) / small_.height);
+  TrackedImage image;
+  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(gray));
+  std::vector<PointMatch> matches = located.matches;
+  for (PointMatch& match : matches) {
+    match.img = match.img.cwiseProduct(full_by_small);
+    match.sigma_px *= full_by_small.mean();
+  }
+  AlignMatches(full_, image, located.candidates, located.cam_from_world, matches);
+  const auto refined = RefinePose(full_, ToObservations(located.candidates, matches), located.cam_from_world);
+  // A photograph that is sharp when it is small only keeps what the small one said.
+  if (!refined || refined->inliers < options_.min_points) return located;
+  located.cam_from_world = refined->cam_from_world;
+  located.center_sigma = refined->center_sigma;
+  located.matches.clear();
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined->inlier[i]) located.matches.push_back(matches[i]);
+  return located;
+}
+
+}  // namespace ulf
