@@ -1,6 +1,8 @@
 #include "acquisition/commands.h"
 
 #include "acquisition/calibration/board_command.h"
+#include "acquisition/calibration/calibrate_command.h"
+#include "acquisition/calibration/calibration_command.h"
 #include "acquisition/devices_command.h"
 #include "acquisition/features_command.h"
 #include "acquisition/import_command.h"
@@ -16,6 +18,8 @@ void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddRecordCommand(app, chosen);
   AddImportCommand(app, chosen);
   AddBoardCommand(app, chosen);
+  AddCalibrateCommand(app, chosen);
+  AddCalibrationCommand(app, chosen);
 }
 
 }  // namespace ulf

@@ -22,7 +22,7 @@ std::string PathUnderImages(const std::string& source_path) {
 }
 
 void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
-  const Image image = ReadViewImage(source, view);
+  const Image image = ReadRecordedImage(source, view);
   const fs::path original = source.root / view.image_path;
   taken.image_path = PathUnderImages(view.image_path);
   if (image.pixels.depth() != CV_8U) {

@@ -50,8 +50,12 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   if (version > kVersion)
     throw Error("{}: journal version {} is newer than this program's {}; use a newer ulf", event.where,
                 version, kVersion);
-  for (const json& camera : event.Raw("cameras"))
+  for (const json& camera : event.Raw("cameras")) {
+    if (camera.contains("flat_field"))
+      light_field.flat_fields[static_cast<int>(light_field.cameras.size())] =
+          FlatFieldFromJson(camera["flat_field"], event.where);
     light_field.cameras.push_back(CameraFromJson({camera, event.where}));
+  }
   light_field.device_uri = event.Text("device_uri", "");
   light_field.device_serial = event.Text("device_serial", "");
   light_field.calibration_source = event.Text("calibration_source", "");
@@ -197,7 +201,13 @@ void Journal::Header(const LightField& light_field) {
                 {"units", light_field.units},
                 {"coverage_width_px", light_field.coverage_width_px}};
   if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
-  for (const CameraModel& camera : light_field.cameras) event["cameras"].push_back(CameraToJson(camera));
+  for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
+    json camera = CameraToJson(light_field.cameras[i]);
+    if (const auto flat = light_field.flat_fields.find(static_cast<int>(i));
+        flat != light_field.flat_fields.end())
+      camera["flat_field"] = FlatFieldToJson(flat->second);
+    event["cameras"].push_back(camera);
+  }
   Append(event.dump());
 }
 

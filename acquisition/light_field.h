@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/calibration/flat_field.h"
 #include "acquisition/camera_model.h"
 #include "acquisition/image.h"
 #include "acquisition/rigid3.h"
@@ -55,6 +56,9 @@ struct ScenePoint {
 struct LightField {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;
+  // By index into cameras, where one was measured: the photographs are as the camera made them, ReadViewImage
+  // divides by it.
+  std::map<int, FlatField> flat_fields;
   std::vector<View> views;  // in order of id
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() takes the mean of the cameras' -y

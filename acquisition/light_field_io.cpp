@@ -139,7 +139,7 @@ LightField ReadLightField(const fs::path& path) {
   return light_field;
 }
 
-Image ReadViewImage(const LightField& light_field, const View& view) {
+Image ReadRecordedImage(const LightField& light_field, const View& view) {
   const fs::path path = light_field.root / view.image_path;
   Image image{ReadImageFile(path.string()), Transfer::kSrgb};
   RequireSizeOf(light_field.CameraOf(view), image, path);
@@ -156,6 +156,13 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
                 path.string(), Name(image.mosaic), image.pixels.channels());
   RequireSizeOf(light_field.CameraOf(view), image, path);
   return image;
+}
+
+Image ReadViewImage(const LightField& light_field, const View& view) {
+  const Image image = ReadRecordedImage(light_field, view);
+  const auto flat_field = light_field.flat_fields.find(view.camera);
+  if (flat_field == light_field.flat_fields.end()) return image;
+  return flat_field->second.Corrected(image, view.black_level);
 }
 
 void WriteDerivedFiles(const LightField& light_field) {
@@ -211,6 +218,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   auto state = std::make_unique<State>(dir);
   LightField& light_field = state->light_field;
   light_field.cameras = {header.camera};
+  if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;
   light_field.device_uri = header.device_uri;
   light_field.device_serial = header.device_serial;
   light_field.calibration_source = header.calibration_source;

@@ -28,6 +28,8 @@ namespace ulf {
 LightField ReadLightField(const std::filesystem::path& dir);
 
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
+Image ReadRecordedImage(const LightField& light_field, const View& view);
+// The same, for rendering: where its camera has a flat field, divided by it (linear float, three channels).
 Image ReadViewImage(const LightField& light_field, const View& view);
 
 // What the camera gave for the view: the master with its transfer and pattern, or the photograph where that
@@ -41,6 +43,7 @@ struct CaptureHeader {
   std::string device_uri;
   std::string device_serial;
   std::string calibration_source;
+  std::optional<FlatField> flat_field;
   std::string units = "arbitrary";
   std::optional<double> threshold_px;
   int coverage_width_px = 640;

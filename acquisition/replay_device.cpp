@@ -269,7 +269,7 @@ class LightFieldSource : public Source {
     if (next_ >= light_field_.views.size()) return std::nullopt;
     const View& view = light_field_.views[next_];
     Frame frame;
-    frame.image = ReadViewImage(light_field_, view);
+    frame.image = ReadRecordedImage(light_field_, view);
     if (options_.transfer) frame.image.transfer = *options_.transfer;
     frame.id = static_cast<std::uint64_t>(view.id);
     frame.device_time_s = times_increase_ ? view.device_time_s : options_.TimeOf(next_);

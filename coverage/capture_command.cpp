@@ -1,6 +1,8 @@
 // ulf capture: the main job, from a device's URI to a light field on disk.
 #include "coverage/capture_command.h"
 
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
@@ -145,7 +147,7 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSou
   std::vector<SeedView> seeds;
   for (std::size_t i = 0; i < used; ++i) {
     const View& view = light_field.views[i * count / used];
-    Image image = ReadViewImage(light_field, view);
+    Image image = ReadRecordedImage(light_field, view);
     const CameraModel& camera = light_field.CameraOf(view);
     if (camera != tracked) image = AsSeenBy(tracked, image, camera);
     seeds.push_back({std::move(image), view.cam_from_world});
@@ -208,15 +210,20 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
 
   CaptureHeader header;
   const bool stills = prepared.device->TakesStills();
+  const auto use = [&header](const ResolvedCalibration& calibration) {
+    for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
+    header.calibration_source = calibration.source;
+    header.flat_field = calibration.flat_field;
+    return calibration.camera;
+  };
   if (args.resume && !stills)
     prepared.camera = CameraOfResumed(prepared.writer->Contents(), prepared.first);
   else
-    prepared.camera = ResolveIntrinsics(*prepared.device, args.intrinsics, prepared.first.image.width(),
-                                        prepared.first.image.height(), &header.calibration_source);
+    prepared.camera = use(ResolveCalibration(*prepared.device, args.intrinsics, prepared.first.image.width(),
+                                             prepared.first.image.height()));
   if (stills) {
-    options->still_camera =
-        args.resume ? prepared.writer->Contents().cameras.at(0)
-                    : ResolveStillCamera(*prepared.device, args.intrinsics, &header.calibration_source);
+    options->still_camera = args.resume ? prepared.writer->Contents().cameras.at(0)
+                                        : use(ResolveStillCamera(*prepared.device, args.intrinsics));
   }
   const DeviceInfo info = prepared.device->Info();
   if (args.TrackKnown()) {

@@ -80,23 +80,15 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
   return verdict;
 }
 
-CameraModel ResolveStillCamera(const Device& device, const IntrinsicsArgs& args, std::string* source) {
-  const DeviceInfo info = device.Info();
-  const std::string way_out = fmt::format(
-      "the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still", info.uri);
-  std::filesystem::path path = args.calibration_path;
-  *source = "file " + args.calibration_path + ", mode still";
-  if (path.empty()) {
-    path = StoredCalibrationPath(info.serial);
-    *source = fmt::format("stored for serial {}, {}, mode still", info.serial, path.string());
-    if (info.serial.empty() || !std::filesystem::exists(path))
-      throw Error("{}: no calibration is named (--calibration FILE) or stored for serial '{}'; {}", info.uri,
-                  info.serial, way_out);
-  }
+ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArgs& args) {
   try {
-    return ReadCalibration(path, "still");
+    // Live view's focal length in pixels says nothing of the photographs.
+    return ResolveCalibration(device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0,
+                              "still");
   } catch (const Error& error) {
-    throw Error("{}; {}", error.what(), way_out);
+    throw Error(
+        "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
+        error.what(), device.Info().uri);
   }
 }
 

@@ -70,8 +70,8 @@ class StillCapture {
 };
 
 // The intrinsics of a device's photographs: the mode "still" of the calibration that is named or stored for
-// its serial number. Throws Error that says how to make it. `source` gets words for the record.
-CameraModel ResolveStillCamera(const Device& device, const IntrinsicsArgs& args, std::string* source);
+// the camera. Throws Error that says how to make it.
+ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArgs& args);
 
 // A photograph as another camera at the same place would have taken it; what it does not show repeats its
 // edge. To build a map of live view's from photographs.

@@ -15,9 +15,9 @@
 namespace ulf {
 
 struct BoardView {
-  std::string name;                  // of the file, or of the frame
-  std::vector<int> ids;              // index into Board::Points()
-  std::vector<Eigen::Vector2d> img;  // where each is seen
+  std::string name = {};                  // of the file, or of the frame
+  std::vector<int> ids = {};              // index into Board::Points()
+  std::vector<Eigen::Vector2d> img = {};  // where each is seen
 };
 
 // At least this many corners make a view; with fewer its pose tells nothing.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/camera_json.h"
 #include "acquisition/error.h"
 
@@ -54,40 +55,130 @@ nlohmann::json ParseJson(const std::string& text, const std::string& where) {
   }
 }
 
+nlohmann::json WindowToJson(const SensorWindow& window) {
+  return {{"sensor_width", window.sensor_width},
+          {"sensor_height", window.sensor_height},
+          {"x", window.x},
+          {"y", window.y},
+          {"width", window.width},
+          {"height", window.height},
+          {"binning_x", window.binning_x},
+          {"binning_y", window.binning_y}};
+}
+
+SensorWindow WindowFromJson(const JsonPlace& place) {
+  return {place.Integer("sensor_width"),
+          place.Integer("sensor_height"),
+          place.Integer("x"),
+          place.Integer("y"),
+          place.Integer("width"),
+          place.Integer("height"),
+          place.Integer("binning_x", 1),
+          place.Integer("binning_y", 1)};
+}
+
+nlohmann::json ModeToJson(const ModeCalibration& mode) {
+  nlohmann::json json = CameraToJson(mode.camera);
+  if (mode.window) json["sensor"] = WindowToJson(*mode.window);
+  if (mode.sigma) json["sigma"] = *mode.sigma;
+  if (mode.rms_px) json["rms_px"] = *mode.rms_px;
+  if (mode.flat_field) json["flat_field"] = FlatFieldToJson(*mode.flat_field);
+  return json;
+}
+
+ModeCalibration ModeFromJson(const JsonPlace& place) {
+  ModeCalibration mode{.camera = CameraFromJson(place)};
+  if (place.Has("sensor")) mode.window = WindowFromJson({place.Raw("sensor"), place.where + ", sensor"});
+  if (place.Has("sigma")) {
+    const std::vector<double> values = place.Numbers("sigma", 9);
+    mode.sigma.emplace();
+    std::copy(values.begin(), values.end(), mode.sigma->begin());
+  }
+  if (place.Has("rms_px")) mode.rms_px = place.Number("rms_px");
+  if (place.Has("flat_field")) mode.flat_field = FlatFieldFromJson(place.Raw("flat_field"), place.where);
+  return mode;
+}
+
+CalibrationFile FromJson(const std::string& text, const std::string& where) {
+  const nlohmann::json json = ParseJson(text, where);
+  const JsonPlace top{json, where};
+  const JsonPlace modes{top.Raw("modes"), where + ", modes"};
+  CalibrationFile file;
+  file.identity = {top.Text("serial", ""), top.Text("maker", ""), top.Text("model", ""), top.Text("bus", "")};
+  file.source = top.Text("source", "");
+  if (modes.object.is_object())
+    for (const auto& [name, value] : modes.object.items())
+      file.modes[name] = ModeFromJson({value, where + ", mode '" + name + "'"});
+  return file;
+}
+
 }  // namespace
 
-CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode) {
+CalibrationFile ReadCalibrationFile(const std::filesystem::path& path) {
   const std::string text = ReadText(path), where = path.string();
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
-  if (text[first] != '{') return FromNumbers(text, where);
-  const nlohmann::json file = ParseJson(text, where);
-  const JsonPlace top{file, where};
-  const JsonPlace modes{top.Raw("modes"), where + ", modes"};
-  if (!modes.object.is_object() || !modes.Has(mode.c_str())) {
-    std::string list;
-    if (modes.object.is_object())
-      for (const auto& [name, value] : modes.object.items()) list += (list.empty() ? "" : ", ") + name;
-    throw Error("{}: there is no mode '{}' (there are: {}); calibrate the camera in that mode", where, mode,
-                list.empty() ? "none" : list);
+  if (text[first] == '{') return FromJson(text, where);
+  const auto format = DetectCalibrationFormat(text);
+  if (format)
+    return {
+        {}, std::string(Name(*format)) + " file", {{"live", {ReadCalibrationText(*format, text, where)}}}};
+  return {{}, "line of numbers", {{"live", {FromNumbers(text, where)}}}};
+}
+
+ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where) {
+  if (const auto found = file.modes.find(mode); found != file.modes.end()) return found->second;
+  std::string list;
+  for (const auto& [name, value] : file.modes) list += (list.empty() ? "" : ", ") + name;
+  throw Error("{}: there is no mode '{}' (there are: {}); calibrate the camera in that mode", where, mode,
+              list.empty() ? "none" : list);
+}
+
+void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file) {
+  nlohmann::json json{{"serial", file.identity.serial}, {"source", file.source}};
+  if (!file.identity.maker.empty()) json["maker"] = file.identity.maker;
+  if (!file.identity.model.empty()) json["model"] = file.identity.model;
+  if (!file.identity.bus.empty()) json["bus"] = file.identity.bus;
+  for (const auto& [name, mode] : file.modes) {
+    mode.camera.Validate("the calibration to be written to " + path.string());
+    json["modes"][name] = ModeToJson(mode);
   }
-  return CameraFromJson({modes.Raw(mode.c_str()), where + ", mode '" + mode + "'"});
+  WriteFileAtomically(path, json.dump(2) + "\n");
+}
+
+void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& identity,
+                       const std::string& source, const std::string& mode,
+                       const ModeCalibration& calibration) {
+  CalibrationFile file;
+  if (std::filesystem::exists(path)) {
+    try {
+      CalibrationFile old = ReadCalibrationFile(path);
+      const bool same = identity.serial.empty()
+                            ? old.identity.serial.empty() && old.identity.model == identity.model
+                            : old.identity.serial == identity.serial;
+      if (same) file = std::move(old);
+    } catch (const Error&) {
+      // What cannot be read is replaced: the user named this file.
+    }
+  }
+  ModeCalibration entry = calibration;
+  if (const auto old = file.modes.find(mode);
+      !entry.flat_field && old != file.modes.end() && old->second.window == calibration.window)
+    entry.flat_field = old->second.flat_field;
+  file.identity = identity;
+  file.source = source;
+  file.modes[mode] = entry;
+  WriteCalibrationFile(path, file);
+}
+
+CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode) {
+  return ModeOf(ReadCalibrationFile(path), mode, path.string()).camera;
 }
 
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode) {
-  camera.Validate("the calibration to be written to " + path.string());
-  nlohmann::json file;
-  if (std::filesystem::exists(path)) {
-    const nlohmann::json old = nlohmann::json::parse(ReadText(path), nullptr, false);
-    const bool same = old.is_object() && old.contains("modes") && old["modes"].is_object() &&
-                      old.contains("serial") && old["serial"] == serial;
-    if (same) file["modes"] = old["modes"];
-  }
-  file["modes"][mode] = CameraToJson(camera);
-  file["serial"] = serial;
-  file["source"] = source;
-  WriteFileAtomically(path, file.dump(2) + "\n");
+  UpdateCalibration(path, {.serial = serial, .maker = {}, .model = {}, .bus = {}}, source, mode,
+                    {.camera = camera});
 }
 
 }  // namespace ulf

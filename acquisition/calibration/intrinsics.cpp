@@ -1,10 +1,12 @@
 #include "acquisition/calibration/intrinsics.h"
 
+#include <spdlog/spdlog.h>
+
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
 
-#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/error.h"
 
 namespace ulf {
@@ -33,43 +35,132 @@ CameraModel ForSize(const CameraModel& camera, int width, int height, const std:
   return camera.ScaledTo(width, height);
 }
 
+// Throws Error where the calibration is another camera's, and says what cannot be known.
+void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& used, const std::string& owner,
+                       bool force, std::vector<std::string>& warnings) {
+  const auto refuse = [&](const char* what, const std::string& theirs, const std::string& ours) {
+    const std::string text =
+        fmt::format("{}: calibrated with {} '{}', this camera has '{}'", owner, what, theirs, ours);
+    if (!force)
+      throw Error(
+          "{}; calibrate this camera (ulf calibrate), or take the file all the same (--force-calibration)",
+          text);
+    warnings.push_back(text + ": taken because it was forced");
+  };
+  if (!calibrated.serial.empty() && !used.serial.empty()) {
+    if (calibrated.serial != used.serial) refuse("serial", calibrated.serial, used.serial);
+    return;
+  }
+  // Recorded frames come from no camera; old files name none.
+  if (used.bus == "files" || (calibrated.serial.empty() && calibrated.model.empty())) return;
+  if (!calibrated.model.empty() && !used.model.empty() && calibrated.model != used.model)
+    return refuse("model", calibrated.model, used.model);
+  if (calibrated.serial.empty() && calibrated.bus != used.bus)
+    warnings.push_back(
+        fmt::format("{}: the camera has no serial and was at {} when calibrated, now it is at {}: make "
+                    "sure that it is the same one",
+                    owner, calibrated.bus.empty() ? "an unknown place" : calibrated.bus,
+                    used.bus.empty() ? "an unknown place" : used.bus));
+}
+
+// A mode's calibration for the device's window, else for the frames' size.
+ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<SensorWindow>& window,
+                        int width, int height, const std::string& owner) {
+  ResolvedCalibration resolved{
+      .camera = calibration.camera, .flat_field = calibration.flat_field, .source = owner};
+  // Without a window a calibration counts as of the whole sensor where its size is the sensor's.
+  std::optional<SensorWindow> from = calibration.window;
+  if (!from && window && calibration.camera.width == window->sensor_width &&
+      calibration.camera.height == window->sensor_height)
+    from = SensorWindow{window->sensor_width, window->sensor_height, 0, 0,
+                        window->sensor_width, window->sensor_height};
+  if (from && window) {
+    try {
+      resolved.camera = ForWindow(calibration.camera, *from, *window);
+    } catch (const Error& error) {
+      throw Error("{}: {}", owner, error.what());
+    }
+    if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForWindow(*from, *window);
+  }
+  const bool as_calibrated = width == 0;
+  if (!as_calibrated && (resolved.camera.width != width || resolved.camera.height != height)) {
+    resolved.camera = ForSize(resolved.camera, width, height, owner);
+    if (resolved.flat_field && !(from && window))
+      resolved.flat_field = resolved.flat_field->ForSize(width, height);
+  }
+  return resolved;
+}
+
+std::string FileName(const std::string& text) {
+  std::string name;
+  for (const char c : text)
+    name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' ? c : '_';
+  return name + ".json";
+}
+
 }  // namespace
 
 fs::path StoredCalibrationPath(const std::string& serial) {
-  std::string name;
-  for (const char c : serial)
-    name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' ? c : '_';
-  return ConfigurationFolder() / "ulf" / "calibrations" / (name + ".json");
+  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(serial);
+}
+
+fs::path StoredCalibrationPath(const CameraIdentity& identity) {
+  if (!identity.serial.empty()) return StoredCalibrationPath(identity.serial);
+  if (identity.model.empty() || identity.bus == "files") return {};
+  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(identity.model + "_" + identity.bus);
+}
+
+ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
+                                       int height, const std::string& mode) {
+  const DeviceInfo info = device.Info();
+  const CameraIdentity identity = CameraIdentity::Of(info);
+  // Photographs of a tethered camera have a size of their own, the live frames' window says nothing of them.
+  const auto window = mode == "live" ? device.Window() : std::nullopt;
+  const auto from_file = [&](const fs::path& path, const std::string& from) {
+    const CalibrationFile file = ReadCalibrationFile(path);
+    std::vector<std::string> warnings;
+    RequireSameCamera(file.identity, identity, from, args.force, warnings);
+    ResolvedCalibration resolved = Fit(ModeOf(file, mode, path.string()), window, width, height, from);
+    resolved.warnings = warnings;
+    return resolved;
+  };
+  if (!args.calibration_path.empty())
+    return from_file(args.calibration_path, "file " + args.calibration_path);
+  const fs::path stored = StoredCalibrationPath(identity);
+  if (!stored.empty() && fs::exists(stored)) {
+    const std::string camera = info.serial.empty() ? info.model + " at " + info.bus : "serial " + info.serial;
+    // One that has only the other mode is no answer for this one where the device knows itself.
+    if (ReadCalibrationFile(stored).modes.count(mode) || !device.Camera())
+      return from_file(stored, "stored for " + camera + ", " + stored.string());
+  }
+  if (const auto own = device.Camera())
+    return {.camera = ForSize(*own, width, height, "the device " + info.uri),
+            .flat_field = {},
+            .source = "the device " + info.uri,
+            .warnings = {}};
+  if (args.focal_px) {
+    if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
+      throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);
+    return {.camera = CameraModel::Pinhole(width, height, *args.focal_px),
+            .flat_field = {},
+            .source = "focal length given",
+            .warnings = {}};
+  }
+  throw Error(
+      "{}: the camera's intrinsics are not known. Print a target (ulf board) and calibrate: ulf calibrate "
+      "{}; or give "
+      "--calibration FILE; or give --focal-px F for a lens with little distortion (F = image width in pixels "
+      "x focal "
+      "length / sensor width){}",
+      info.uri, info.uri, stored.empty() ? "" : ". What is calibrated is stored as " + stored.string());
 }
 
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
                               std::string* source) {
-  const DeviceInfo info = device.Info();
-  const auto found = [&](const CameraModel& camera, const std::string& from) {
-    const CameraModel sized = ForSize(camera, width, height, from);
-    if (source) *source = from;
-    return sized;
-  };
-  if (!args.calibration_path.empty())
-    return found(ReadCalibration(args.calibration_path), "file " + args.calibration_path);
-  if (!info.serial.empty()) {
-    const fs::path stored = StoredCalibrationPath(info.serial);
-    if (fs::exists(stored))
-      return found(ReadCalibration(stored), "stored for serial " + info.serial + ", " + stored.string());
-  }
-  if (const auto own = device.Camera()) return found(*own, "the device " + info.uri);
-  if (args.focal_px) {
-    if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
-      throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);
-    return found(CameraModel::Pinhole(width, height, *args.focal_px), "focal length given");
-  }
-  throw Error(
-      "{}: the camera's intrinsics are not known. Give --calibration FILE; or store one for serial '{}' as "
-      "{}; or "
-      "give --focal-px F for a lens with little distortion (F = image width in pixels x focal length / "
-      "sensor width)",
-      info.uri, info.serial,
-      info.serial.empty() ? "(it has none)" : StoredCalibrationPath(info.serial).string());
+  ResolvedCalibration resolved = ResolveCalibration(device, args, width, height);
+  for (const std::string& warning : resolved.warnings) spdlog::warn("{}", warning);
+  if (source) *source = resolved.source;
+  return resolved.camera;
 }
 
 }  // namespace ulf

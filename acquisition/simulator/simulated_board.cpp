@@ -77,7 +77,7 @@ CameraModel SimulatedLens(const std::string& name, int width, int height) {
   } else if (name == "fisheye") {
     camera.fx = camera.fy = 0.37 * width;
     camera.distortion = Distortion::kFisheye;
-    camera.coefficients = {0.03, -0.012, 0.004, -0.0015, 0};
+    camera.coefficients = {0.03, -0.012, 0.004, -0.0004, 0};
   } else {
     throw UsageError("lens '{}': there are pinhole, barrel, wide and fisheye", name);
   }
@@ -218,8 +218,8 @@ class SimulatedBoardDevice : public Device {
   DeviceInfo Info() const override {
     return {.uri = uri_.Text(),
             .maker = "ULF",
-            .model = "simulated camera before a " + std::string(scene_.options().board ? "board" : "card"),
-            .serial = "sim-" + uri_.path + "-" + std::to_string(scene_.options().seed),
+            .model = "simulated camera",
+            .serial = "sim-bench-" + std::to_string(scene_.options().seed),
             .bus = "simulated",
             .problem = {}};
   }

@@ -19,8 +19,8 @@
 namespace ulf {
 
 struct BoardSceneOptions {
-  std::optional<Board> board;  // none: a plain card
-  CameraModel camera;
+  std::optional<Board> board = {};  // none: a plain card
+  CameraModel camera = {};
   std::uint64_t seed = 7;
   double noise_levels = 1;  // standard deviation, of 255
   double blur_px = 0.6;     // of the lens

@@ -112,6 +112,105 @@ TEST_F(Intrinsics, ABadFileIsAnErrorNotAFallback) {
               HasSubstr("bad.json"));
 }
 
+// A camera that says what it is and which part of its sensor it shows.
+class WindowDevice : public StillDevice {
+ public:
+  WindowDevice(DeviceInfo info, std::optional<SensorWindow> window)
+      : StillDevice(info.serial), info_(info), window_(window) {}
+  DeviceInfo Info() const override { return info_; }
+  std::optional<SensorWindow> Window() const override { return window_; }
+
+ private:
+  DeviceInfo info_;
+  std::optional<SensorWindow> window_;
+};
+
+DeviceInfo Webcam(const std::string& serial, const std::string& model, const std::string& bus) {
+  return {
+      .uri = "v4l2:/dev/video0", .maker = "", .model = model, .serial = serial, .bus = bus, .problem = ""};
+}
+
+TEST_F(Intrinsics, AnotherSerialIsAnErrorUnlessForced) {
+  IntrinsicsArgs args{.calibration_path = WriteFile("named.json", 100), .focal_px = {}};
+  EXPECT_THAT(ErrorOf(StillDevice("S2"), args, 640, 480),
+              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("--force-calibration")));
+  args.force = true;
+  const ResolvedCalibration forced = ResolveCalibration(StillDevice("S2"), args, 640, 480);
+  EXPECT_DOUBLE_EQ(forced.camera.fx, 100);
+  EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("forced")));
+  args.force = false;
+  EXPECT_TRUE(ResolveCalibration(StillDevice("S1"), args, 640, 480).warnings.empty());
+  EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "recorded frames have no serial";
+}
+
+TEST_F(Intrinsics, WithoutASerialModelAndPlaceCount) {
+  const auto path = scratch_ / "webcam.json";
+  UpdateCalibration(path, CameraIdentity::Of(Webcam("", "HD Cam", "usb-1.2")), "a test", "live",
+                    {.camera = WithFocal(600)});
+  const IntrinsicsArgs args{.calibration_path = path.string(), .focal_px = {}};
+  EXPECT_TRUE(
+      ResolveCalibration(WindowDevice(Webcam("", "HD Cam", "usb-1.2"), {}), args, 640, 480).warnings.empty());
+  EXPECT_THAT(ResolveCalibration(WindowDevice(Webcam("", "HD Cam", "usb-3.1"), {}), args, 640, 480).warnings,
+              ::testing::ElementsAre(AllOf(HasSubstr("usb-1.2"), HasSubstr("usb-3.1"))));
+  EXPECT_THAT(ErrorOf(WindowDevice(Webcam("", "Other Cam", "usb-1.2"), {}), args, 640, 480),
+              AllOf(HasSubstr("HD Cam"), HasSubstr("Other Cam")));
+  // Stored under model and place, and found again there.
+  const CameraIdentity identity = CameraIdentity::Of(Webcam("", "HD Cam", "usb-1.2"));
+  std::filesystem::create_directories(StoredCalibrationPath(identity).parent_path());
+  UpdateCalibration(StoredCalibrationPath(identity), identity, "a test", "live", {.camera = WithFocal(700)});
+  EXPECT_DOUBLE_EQ(
+      ResolveCalibration(WindowDevice(Webcam("", "HD Cam", "usb-1.2"), {}), {}, 640, 480).camera.fx, 700);
+}
+
+// A point of the sensor is seen in every window: its image point must move as the window says.
+TEST_F(Intrinsics, AnotherPartOfTheSensorOrBinningIsRecomputedExactly) {
+  const SensorWindow whole{1280, 960, 0, 0, 1280, 960};
+  CameraModel camera = CameraModel::Pinhole(1280, 960, 1100);
+  camera.cx = 655.25;
+  camera.cy = 470.5;
+  camera.distortion = Distortion::kRadialTangential;
+  camera.coefficients = {-0.1, 0.02, 1e-3, -1e-3, 0};
+  const auto path = scratch_ / "windowed.json";
+  UpdateCalibration(path, {.serial = "S1", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
+                    {.camera = camera, .window = whole});
+  const IntrinsicsArgs args{.calibration_path = path.string(), .focal_px = {}};
+  for (const SensorWindow& used :
+       {SensorWindow{1280, 960, 200, 100, 640, 480}, SensorWindow{1280, 960, 0, 0, 1280, 960, 2, 2},
+        SensorWindow{1280, 960, 320, 240, 640, 480, 2, 4}, whole}) {
+    const WindowDevice device(Webcam("S1", "", ""), used);
+    const CameraModel moved =
+        ResolveCalibration(device, args, used.width / used.binning_x, used.height / used.binning_y).camera;
+    for (const Eigen::Vector3d& point :
+         {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.2, -0.1, 1), Eigen::Vector3d(-0.3, 0.25, 1)}) {
+      const Eigen::Vector2d on_sensor = *camera.ImgFromCam(point), img = *moved.ImgFromCam(point);
+      EXPECT_NEAR(used.x + img.x() * used.binning_x, on_sensor.x(), 1e-9);
+      EXPECT_NEAR(used.y + img.y() * used.binning_y, on_sensor.y(), 1e-9);
+    }
+  }
+  // And back: from a calibrated part to the whole.
+  const SensorWindow part{1280, 960, 200, 100, 640, 480};
+  UpdateCalibration(
+      path, {.serial = "S1", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
+      {.camera = ResolveCalibration(WindowDevice(Webcam("S1", "", ""), part), args, 640, 480).camera,
+       .window = part});
+  EXPECT_EQ(ResolveCalibration(WindowDevice(Webcam("S1", "", ""), whole), args, 1280, 960).camera, camera);
+  // Another sensor.
+  EXPECT_THAT(ErrorOf(WindowDevice(Webcam("S1", "", ""), SensorWindow{1920, 1080, 0, 0, 1920, 1080}), args,
+                      1920, 1080),
+              HasSubstr("1920x1080"));
+}
+
+TEST_F(Intrinsics, AnOldFileKeepsReading) {
+  const auto path = scratch_ / "old.json";
+  std::ofstream(path)
+      << R"({"modes": {"live": {"width": 640, "height": 480, "fx": 500, "fy": 501, "cx": 320, "cy": 240,
+    "distortion": "none", "coefficients": [0,0,0,0,0], "pixel_centers": "half"}}, "serial": "S1", "source": "before"})";
+  const ResolvedCalibration old =
+      ResolveCalibration(StillDevice("S1"), {.calibration_path = path.string(), .focal_px = {}}, 640, 480);
+  EXPECT_DOUBLE_EQ(old.camera.fy, 501);
+  EXPECT_FALSE(old.flat_field);
+}
+
 TEST_F(Intrinsics, OfARealSequence) {
   ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
   const CameraModel camera = ResolveIntrinsics(

@@ -1,0 +1,363 @@
+#include "acquisition/calibration/calibrate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDeg = M_PI / 180;
+constexpr double kSameplaceShare = 0.005;  // of the image's width: a view that moved less repeats another
+constexpr std::size_t kLeastViews = 4;
+constexpr double kLeastOrientationSpread = 6 * kDeg;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Some views well apart from each other: enough for a start.
+std::vector<BoardView> AFew(const std::vector<BoardView>& views) {
+  constexpr std::size_t kFew = 12;
+  if (views.size() <= kFew) return views;
+  std::vector<BoardView> few;
+  for (std::size_t i = 0; i < kFew; ++i) few.push_back(views[i * (views.size() - 1) / (kFew - 1)]);
+  return few;
+}
+
+const LensCandidate& CandidateLike(Distortion distortion, int coefficients, bool one_focal) {
+  for (const LensCandidate& candidate : LensCandidates())
+    if (candidate.distortion == distortion && candidate.one_focal == one_focal &&
+        std::count(candidate.estimated.begin(), candidate.estimated.end(), true) == coefficients)
+      return candidate;
+  return LensCandidates().front();
+}
+
+// The middle of the residuals' lengths, which outliers do not move.
+double TypicalErrorPx(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
+                      const LensFit& fit) {
+  std::vector<double> lengths;
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (const Vector2d& residual : Residuals(points, views[v], fit.camera, fit.cam_from_board[v]))
+      lengths.push_back(residual.norm());
+  return Median(std::move(lengths));
+}
+
+// The richest model of either family, whichever fits better: what it cannot explain is no lens.
+std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
+                               const CameraModel& start) {
+  std::optional<LensFit> best;
+  double best_error = std::numeric_limits<double>::infinity();
+  for (const Distortion family : {Distortion::kRadialTangential, Distortion::kFisheye}) {
+    const LensFit fit = FitLens(points, views, CandidateLike(family, 4, false), start,
+                                {.huber_px = 1, .max_iterations = 60, .with_sigma = false});
+    if (!fit.usable) continue;
+    const double error = TypicalErrorPx(points, views, fit);
+    if (error < best_error) {
+      best_error = error;
+      best = fit;
+    }
+  }
+  return best;
+}
+
+// Drops views that repeat another; the reports say which.
+std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, int width,
+                                       std::vector<ViewReport>& reports) {
+  std::vector<std::size_t> kept;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto same = std::find_if(kept.begin(), kept.end(), [&](std::size_t other) {
+      return MeanShiftPx(views[v], views[other]) < kSameplaceShare * width;
+    });
+    if (same != kept.end())
+      reports[v].left_out = fmt::format("the board stands as in {}", views[*same].name);
+    else
+      kept.push_back(v);
+  }
+  return kept;
+}
+
+// Takes outlying corners out of the views and drops views that do not fit; returns the indices of those kept.
+void TakeOutOutliers(const std::vector<Vector3d>& points, const CameraModel& start, CalibrationResult& result,
+                     std::vector<std::size_t>& indices) {
+  constexpr double kGateSigmas = 4.5, kViewFactor = 3, kRayleighMedian = 1.1774;
+  for (int round = 0; round < 3; ++round) {
+    const auto fit = RichFit(points, result.views, start);
+    if (!fit) return;
+    const double sigma = TypicalErrorPx(points, result.views, *fit) / kRayleighMedian;
+    const double gate = std::max(0.1, kGateSigmas * sigma);
+    std::vector<double> view_errors;
+    std::vector<std::vector<Vector2d>> residuals;
+    for (std::size_t v = 0; v < result.views.size(); ++v) {
+      residuals.push_back(Residuals(points, result.views[v], fit->camera, fit->cam_from_board[v]));
+      std::vector<double> lengths;
+      for (const Vector2d& residual : residuals.back()) lengths.push_back(residual.norm());
+      view_errors.push_back(Median(lengths));
+    }
+    const double usual = Median(view_errors);
+    std::vector<BoardView> views;
+    std::vector<std::size_t> kept_indices;
+    std::size_t taken_out = 0;
+    for (std::size_t v = 0; v < result.views.size(); ++v) {
+      ViewReport& report = result.reports[indices[v]];
+      if (view_errors[v] > std::max(0.3, kViewFactor * usual)) {
+        report.left_out = fmt::format("its error of {:.2f} px is {:.1f} times the usual", view_errors[v],
+                                      view_errors[v] / usual);
+        ++taken_out;
+        continue;
+      }
+      BoardView clean{result.views[v].name, {}, {}};
+      for (std::size_t i = 0; i < residuals[v].size(); ++i) {
+        if (residuals[v][i].norm() > gate) continue;
+        clean.ids.push_back(result.views[v].ids[i]);
+        clean.img.push_back(result.views[v].img[i]);
+      }
+      const std::size_t lost = result.views[v].ids.size() - clean.ids.size();
+      report.outliers += lost;
+      taken_out += lost;
+      if (clean.ids.size() < kLeastCorners) {
+        report.left_out = "too few corners fit";
+        continue;
+      }
+      views.push_back(std::move(clean));
+      kept_indices.push_back(indices[v]);
+    }
+    result.views = std::move(views);
+    indices = std::move(kept_indices);
+    if (taken_out == 0 || result.views.size() < kLeastViews) return;
+  }
+}
+
+std::string SeenTooRarely(const CalibrationResult& result, std::size_t given, std::size_t distinct) {
+  if (given == 0)
+    return fmt::format(
+        "the board {} was not found in any image; check its kind, counts (squares, not inner corners) and "
+        "dictionary, and that the whole of a chessboard is in sight",
+        result.board.Text());
+  if (distinct == 1 && given > 1)
+    return fmt::format(
+        "the board stands at the same place in all {} images: one view says nothing about the lens; move and "
+        "tilt it between images",
+        given);
+  if (given >= kLeastViews)
+    return fmt::format(
+        "the board stands at the same place in most of the {} images: {} different views, at least {} are "
+        "needed; move and tilt it between images",
+        given, distinct, kLeastViews);
+  return fmt::format(
+      "only {} different views of the board ({} images), at least {} are needed; move and tilt "
+      "it between images",
+      distinct, given, kLeastViews);
+}
+
+std::string Undetermined(const CalibrationResult& result) {
+  const CameraModel& camera = result.camera;
+  const double spread_deg = result.coverage.orientation_spread / kDeg;
+  if (result.coverage.orientation_spread < kLeastOrientationSpread)
+    return fmt::format(
+        "the board has nearly the same orientation in all {} views (within {:.1f} degrees): focal length and "
+        "distance cannot be told apart; tilt it to all sides, by 20 to 40 degrees",
+        result.views.size(), spread_deg);
+  const double focal_sigma = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
+  if (!(focal_sigma < 0.05))
+    return fmt::format(
+        "the views do not determine the focal length ({:.0f} px +- {:.0f} %; orientations within {:.0f} "
+        "degrees); take more, with the board tilted to all sides by 20 to 40 degrees",
+        camera.MeanFocalPx(), 100 * focal_sigma, spread_deg);
+  const double center_sigma = std::max(result.sigma[2], result.sigma[3]) / camera.width;
+  if (!(center_sigma < 0.05))
+    return fmt::format(
+        "the views do not determine the principal point (+- {:.0f} % of the image's width); take more, with "
+        "the board in all parts of the image and tilted to all sides",
+        100 * center_sigma);
+  if (camera.MeanFocalPx() < 0.05 * camera.width || camera.MeanFocalPx() > 50 * camera.width)
+    return fmt::format(
+        "a focal length of {:.0f} px for an image {} px wide is no lens; check the board's text",
+        camera.MeanFocalPx(), camera.width);
+  return {};
+}
+
+void Judge(CalibrationResult& result) {
+  const CameraModel& camera = result.camera;
+  const BoardCoverage& coverage = result.coverage;
+  const auto warn = [&](std::string_view text) { result.warnings.emplace_back(text); };
+  if (result.views.size() < 10) warn(fmt::format("only {} views: take 15 or more", result.views.size()));
+  if (coverage.CellShare() < 0.7)
+    warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
+                     100 * coverage.CellShare()));
+  if (coverage.reach < 0.75)
+    warn(
+        fmt::format("no corner farther out than {:.0f} % of the half diagonal: beyond that the distortion is "
+                    "extrapolated",
+                    100 * coverage.reach));
+  constexpr double kTilted = 12 * kDeg;
+  std::string missing;
+  for (const auto& [tilt, name] : {std::pair{coverage.left, "left"}, std::pair{coverage.right, "right"},
+                                   std::pair{coverage.upper, "upper"}, std::pair{coverage.lower, "lower"}})
+    if (tilt < kTilted) missing += (missing.empty() ? "" : ", ") + std::string(name);
+  if (!missing.empty()) warn("the board was never tilted with this edge away by 12 degrees: " + missing);
+  const double focal = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
+  if (focal > 0.005)
+    warn(fmt::format("the focal length is uncertain by {:.1f} % (+- {:.1f} px)", 100 * focal,
+                     focal * camera.MeanFocalPx()));
+  const double center = std::max(result.sigma[2], result.sigma[3]);
+  if (center > 0.005 * camera.width)
+    warn(fmt::format("the principal point is uncertain by +- {:.1f} px", center));
+  const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
+  if (off.norm() > 0.1 * camera.width)
+    warn(
+        fmt::format("the principal point lies {:.0f} px from the image's middle: cropped images, or views "
+                    "that do not determine it",
+                    off.norm()));
+  if (result.rms_px > 1)
+    warn(
+        fmt::format("the error of {:.2f} px is large: is the board flat and true to its text, are the images "
+                    "sharp?",
+                    result.rms_px));
+  const std::size_t all = result.corners + result.outliers;
+  if (result.outliers > all / 10)
+    warn(fmt::format("{} of {} corners did not fit and were left out", result.outliers, all));
+  if (result.choice.table[result.choice.chosen].folds_inside_image)
+    warn("the distortion cannot be inverted in part of the image");
+  if (!result.choice.table[result.choice.chosen].explains)
+    warn("no candidate explains the data and is usable over the whole image; the best of them was taken");
+}
+
+}  // namespace
+
+double MeanShiftPx(const BoardView& a, const BoardView& b) {
+  double sum = 0;
+  int shared = 0;
+  for (std::size_t i = 0; i < a.ids.size(); ++i) {
+    const auto found = std::find(b.ids.begin(), b.ids.end(), a.ids[i]);
+    if (found == b.ids.end()) continue;
+    sum += (a.img[i] - b.img[static_cast<std::size_t>(found - b.ids.begin())]).norm();
+    ++shared;
+  }
+  return shared >= 4 ? sum / shared : std::numeric_limits<double>::infinity();
+}
+
+double BoardCoverage::CellShare() const {
+  if (corners_in_cell.empty()) return 0;
+  const auto hit = std::count_if(corners_in_cell.begin(), corners_in_cell.end(), [](int n) { return n > 0; });
+  return static_cast<double>(hit) / static_cast<double>(corners_in_cell.size());
+}
+
+BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& views,
+                         const std::vector<Rigid3>& cam_from_board) {
+  BoardCoverage coverage;
+  coverage.corners_in_cell.assign(static_cast<std::size_t>(coverage.columns * coverage.rows), 0);
+  const Vector2d middle(0.5 * width, 0.5 * height);
+  for (const BoardView& view : views)
+    for (const Vector2d& img : view.img) {
+      const int column =
+          std::clamp(static_cast<int>(img.x() / width * coverage.columns), 0, coverage.columns - 1);
+      const int row = std::clamp(static_cast<int>(img.y() / height * coverage.rows), 0, coverage.rows - 1);
+      ++coverage.corners_in_cell[static_cast<std::size_t>(row * coverage.columns + column)];
+      coverage.reach = std::max(coverage.reach, (img - middle).norm() / middle.norm());
+    }
+  std::vector<Vector3d> normals;
+  for (const Rigid3& pose : cam_from_board) {
+    // The board's z points away from the camera; where it leans is where that edge is nearer.
+    const Vector3d n = pose.rotation * Vector3d::UnitZ();
+    const double across = std::atan2(n.x(), n.z()), along = std::atan2(n.y(), n.z());
+    coverage.left = std::max(coverage.left, across);
+    coverage.right = std::max(coverage.right, -across);
+    coverage.upper = std::max(coverage.upper, along);
+    coverage.lower = std::max(coverage.lower, -along);
+    for (const Vector3d& other : normals)
+      coverage.orientation_spread =
+          std::max(coverage.orientation_spread, std::acos(std::clamp(n.dot(other), -1.0, 1.0)));
+    normals.push_back(n);
+  }
+  return coverage;
+}
+
+std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector<BoardView>& views, int width,
+                                           int height) {
+  const std::vector<Vector3d> points = board.Points();
+  const std::vector<BoardView> few = AFew(views);
+  std::optional<CameraModel> best;
+  double best_error = std::numeric_limits<double>::infinity();
+  for (const double focal_in_widths : {0.35, 0.6, 1.0, 1.8, 4.0})
+    for (const Distortion family : {Distortion::kRadialTangential, Distortion::kFisheye}) {
+      const LensFit fit = FitLens(points, few, CandidateLike(family, 1, true),
+                                  CameraModel::Pinhole(width, height, focal_in_widths * width),
+                                  {.huber_px = 2, .max_iterations = 40, .with_sigma = false});
+      if (!fit.usable) continue;
+      const double error = TypicalErrorPx(points, few, fit);
+      // The families are nearly the same for a narrow lens: a hair's difference is none.
+      if (error < 0.98 * best_error) {
+        best_error = error;
+        best = fit.camera;
+      }
+    }
+  return best;
+}
+
+CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
+                                     int height) {
+  CalibrationResult result{.board = board};
+  std::vector<BoardView> seen;
+  for (const BoardView& view : views) {
+    result.reports.push_back(
+        {view.name, view.ids.size(), 0, 0, view.ids.empty() ? "the board was not found" : ""});
+    if (!view.ids.empty()) seen.push_back(view);
+  }
+  std::vector<std::size_t> indices = DistinctViews(views, width, result.reports);
+  std::erase_if(indices, [&](std::size_t v) { return views[v].ids.empty(); });
+  if (indices.size() < kLeastViews) {
+    result.refusal = SeenTooRarely(result, seen.size(), indices.size());
+    return result;
+  }
+  for (const std::size_t v : indices) result.views.push_back(views[v]);
+  const std::vector<Vector3d> points = board.Points();
+  const auto rough = RoughIntrinsics(board, result.views, width, height);
+  if (!rough) {
+    result.refusal = "no lens explains these views; check the board's text and that it is flat";
+    return result;
+  }
+  TakeOutOutliers(points, *rough, result, indices);
+  if (result.views.size() < kLeastViews) {
+    result.refusal = SeenTooRarely(result, seen.size(), result.views.size());
+    return result;
+  }
+  result.choice = ChooseLens(points, result.views, *rough);
+  if (result.choice.table.empty()) {
+    result.refusal =
+        "no lens model could be fitted to these views; check the board's text and that it is flat";
+    return result;
+  }
+  const CandidateResult& chosen = result.choice.table[result.choice.chosen];
+  result.camera = chosen.fit.camera;
+  result.cam_from_board = chosen.fit.cam_from_board;
+  result.rms_px = chosen.fit.RmsPx();
+  result.corners = chosen.fit.corners;
+  for (std::size_t i = 0; i < result.sigma.size(); ++i)
+    result.sigma[i] = std::max(chosen.fit.sigma[i], chosen.spread[i]);
+  for (std::size_t v = 0; v < result.views.size(); ++v) {
+    ViewReport& report = result.reports[indices[v]];
+    report.corners = result.views[v].ids.size();
+    double sum = 0;
+    for (const Vector2d& residual :
+         Residuals(points, result.views[v], result.camera, result.cam_from_board[v]))
+      sum += residual.squaredNorm();
+    report.rms_px = std::sqrt(sum / static_cast<double>(report.corners));
+  }
+  for (const ViewReport& report : result.reports) result.outliers += report.outliers;
+  result.coverage = CoverageOf(width, height, result.views, result.cam_from_board);
+  result.refusal = Undetermined(result);
+  if (result.ok()) Judge(result);
+  return result;
+}
+
+}  // namespace ulf

@@ -1,0 +1,70 @@
+// Intrinsics from views of a board: from detected corners to a camera model with what is known about its
+// errors, or the reason why these views give none.
+//
+// Steps: views that repeat another are dropped; a start is found among several focal lengths and both lens
+// families; corners and views that the richest models cannot explain are taken out (4.5 robust standard
+// deviations; views whose error is three times the usual); the model is chosen (lens_choice.h); what the
+// choice rests on is judged, and said in `warnings`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/calibration/board_detector.h"
+#include "acquisition/calibration/lens_choice.h"
+
+namespace ulf {
+
+// How the views cover what a lens model is about.
+struct BoardCoverage {
+  int columns = 8, rows = 6;
+  std::vector<int> corners_in_cell = {};  // row by row
+  double CellShare() const;               // of the cells that hold a corner
+  double reach = 0;  // the farthest corner from the middle, as a share of half the diagonal
+  // The largest tilts of the board against the image plane, in radians: its left, right, upper and lower edge
+  // away.
+  double left = 0, right = 0, upper = 0, lower = 0;
+  double orientation_spread = 0;  // the largest angle between two views' board normals, radians
+};
+
+BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& views,
+                         const std::vector<Rigid3>& cam_from_board);
+
+struct ViewReport {
+  std::string name = {};
+  std::size_t corners = 0;   // used
+  std::size_t outliers = 0;  // taken out
+  double rms_px = 0;
+  std::string left_out = {};  // why the whole view was not used; empty when it was
+};
+
+struct CalibrationResult {
+  std::string refusal = {};  // why there is no calibration, and what to do; empty when there is one
+  Board board = {};
+  CameraModel camera = {};
+  LensChoice choice = {};
+  std::array<double, 9> sigma{};  // the larger of the estimate's own and the spread over left-out views
+  double rms_px = 0;
+  std::vector<BoardView> views = {};        // as used
+  std::vector<Rigid3> cam_from_board = {};  // of those
+  std::vector<ViewReport> reports = {};     // of all views, as they came
+  std::size_t corners = 0, outliers = 0;
+  BoardCoverage coverage = {};
+  std::vector<std::string> warnings = {};
+
+  bool ok() const { return refusal.empty(); }
+};
+
+CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
+                                     int height);
+
+// How far the corners that two views share moved, on average, in pixels; infinite when they share fewer than
+// four.
+double MeanShiftPx(const BoardView& a, const BoardView& b);
+
+// A start: the focal length and lens family that explain the views best, by robust fits of few parameters.
+std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector<BoardView>& views, int width,
+                                           int height);
+
+}  // namespace ulf

@@ -1,0 +1,246 @@
+#include "acquisition/calibration/calibrate_command.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/calibration/calibration_capture.h"
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/calibration_picture.h"
+#include "acquisition/calibration/calibration_report.h"
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/error.h"
+#include "acquisition/output_path.h"
+#include "acquisition/stop_signal.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CalibrateArgs {
+  std::vector<std::string> sources;
+  std::string board = Board().Text();
+  std::string mode = "live";
+  std::string output;
+  std::string report;
+  std::string serial;
+  int views = 14;
+  int frames = 10;
+  bool flat = false, json = false, explain = false;
+};
+
+// Where frames come from: one device, or files.
+struct Source {
+  std::unique_ptr<Device> device;
+  std::vector<std::string> files;
+  CameraIdentity identity;
+  std::optional<SensorWindow> window;
+  std::optional<CameraModel> truth;
+  std::string name;
+};
+
+Source OpenSource(const CalibrateArgs& args) {
+  Source source;
+  source.name = args.sources[0];
+  const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
+                         args.sources[0].find(':') != std::string::npos;
+  if (is_device) {
+    source.device = OpenDevice(args.sources[0]);
+    const DeviceInfo info = source.device->Info();
+    // Of recorded frames nobody knows the camera.
+    if (info.bus != "files") source.identity = CameraIdentity::Of(info);
+    if (args.mode == "live") source.window = source.device->Window();
+    if (args.mode == "live") source.truth = source.device->Camera();
+  } else {
+    source.files = ImagesIn(args.sources);
+  }
+  if (!args.serial.empty()) source.identity.serial = args.serial;
+  return source;
+}
+
+// The file named, else the one that later commands look for. Empty: nothing is written.
+std::string OutputOf(const CalibrateArgs& args, const Source& source) {
+  if (!args.output.empty()) {
+    RequireWritable(args.output);
+    return args.output;
+  }
+  const fs::path stored = StoredCalibrationPath(source.identity);
+  if (stored.empty()) return {};
+  fs::create_directories(stored.parent_path());
+  return stored.string();
+}
+
+void WriteReport(const fs::path& folder, const CalibrationResult& result, const CollectedViews& collected,
+                 const std::string& text) {
+  const auto png = [](const cv::Mat& picture) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", picture, bytes);
+    return std::string(bytes.begin(), bytes.end());
+  };
+  fs::create_directories(folder);
+  WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
+  WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
+  if (result.ok()) WriteFileAtomically(folder / "residuals.png", png(DrawCalibration(result)));
+  // What a device gave, so that the calibration can be done again from the folder.
+  if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
+  for (std::size_t i = 0; i < collected.pictures.size(); ++i)
+    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), png(collected.pictures[i]));
+}
+
+void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
+  if (source.device && source.identity.serial.empty() && !source.identity.model.empty())
+    warnings.push_back(fmt::format(
+        "the camera has no serial: the calibration is bound to model '{}' at {}, and a "
+        "camera of the same kind plugged in there would be taken for it",
+        source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
+}
+
+int RunBoardCalibration(const CalibrateArgs& args) {
+  const Board board = Board::Parse(args.board);
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  const StopOnSignal stop_on_signal;
+  CollectedViews collected;
+  {
+    Progress progress(source.device ? "calibrating" : "looking for the board", args.json);
+    CaptureOptions options;
+    options.mode = args.mode;
+    options.guide.least_views = args.views;
+    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.stop = [] { return StopOnSignal::Asked(); };
+    collected = source.device ? CollectViews(*source.device, board, options)
+                              : CollectViews(source.files, board, options);
+  }
+  CalibrationResult result = CalibrateFromViews(board, collected.views, collected.width, collected.height);
+  if (result.ok()) WarnOfNoSerial(source, result.warnings);
+  if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
+    result.warnings.push_back("ended before all was seen: " + collected.ended);
+  const std::string text =
+      result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
+  if (!args.report.empty()) WriteReport(args.report, result, collected, text);
+  if (result.ok() && !output.empty())
+    UpdateCalibration(output, source.identity, fmt::format("ulf calibrate {}, {}", source.name, board.Text()),
+                      args.mode,
+                      {.camera = result.camera,
+                       .window = source.window,
+                       .sigma = result.sigma,
+                       .rms_px = result.rms_px,
+                       .flat_field = {}});
+  if (args.json) {
+    nlohmann::ordered_json json = ReportJson(result);
+    json["file"] = result.ok() ? output : "";
+    if (source.truth && result.ok())
+      json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
+    fmt::print("{}\n", json.dump(2));
+  }
+  if (!result.ok()) throw Error("no calibration: {}", result.refusal);
+  if (args.json) return kOk;
+  fmt::print("{}", text);
+  if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
+  if (output.empty())
+    fmt::print("\nnot written: name a file (-o FILE), and the camera (--serial S) to bind it to\n");
+  else
+    fmt::print("\n{}: written, mode {}{}\n", output, args.mode,
+               args.output.empty() ? "; commands that use this camera find it by themselves" : "");
+  return kOk;
+}
+
+std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& black_level) {
+  std::vector<Image> cards;
+  if (source.device) {
+    for (Frame& frame : CollectFrames(*source.device, args.frames, [] { return StopOnSignal::Asked(); })) {
+      black_level = frame.black_level;
+      cards.push_back(std::move(frame.image));
+    }
+    return cards;
+  }
+  for (const std::string& file : source.files) {
+    Image card{ReadImageFile(file), Transfer::kSrgb};
+    if (card.pixels.depth() == CV_32F) card.transfer = Transfer::kLinear;
+    cards.push_back(std::move(card));
+  }
+  return cards;
+}
+
+int RunFlatField(const CalibrateArgs& args) {
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  if (output.empty() || !fs::exists(output))
+    throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
+                output.empty() ? "-o FILE is missing" : output);
+  CalibrationFile file = ReadCalibrationFile(output);
+  ModeCalibration mode = ModeOf(file, args.mode, output);
+  if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
+      source.identity.serial != file.identity.serial)
+    throw Error("{}: is of serial '{}', this camera has '{}'; name its own file", output,
+                file.identity.serial, source.identity.serial);
+  const StopOnSignal stop_on_signal;
+  double black_level = 0;
+  const std::vector<Image> cards = Cards(args, source, black_level);
+  if (!cards.empty() && (cards[0].width() != mode.camera.width || cards[0].height() != mode.camera.height))
+    throw Error("{}: the frames are {}x{}, the calibration is for {}x{}; set the camera as it was calibrated",
+                output, cards[0].width(), cards[0].height(), mode.camera.width, mode.camera.height);
+  const FlatFieldResult result = EstimateFlatField(cards, black_level);
+  if (args.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"file", result.ok() ? output : ""},
+                                              {"refusal", result.refusal},
+                                              {"model", result.model},
+                                              {"corner_light_bgr", result.corner_bgr},
+                                              {"residual", result.residual},
+                                              {"gradient", result.gradient},
+                                              {"dust", result.dust},
+                                              {"frames", result.frames}}
+                           .dump(2));
+  if (!result.ok()) throw Error("no flat field: {}", result.refusal);
+  mode.flat_field = result.flat_field;
+  file.modes[args.mode] = mode;
+  WriteCalibrationFile(output, file);
+  if (args.json) return kOk;
+  fmt::print(
+      "model            {}\ncorners          {:.1f} % of the light in the middle (darkest of B, G, R)\n",
+      result.model, 100 * std::min({result.corner_bgr[0], result.corner_bgr[1], result.corner_bgr[2]}));
+  fmt::print("left over        {:.2f} %, lighting falls off by {:.1f} % over the card\n",
+             100 * result.residual, 100 * result.gradient);
+  if (result.dust > 0)
+    fmt::print("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
+  fmt::print("\n{}: flat field written from {} frames, mode {}\n", output, result.frames, args.mode);
+  return kOk;
+}
+
+}  // namespace
+
+void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<CalibrateArgs>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Find a camera's intrinsics from a printed board, or its flat field from a card");
+  command->add_option("SOURCE", args->sources, "Device URI, folder of images, or image files")->required();
+  command->add_option("--board", args->board, "The board's text as printed on the sheet (ulf board)")
+      ->capture_default_str();
+  command->add_option("--mode", args->mode, "live frames, or still photographs of a tethered camera")
+      ->check(CLI::IsMember({"live", "still"}))
+      ->capture_default_str();
+  command->add_option("-o,--output", args->output, "Calibration file (else stored for the camera)");
+  command->add_option("--report", args->report, "Folder for report, residual picture and the frames taken");
+  command->add_option("--serial", args->serial, "Bind to this serial (for image files)");
+  command->add_option("--views", args->views, "Live: take at least so many views")
+      ->check(CLI::Range(4, 60))
+      ->capture_default_str();
+  command->add_flag("--explain", args->explain, "Print every lens model that was tried");
+  command->add_flag("--flat", args->flat, "Estimate the flat field from frames of a plain, evenly lit card");
+  command->add_option("--frames", args->frames, "With --flat: frames to average")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf calibrate sim:board -o camera.json --report report\n"
+      "Then:    ulf capture aravis:192.168.1.20 --calibration camera.json -o light_field");
+  command->callback([args, &chosen] {
+    chosen = [args] { return args->flat ? RunFlatField(*args) : RunBoardCalibration(*args); };
+  });
+}
+
+}  // namespace ulf

@@ -1,0 +1,184 @@
+#include "acquisition/calibration/calibration_capture.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <filesystem>
+
+#include "acquisition/error.h"
+#include "acquisition/replay_device.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+class Streaming {
+ public:
+  explicit Streaming(Device& device) : device_(device) { device_.Start(); }
+  ~Streaming() {
+    try {
+      device_.Stop();
+    } catch (const std::exception&) {
+      // What has been collected is worth more than a clean end of the stream.
+    }
+  }
+  Streaming(const Streaming&) = delete;
+  Streaming& operator=(const Streaming&) = delete;
+
+ private:
+  Device& device_;
+};
+
+// The next complete frame; none when the device has ended, `stop` was asked, or nothing came for now.
+std::optional<Frame> NextComplete(Device& device) {
+  auto frame = device.Next(milliseconds(200));
+  if (device.State() == DeviceState::kLost)
+    throw Error("{}: lost during calibration ({}); connect it and start again", device.Info().uri,
+                device.Info().problem);
+  if (!frame || frame->status != FrameStatus::kComplete || frame->image.empty()) return std::nullopt;
+  return frame;
+}
+
+void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::string& name) {
+  if (collected.width == 0) {
+    collected.width = gray.cols;
+    collected.height = gray.rows;
+  }
+  if (gray.cols != collected.width || gray.rows != collected.height)
+    throw Error(
+        "{}: is {}x{}, the others are {}x{}: intrinsics are of one size; calibrate each size by itself", name,
+        gray.cols, gray.rows, collected.width, collected.height);
+}
+
+// Photographs that were asked for and have not come yet.
+struct PendingStills {
+  int count = 0;
+  Clock::time_point last;
+  bool Overdue(double timeout_s) const {
+    return count > 0 && std::chrono::duration<double>(Clock::now() - last).count() > timeout_s;
+  }
+};
+
+bool IsImageName(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  static const std::vector<std::string> known = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
+                                                 ".bmp", ".webp", ".ppm",  ".pgm", ".exr"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
+}
+
+}  // namespace
+
+CollectedViews CollectViews(Device& device, const Board& board, const CaptureOptions& options) {
+  const bool stills = options.mode == "still";
+  if (stills && !device.TakesStills())
+    throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
+                     device.Info().uri);
+  CollectedViews collected;
+  std::optional<CalibrationGuide> guide;
+  PendingStills pending;
+  const Streaming streaming(device);
+  for (;;) {
+    if (options.stop()) {
+      collected.ended = "stopped";
+      break;
+    }
+    auto frame = NextComplete(device);
+    if (!frame) {
+      if (device.State() == DeviceState::kEnded) {
+        collected.ended = "the device has ended";
+        break;
+      }
+      if (pending.Overdue(options.still_timeout_s)) {
+        collected.ended = "a photograph did not come";
+        break;
+      }
+      continue;
+    }
+    const cv::Mat gray = GrayForTracking(frame->image);
+    const std::string name = fmt::format("frame {}", frame->id);
+    if (stills && frame->kind == FrameKind::kStill) {
+      pending.count = std::max(0, pending.count - 1);
+      RequireSize(collected, gray, name);
+      BoardView view = DetectBoard(board, gray);
+      view.name = name;
+      if (!view.ids.empty()) {
+        collected.views.push_back(std::move(view));
+        collected.pictures.push_back(gray);
+      }
+    } else if (frame->kind == FrameKind::kLive) {
+      if (!guide) guide.emplace(board, gray.cols, gray.rows, options.guide);
+      // While a photograph is on its way the next live frame is not judged: the board may have to stay.
+      if (stills && pending.count > 0) {
+        if (pending.Overdue(options.still_timeout_s)) {
+          collected.ended = "a photograph did not come";
+          break;
+        }
+        continue;
+      }
+      if (!stills) RequireSize(collected, gray, name);
+      const ViewVerdict verdict = guide->Look(gray, name);
+      if (verdict == ViewVerdict::kTaken) {
+        if (!stills) {
+          collected.pictures.push_back(gray);
+        } else if (device.RequestStill() == StillRequest::kAsked) {
+          ++pending.count;
+          pending.last = Clock::now();
+        }
+      }
+      options.show({guide->Share(), fmt::format("{} views, {}; seen {}; {}", guide->views().size(),
+                                                Name(verdict), guide->Map(), guide->NextMove())});
+    }
+    if (guide && guide->Enough() && pending.count == 0) break;
+  }
+  if (!stills && guide) collected.views = guide->views();
+  return collected;
+}
+
+CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
+                            const CaptureOptions& options) {
+  if (files.empty()) throw Error("no images to calibrate from; give a folder or image files");
+  CollectedViews collected;
+  for (std::size_t i = 0; i < files.size() && !options.stop(); ++i) {
+    const Image image{ReadImageFile(files[i]), Transfer::kSrgb};
+    const cv::Mat gray = GrayForTracking(image);
+    RequireSize(collected, gray, files[i]);
+    BoardView view = DetectBoard(board, gray);
+    view.name = fs::path(files[i]).filename().string();
+    collected.views.push_back(std::move(view));
+    options.show({static_cast<double>(i + 1) / static_cast<double>(files.size()), files[i]});
+  }
+  return collected;
+}
+
+std::vector<Frame> CollectFrames(Device& device, int count, const std::function<bool()>& stop) {
+  std::vector<Frame> frames;
+  const Streaming streaming(device);
+  while (static_cast<int>(frames.size()) < count && !stop() && device.State() != DeviceState::kEnded)
+    if (auto frame = NextComplete(device)) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
+  std::vector<std::string> files;
+  for (const std::string& path : paths) {
+    if (fs::is_regular_file(path)) {
+      files.push_back(path);
+      continue;
+    }
+    if (!fs::is_directory(path)) throw Error("{}: there is no such file or folder", path);
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(path))
+      if (entry.is_regular_file() && IsImageName(entry.path()) && entry.path().filename().string()[0] != '.')
+        inside.push_back(entry.path().string());
+    if (inside.empty()) throw Error("{}: holds no images", path);
+    std::sort(inside.begin(), inside.end(), NameOrder);
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  return files;
+}
+
+}  // namespace ulf

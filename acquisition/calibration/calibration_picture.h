@@ -1,0 +1,15 @@
+// A calibration to look at: what its residuals look like over the image, and what was covered.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "acquisition/calibration/calibrate.h"
+
+namespace ulf {
+
+// Left: every corner's residual as an arrow from where it was predicted, magnified as written, over contours
+// of the lens's distortion in pixels. Right: where corners were seen. Good residuals point everywhere; a
+// pattern (all inwards at the rim) is a lens that the model does not follow. CV_8UC3.
+cv::Mat DrawCalibration(const CalibrationResult& result);
+
+}  // namespace ulf

@@ -1,0 +1,166 @@
+// `ulf calibrate` from outside, and live collection from devices with their faults.
+#include <gmock/gmock.h>
+
+#include <deque>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/calibration/calibration_capture.h"
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/calibration_report.h"
+#include "acquisition/error.h"
+#include "acquisition/simulator/simulated_board.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Plays frames from a simulated board; with photographs when asked, twice the size.
+class ScriptedDevice : public Device {
+ public:
+  explicit ScriptedDevice(bool stills = false, std::uint64_t lost_after = 1u << 30)
+      : stills_(stills),
+        lost_after_(lost_after),
+        live_({.board = Board(), .camera = SimulatedLens("barrel", 640, 480)}),
+        still_({.board = Board(), .camera = SimulatedLens("barrel", 1280, 960)}) {}
+  DeviceInfo Info() const override {
+    return {.uri = "test:board", .maker = "", .model = "", .serial = "S1", .bus = "", .problem = "pulled"};
+  }
+  bool IsLive() const override { return false; }
+  void Start() override {}
+  void Stop() override {}
+  std::optional<Frame> Next(std::chrono::milliseconds) override {
+    if (next_ >= lost_after_) return std::nullopt;
+    Frame frame;
+    if (pending_) {
+      pending_ = false;
+      frame.kind = FrameKind::kStill;
+      frame.image = {still_.Render(still_.HeldAt(next_ / 3, 0), next_), Transfer::kLinear};
+    } else {
+      // Held for three frames each; every seventh is incomplete.
+      frame.image = {live_.Render(live_.HeldAt(next_ / 3, 0), next_), Transfer::kLinear};
+      if (next_ % 7 == 5) frame.status = FrameStatus::kIncomplete;
+      ++next_;
+    }
+    frame.id = next_;
+    return frame;
+  }
+  DeviceState State() const override {
+    return next_ >= lost_after_ ? DeviceState::kLost : DeviceState::kStreaming;
+  }
+  DeviceStatistics Statistics() const override { return {}; }
+  bool TakesStills() const override { return stills_; }
+  StillRequest RequestStill() override {
+    pending_ = true;
+    ++requested_;
+    return StillRequest::kAsked;
+  }
+  int requested() const { return requested_; }
+
+ private:
+  bool stills_;
+  std::uint64_t lost_after_;
+  BoardScene live_, still_;
+  std::uint64_t next_ = 0;
+  bool pending_ = false;
+  int requested_ = 0;
+};
+
+TEST(CollectViews, TakesViewsByItselfUntilThereIsEnough) {
+  ScriptedDevice device;
+  const CollectedViews collected = CollectViews(device, Board(), {});
+  EXPECT_TRUE(collected.ended.empty()) << collected.ended;
+  EXPECT_GE(collected.views.size(), 14u);
+  EXPECT_EQ(collected.pictures.size(), collected.views.size());
+  const CalibrationResult result =
+      CalibrateFromViews(Board(), collected.views, collected.width, collected.height);
+  ASSERT_TRUE(result.ok()) << result.refusal;
+  EXPECT_LT(LargestDifferencePx(SimulatedLens("barrel", 640, 480), result.camera), 1.0);
+  EXPECT_GT(result.coverage.CellShare(), 0.7);
+}
+
+TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
+  ScriptedDevice device(true);
+  CaptureOptions options;
+  options.mode = "still";
+  const CollectedViews collected = CollectViews(device, Board(), options);
+  EXPECT_EQ(collected.width, 1280);
+  EXPECT_GE(collected.views.size(), 10u);
+  EXPECT_GE(device.requested(), static_cast<int>(collected.views.size()));
+  const CalibrationResult result =
+      CalibrateFromViews(Board(), collected.views, collected.width, collected.height);
+  ASSERT_TRUE(result.ok()) << result.refusal;
+  EXPECT_NEAR(result.camera.fx, 0.875 * 1280, 5);
+  ScriptedDevice without(false);
+  EXPECT_THROW(CollectViews(without, Board(), options), UsageError);
+}
+
+TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {
+  ScriptedDevice device;
+  CaptureOptions options;
+  int shown = 0;
+  options.show = [&](const CaptureProgress& now) {
+    ++shown;
+    EXPECT_GE(now.share, 0);
+    EXPECT_LE(now.share, 1);
+    EXPECT_THAT(now.text, HasSubstr("views"));
+  };
+  options.stop = [&] { return shown >= 12; };
+  const CollectedViews collected = CollectViews(device, Board(), options);
+  EXPECT_EQ(collected.ended, "stopped");
+  EXPECT_GE(collected.views.size(), 2u);
+  ScriptedDevice lost(false, 9);
+  EXPECT_THROW(CollectViews(lost, Board(), {}), Error);
+}
+
+TEST(CalibrateCommand, FirstTryOnTheSimulatedBoard) {
+  const test::ScratchFolder scratch;
+  const std::string file = (scratch / "camera.json").string(), report = (scratch / "report").string();
+  const auto result =
+      test::RunUlf("calibrate 'sim:board?lens=barrel&seed=3' -o " + file + " --report " + report + " --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto json = nlohmann::json::parse(result.output);
+  EXPECT_LT(json["differs_from_truth_px"].get<double>(), 1.0) << result.output;
+  EXPECT_LT(json["rms_px"].get<double>(), 0.3);
+  const CalibrationFile written = ReadCalibrationFile(file);
+  EXPECT_EQ(written.identity.serial, "sim-bench-3");
+  ASSERT_TRUE(written.modes.at("live").window);
+  EXPECT_EQ(written.modes.at("live").window->sensor_width, 640);
+  EXPECT_FALSE(cv::imread(report + "/residuals.png").empty());
+  // The frames that were kept give the same calibration again, now from files.
+  const auto again =
+      test::RunUlf("calibrate " + report + "/frames --json -o " + (scratch / "again.json").string());
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_NEAR(ReadCalibration(scratch / "again.json").fx, ReadCalibration(file).fx, 1e-3);
+
+  // A part of the sensor, binned: the same calibration, moved, is that camera's truth.
+  const auto flat = test::RunUlf("calibrate --flat 'sim:card?seed=3&vignetting=0.4' -o " + file);
+  ASSERT_EQ(flat.exit_code, 0) << flat.errors;
+  const CalibrationFile with_flat = ReadCalibrationFile(file);
+  ASSERT_TRUE(with_flat.modes.at("live").flat_field);
+  EXPECT_EQ(with_flat.modes.at("live").camera, written.modes.at("live").camera);
+  EXPECT_EQ(test::RunUlf("calibrate --flat 'sim:card?seed=4' -o " + file).exit_code, 1) << "another serial";
+}
+
+TEST(CalibrateCommand, RefusalsSayWhy) {
+  const test::ScratchFolder scratch;
+  const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 640, 480)});
+  for (int i = 0; i < 6; ++i)
+    cv::imwrite((scratch / (std::to_string(i) + ".png")).string(),
+                scene.Render(scene.HeldAt(1, 0), static_cast<std::uint64_t>(i)));
+  const std::string file = (scratch / "camera.json").string();
+  const auto result = test::RunUlf("calibrate " + scratch.path().string() + " -o " + file);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("same place"));
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(test::RunUlf("calibrate " + scratch.path().string() + " --board chess -o " + file).exit_code, 2);
+  EXPECT_EQ(test::RunUlf("calibrate /no/such/folder -o " + file).exit_code, 1);
+  EXPECT_EQ(test::RunUlf("calibrate --flat " + scratch.path().string() + " -o " + file).exit_code, 1)
+      << "no intrinsics yet";
+}
+
+}  // namespace
+}  // namespace ulf
