@@ -59,6 +59,7 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
 std::vector<DeviceInfo> ListOf(const std::string& scheme) {
   if (scheme == "aravis") return ListAravisDevices();
   if (scheme == "v4l2") return ListV4l2Devices();
+  if (scheme == "gphoto2") return ListGphotoDevices();
   return {};
 }
 

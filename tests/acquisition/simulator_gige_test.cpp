@@ -133,7 +133,7 @@ TEST_F(GigeSimulator, ExposureGainAndFormatActOnThePicture) {
   EXPECT_GT(std::abs(from_color[2] - from_color[0]), 0.01) << "red and blue could be told apart";
 }
 
-TEST_F(GigeSimulator, EveryPixelFormatArrivesBitByBit) {
+TEST_F(GigeSimulator, EveryPixelFormatArrivesAsRendered) {
   GigeServerOptions options = Options();
   options.simulation.noise = true;
   options.simulation.width = 322;  // rows that end within a byte group

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::IsEmpty;
 
-fs::path Checkout() { return fs::path(__FILE__).parent_path().parent_path().parent_path(); }
+fs::path Checkout() { return CHECKOUT; }
 
 std::string TextOf(const fs::path& file) {
   std::ifstream stream(file);

@@ -84,7 +84,7 @@ std::vector<std::string> Violations(const fs::path& root) {
   return found;
 }
 
-fs::path Checkout() { return fs::path(__FILE__).parent_path().parent_path().parent_path(); }
+fs::path Checkout() { return CHECKOUT; }
 
 void Plant(const fs::path& root, const std::string& path, const std::string& text) {
   fs::create_directories((root / path).parent_path());
