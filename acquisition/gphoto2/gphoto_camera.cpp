@@ -296,9 +296,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
   }
   GphotoResult result;
   {
-    // A camera that refuses is closed by the library at once.
     const std::lock_guard lock(library_mutex);
-    const KeepsDescriptorZero keeps;
     result = state_->Do([](Camera* camera, GPContext* context) { return gp_camera_init(camera, context); });
   }
   state_->descriptors.Opened();

@@ -1,6 +1,6 @@
 // Keeps this process's files from a mistake of libgphoto2's (2.5.30): closing a PTP/IP camera, it closes
-// descriptor 0, whatever that is by then (standard input; where that was closed, perhaps the journal of a
-// capture), and leaves its own two connections open, so that the camera waits for ever and accepts nobody
+// descriptor 0, whatever that is by then (standard input; where that was closed, perhaps a photograph being
+// written), and leaves its own two connections open, so that the camera waits for ever and accepts nobody
 // else.
 #pragma once
 
@@ -10,21 +10,19 @@
 
 namespace ulf {
 
-// The descriptors of this process that are connected to that address ("192.168.1.9") and TCP port.
-std::vector<int> ConnectionsTo(const std::string& host, int port);
-
-// A second name for descriptor 0 while it may be closed. Given back only if the number is free: what another
-// thread has opened under it meanwhile is that thread's.
-class KeepsDescriptorZero {
- public:
-  KeepsDescriptorZero();
-  ~KeepsDescriptorZero();
-  KeepsDescriptorZero(const KeepsDescriptorZero&) = delete;
-  KeepsDescriptorZero& operator=(const KeepsDescriptorZero&) = delete;
-
- private:
-  int saved_;
+// A descriptor, and what it stood for when it was looked at: numbers are used again.
+struct Connection {
+  int descriptor = -1;
+  unsigned long long inode = 0;
+  bool operator==(const Connection&) const = default;
 };
+
+// Those of this process that are connected to that address ("192.168.1.9") and TCP port.
+std::vector<Connection> ConnectionsTo(const std::string& host, int port);
+
+// Runs a function in a thread with descriptors of its own: copies of this process's, whose closing nobody
+// else notices. False, and nothing was run, where the system does not allow that.
+bool RunWithOwnDescriptors(const std::function<void()>& function);
 
 class PtpipDescriptors {
  public:
@@ -33,16 +31,14 @@ class PtpipDescriptors {
   explicit PtpipDescriptors(const std::string& port);
   // Which connections the library has made since.
   void Opened();
-  // Runs what closes the camera, unless descriptor 0 has become somebody else's file (then the library keeps
-  // its memory, no more); closes the camera's connections.
+  // Runs what closes the camera where it can do no harm, and closes the camera's connections.
   void Close(const std::function<void()>& close_camera);
 
  private:
   bool is_ptpip_ = false;
   std::string host_;
   int port_ = 0;
-  std::vector<int> before_, connections_;
-  unsigned long long device_ = 0, inode_ = 0;  // of descriptor 0
+  std::vector<Connection> before_, connections_;
 };
 
 }  // namespace ulf

@@ -172,7 +172,7 @@ TEST_F(GphotoTest, ClosingACameraTouchesNobodysFilesAndEndsItsConnections) {
   while (open_files() > before && std::chrono::steady_clock::now() < until)
     std::this_thread::sleep_for(milliseconds(5));  // their threads end
   EXPECT_LE(open_files(), before);
-  // Descriptor 0 has become a file of ours.
+  // Descriptor 0 has become a file of ours, and after that nothing at all.
   auto device = Open();
   const int saved = dup(0);
   const int journal = open((home_ / "journal").c_str(), O_RDWR | O_CREAT, 0600);
@@ -180,6 +180,10 @@ TEST_F(GphotoTest, ClosingACameraTouchesNobodysFilesAndEndsItsConnections) {
   device.reset();
   EXPECT_EQ(fs::read_symlink("/proc/self/fd/0"), home_ / "journal");
   EXPECT_EQ(ConnectionsTo("127.0.0.1", camera_->Port()).size(), 0u);
+  device = Open();
+  close(0);
+  device.reset();
+  EXPECT_EQ(fcntl(0, F_GETFD), -1);
   dup2(saved, 0);
   close(saved);
   close(journal);

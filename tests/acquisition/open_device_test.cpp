@@ -24,9 +24,10 @@ TEST(OpenDevice, UnknownSchemesSayWhatThereIs) {
     EXPECT_THAT(UsageErrorOf(uri), AllOf(HasSubstr("replay:PATH"), HasSubstr("aravis:ID"))) << uri;
 }
 
-TEST(OpenDevice, SchemesOfLaterSaySo) {
-  for (const char* uri : {"gphoto2:usb:001,004"})
-    EXPECT_THAT(UsageErrorOf(uri), AllOf(HasSubstr("yet"), HasSubstr("replay:PATH"))) << uri;
+TEST(OpenDevice, TetheredOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
+  EXPECT_THAT(UsageErrorOf("gphoto2:usb:001,004?zoom=2"), HasSubstr("shutter"));
+  EXPECT_THAT(UsageErrorOf("gphoto2:usb:001,004?target=disk"), HasSubstr("card or ram"));
+  EXPECT_THAT(UsageErrorOf("gphoto2:usb:001,004?liveview_fps=0"), HasSubstr("liveview_fps"));
 }
 
 TEST(OpenDevice, WhatIsNoUriSaysHowOneLooks) {

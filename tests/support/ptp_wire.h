@@ -56,6 +56,7 @@ enum Operation : std::uint16_t {
 };
 
 inline constexpr std::uint32_t kStorage = 0x10001;
+inline constexpr std::uint16_t kLiveViewStatus = 0xD1A2;
 inline constexpr std::uint32_t kNikon = 0x0000000A;
 inline constexpr std::uint16_t kObjectAdded = 0x4002, kPropertyChanged = 0x4006, kStoreFullEvent = 0x400A,
                                kCaptureComplete = 0x400D;

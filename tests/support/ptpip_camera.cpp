@@ -117,6 +117,9 @@ PtpipCamera::PtpipCamera(LivePicture live, Photograph photograph, const PtpipCam
   properties_[kPtpProgram] = {4, 2, {1, 2, 3, 4}};
   properties_[kPtpIso] = {4, 200, {100, 200, 400, 800, 1600}};
 
+  // Without it the driver begins live view anew for every frame, and drops the first of each.
+  if (options_.live_view) properties_[kLiveViewStatus] = {2, 0, {}};
+
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -321,7 +324,7 @@ void PtpipCamera::AnswerRelease(Connection& connection, const Request& request) 
 void PtpipCamera::AnswerLiveView(Connection& connection, const Request& request) {
   if (request.operation != kGetLiveView) {
     const std::lock_guard lock(mutex_);
-    in_live_view_ = request.operation == kStartLiveView;
+    properties_.at(kLiveViewStatus).value = request.operation == kStartLiveView;
   } else {
     // A header of the maker's before the picture, as these cameras send it.
     connection.SendData(request, std::string(384, '\0') + live_());
@@ -368,6 +371,10 @@ std::string PtpipCamera::PropertyDescription(std::uint16_t code) const {
   if (code == kPtpBattery) {
     Put<std::uint8_t>(text, 1);  // a range
     for (const std::uint32_t bound : {0, 100, 1}) PutNumber(text, value.type, bound);
+    return text;
+  }
+  if (value.choices.empty()) {
+    Put<std::uint8_t>(text, 0);
     return text;
   }
   Put<std::uint8_t>(text, 2);  // a list

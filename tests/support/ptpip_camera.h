@@ -103,7 +103,6 @@ class PtpipCamera {
   std::map<std::uint32_t, PtpipFile> objects_;
   std::uint32_t next_object_ = 1;
   std::map<std::uint16_t, Value> properties_;
-  bool in_live_view_ = false;
   std::vector<std::shared_ptr<Connection>> connections_;
   std::shared_ptr<Connection> events_;
   std::vector<std::thread> threads_;
