@@ -30,8 +30,10 @@ void DrawFrame(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
   cv::rectangle(canvas, panel.At({0, 0}), panel.At({camera.width, camera.height}), kFrame, 1);
 }
 
+using Labels = std::vector<std::pair<std::string, cv::Point>>;  // in the panel
+
 // How far the distortion moves a point: a line for each of a few distances.
-void DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
+Labels DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
   const CameraModel plain = camera.WithoutDistortion();
   const int width = static_cast<int>(camera.width * panel.scale),
             height = static_cast<int>(camera.height * panel.scale);
@@ -46,21 +48,23 @@ void DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& came
   double largest = 0;
   cv::minMaxLoc(moved, nullptr, &largest);
   const double levels_px[] = {0.5, 1, 2, 5, 10, 20, 50, 100, 200};
+  Labels labels;
   for (const double level : levels_px) {
     if (level > largest) break;
     cv::Mat inside = moved < level;
     std::vector<std::vector<cv::Point>> lines;
     cv::findContours(inside, lines, cv::RETR_LIST, cv::CHAIN_APPROX_NONE, panel.origin);
     cv::drawContours(canvas, lines, -1, kContour, 1, cv::LINE_AA);
-    // The number where the contour crosses the middle row, to the right.
+    // The number where the contour crosses the middle row, to the right, unless another stands there.
     for (int x = static_cast<int>(camera.cx * panel.scale); x >= 0 && x + 1 < width; ++x)
       if ((moved.at<float>(height / 2, x) < level) != (moved.at<float>(height / 2, x + 1) < level)) {
-        Write(canvas, fmt::format("{:g} px", level),
-              panel.origin + cv::Point(std::min(x, width - 45) + 3, height / 2 - 4), 0.38);
+        if (labels.empty() || x > labels.back().second.x + 48)
+          labels.emplace_back(fmt::format("{:g} px", level), cv::Point(x, height / 2));
         break;
       }
   }
   cv::rectangle(canvas, panel.At({0, 0}), panel.At({camera.width, camera.height}), kPaper, 2);
+  return labels;
 }
 
 double ArrowScale(const CalibrationResult& result) {
@@ -115,8 +119,13 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
   cv::Mat canvas(top + height + kMargin, 2 * width + 3 * kMargin, CV_8UC3, kPaper);
   const Panel left{{kMargin, top}, scale}, right{{2 * kMargin + width, top}, scale};
   const double magnified = ArrowScale(result);
-  DrawDistortion(canvas, left, camera);
+  const Labels labels = DrawDistortion(canvas, left, camera);
   DrawResiduals(canvas, left, result, magnified);
+  for (const auto& [text, at] : labels) {
+    const cv::Point from = left.origin + cv::Point(std::min(at.x, width - 46) + 3, at.y);
+    cv::rectangle(canvas, from + cv::Point(-2, -11), from + cv::Point(40, 4), kPaper, cv::FILLED);
+    Write(canvas, text, from, 0.38);
+  }
   DrawFrame(canvas, left, camera);
   DrawCoverage(canvas, right, result);
   DrawFrame(canvas, right, camera);

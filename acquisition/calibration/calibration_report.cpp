@@ -27,7 +27,7 @@ double WorstPx(const CalibrationResult& result) {
 
 }  // namespace
 
-double LargestDifferencePx(const CameraModel& a, const CameraModel& b) {
+double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach) {
   constexpr int kSteps = 16;
   std::vector<Eigen::Vector2d> imgs;
   std::vector<Eigen::Vector3d> in_a, in_b;
@@ -35,6 +35,8 @@ double LargestDifferencePx(const CameraModel& a, const CameraModel& b) {
     for (int x = 0; x <= kSteps; ++x) {
       const Eigen::Vector2d img(a.width * static_cast<double>(x) / kSteps,
                                 a.height * static_cast<double>(y) / kSteps);
+      const Eigen::Vector2d middle(0.5 * a.width, 0.5 * a.height);
+      if ((img - middle).norm() > reach * middle.norm()) continue;
       const auto ray_a = a.RayFromImg(img), ray_b = b.RayFromImg(img);
       if (!ray_a || !ray_b) continue;
       imgs.push_back(img);
@@ -107,9 +109,12 @@ std::string ReportText(const CalibrationResult& result, const std::optional<Came
       coverage.lower / kDeg);
   if (truth)
     fmt::format_to(out,
-                   "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by {:.3f} "
-                   "px at most\n",
-                   truth->fx, truth->fy, truth->cx, truth->cy, LargestDifferencePx(*truth, camera));
+                   "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by at most "
+                   "{:.2f} px where "
+                   "corners were seen, {:.2f} px anywhere\n",
+                   truth->fx, truth->fy, truth->cx, truth->cy,
+                   LargestDifferencePx(*truth, camera, result.coverage.reach),
+                   LargestDifferencePx(*truth, camera));
   for (const ViewReport& view : result.reports)
     if (!view.left_out.empty()) fmt::format_to(out, "left out         {}: {}\n", view.name, view.left_out);
   for (const std::string& warning : result.warnings) fmt::format_to(out, "warning          {}\n", warning);

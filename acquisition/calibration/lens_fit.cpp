@@ -1,6 +1,7 @@
 #include "acquisition/calibration/lens_fit.h"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -151,6 +152,7 @@ std::vector<int> FixedParameters(const LensCandidate& candidate) {
 }
 
 ceres::Solver::Options SolverOptions(int iterations) {
+  FLAGS_minloglevel = google::GLOG_FATAL;  // a step that fails is in the summary, and belongs to the search
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.max_num_iterations = iterations;

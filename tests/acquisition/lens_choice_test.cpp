@@ -125,7 +125,7 @@ TEST(LensChoice, TakesWhatTheLensNeedsAndNoMore) {
       EXPECT_EQ(chosen.distortion, c.distortion) << c.lens << ", seed " << seed << ": " << chosen.name;
       EXPECT_GE(chosen.Parameters(), c.least) << c.lens << ", seed " << seed << ": " << chosen.name;
       EXPECT_LE(chosen.Parameters(), c.most) << c.lens << ", seed " << seed << ": " << chosen.name;
-      EXPECT_LT(LargestDifferencePx(s.camera, result.camera), 0.5) << c.lens << ", seed " << seed;
+      EXPECT_LT(LargestDifferencePx(s.camera, result.camera, 0.8), 0.5) << c.lens << ", seed " << seed;
       EXPECT_NEAR(result.rms_px, 0.08 * std::sqrt(2.0), 0.02) << c.lens;
       // The truth lies within the errors that are claimed.
       EXPECT_LT(std::abs(result.camera.fx - s.camera.fx), 4 * result.sigma[0]) << c.lens << ", seed " << seed;
@@ -181,7 +181,10 @@ TEST(Calibrate, OutliersAreTakenOut) {
   ASSERT_TRUE(result.ok()) << result.refusal;
   EXPECT_GT(result.outliers, 10u);
   EXPECT_LT(result.rms_px, 0.2);
-  EXPECT_LT(LargestDifferencePx(s.camera, result.camera), 0.7);
+  EXPECT_LT(LargestDifferencePx(s.camera, result.camera, 0.8), 1.0);
+  // Left in, each would pull by pixels; taken out, the claimed errors hold.
+  EXPECT_LT(std::abs(result.camera.fx - s.camera.fx), 4 * result.sigma[0]);
+  EXPECT_LT(std::abs(result.camera.cx - s.camera.cx), 4 * result.sigma[2]);
 }
 
 TEST(Calibrate, RefusesWhatSaysNothing) {
@@ -223,7 +226,7 @@ TEST(Calibrate, FromRenderedPictures) {
     const CalibrationResult result = CalibrateFromViews(Board(), views, 640, 480);
     ASSERT_TRUE(result.ok()) << lens << ": " << result.refusal;
     EXPECT_EQ(result.camera.distortion, scene.options().camera.distortion) << Chosen(result);
-    EXPECT_LT(LargestDifferencePx(scene.options().camera, result.camera), 1.0) << lens;
+    EXPECT_LT(LargestDifferencePx(scene.options().camera, result.camera, 0.8), 1.0) << lens;
     EXPECT_LT(result.rms_px, 0.2) << lens;
     const cv::Mat picture = DrawCalibration(result);
     EXPECT_GT(picture.cols, 1200);
