@@ -147,7 +147,7 @@ Image ReadRecordedImage(const LightField& light_field, const View& view) {
 }
 
 Image ReadViewMaster(const LightField& light_field, const View& view) {
-  if (view.master_path.empty()) return ReadViewImage(light_field, view);
+  if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
   const fs::path path = light_field.root / view.master_path;
   Image image{ReadImageFile(path.string()), view.master_transfer.value_or(Transfer::kSrgb),
               view.master_mosaic};

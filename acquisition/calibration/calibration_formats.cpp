@@ -334,15 +334,19 @@ std::optional<CalibrationFormat> DetectCalibrationFormat(const std::string& text
 
 CameraModel ReadCalibrationText(CalibrationFormat format, const std::string& text, const std::string& where,
                                 const std::string& camera) {
-  switch (format) {
-    case CalibrationFormat::kKalibr:
-      return ReadKalibr(text, where, camera);
-    case CalibrationFormat::kRos:
-      return ReadRos(text, where);
-    case CalibrationFormat::kOpenCv:
-      return ReadOpenCv(text, where);
-    default:
-      return ReadColmap(text, where, camera);
+  try {
+    switch (format) {
+      case CalibrationFormat::kKalibr:
+        return ReadKalibr(text, where, camera);
+      case CalibrationFormat::kRos:
+        return ReadRos(text, where);
+      case CalibrationFormat::kOpenCv:
+        return ReadOpenCv(text, where);
+      default:
+        return ReadColmap(text, where, camera);
+    }
+  } catch (const YAML::Exception& error) {
+    throw Error("{}: its YAML is not laid out as a {} file's: {}", where, Name(format), error.what());
   }
 }
 

@@ -33,7 +33,7 @@ class ScriptedDevice : public Device {
   void Start() override {}
   void Stop() override {}
   std::optional<Frame> Next(std::chrono::milliseconds) override {
-    if (next_ >= lost_after_) return std::nullopt;
+    if (State() != DeviceState::kStreaming) return std::nullopt;
     Frame frame;
     if (pending_) {
       pending_ = false;
@@ -49,7 +49,9 @@ class ScriptedDevice : public Device {
     return frame;
   }
   DeviceState State() const override {
-    return next_ >= lost_after_ ? DeviceState::kLost : DeviceState::kStreaming;
+    constexpr std::uint64_t kFrames = 240;
+    if (next_ >= lost_after_) return DeviceState::kLost;
+    return next_ >= kFrames ? DeviceState::kEnded : DeviceState::kStreaming;
   }
   DeviceStatistics Statistics() const override { return {}; }
   bool TakesStills() const override { return stills_; }

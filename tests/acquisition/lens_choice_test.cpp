@@ -19,7 +19,6 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 struct Synthetic {
-  Board board = {};
   CameraModel camera = {};
   int views = 20;
   double noise_px = 0.1;
@@ -34,8 +33,8 @@ std::vector<BoardView> MakeViews(const Synthetic& s) {
   std::mt19937 random(s.seed);
   std::normal_distribution<double> normal(0, s.noise_px);
   std::uniform_real_distribution<double> unit(0, 1);
-  const auto points = s.board.Points();
-  const Eigen::Vector3d middle(0.5 * s.board.WidthMm(), 0.5 * s.board.HeightMm(), 0);
+  const auto points = Board().Points();
+  const Eigen::Vector3d middle(0.5 * Board().WidthMm(), 0.5 * Board().HeightMm(), 0);
   std::vector<BoardView> views;
   for (int v = 0; v < s.views; ++v) {
     const int place = s.moves ? v : 0;
@@ -52,7 +51,7 @@ std::vector<BoardView> MakeViews(const Synthetic& s) {
         facing * Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
         Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());
     const double distance =
-        (s.moves ? 1 + unit(random) : 1.5) * s.camera.fx * s.board.WidthMm() / (0.8 * s.camera.width);
+        (s.moves ? 1 + unit(random) : 1.5) * s.camera.fx * Board().WidthMm() / (0.8 * s.camera.width);
     const Rigid3 pose{rotation, distance * ray - rotation * middle};
     BoardView view{"view " + std::to_string(v), {}, {}};
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -69,7 +68,7 @@ std::vector<BoardView> MakeViews(const Synthetic& s) {
 }
 
 CalibrationResult Calibrate(const Synthetic& s) {
-  return CalibrateFromViews(s.board, MakeViews(s), s.camera.width, s.camera.height);
+  return CalibrateFromViews(Board(), MakeViews(s), s.camera.width, s.camera.height);
 }
 
 std::string Chosen(const CalibrationResult& result) {
@@ -166,7 +165,7 @@ TEST(LensChoice, ItsErrorsAreTheErrors) {
                       .noise_px = 0.2,
                       .seed = static_cast<unsigned>(100 + draw)};
     const auto views = MakeViews(s);
-    const LensFit fit = FitLens(s.board.Points(), views, LensCandidates()[0], s.camera);
+    const LensFit fit = FitLens(Board().Points(), views, LensCandidates()[0], s.camera);
     ASSERT_TRUE(fit.usable);
     normalized += std::pow((fit.camera.fx - s.camera.fx) / fit.sigma[0], 2) / kDraws;
   }
@@ -208,7 +207,7 @@ TEST(Calibrate, WarnsOfPoorSets) {
                        [](const Eigen::Vector2d& img) { return img.x() > 380; });
   });
   ASSERT_GE(views.size(), 4u);
-  const CalibrationResult result = CalibrateFromViews(s.board, views, 640, 480);
+  const CalibrationResult result = CalibrateFromViews(Board(), views, 640, 480);
   const std::string all = result.refusal + (result.warnings.empty() ? "" : result.warnings[0]) +
                           (result.warnings.size() > 1 ? result.warnings[1] : "");
   EXPECT_TRUE(!result.ok() || !result.warnings.empty());
