@@ -207,7 +207,13 @@ void FrameRecorder::State::Write(Item item) {
     return;
   }
   const auto start = Clock::now();
-  const EncodedImage image = Encoded(*item.frame);
+  EncodedImage image;
+  try {
+    image = Encoded(*item.frame);
+  } catch (const std::exception& error) {  // OpenCV's, or no memory left
+    Refused(Error("frame {}: cannot be encoded: {}", item.frame->id, error.what()), 1);
+    return;
+  }
   const double encode_s = SecondsSince(start);
   const std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, image.extension);
   try {

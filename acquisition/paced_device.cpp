@@ -63,7 +63,8 @@ class PacedDevice : public Device {
 
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
-    return over_ && queue_->Size() == 0 ? DeviceState::kEnded : DeviceState::kStreaming;
+    // A failure is told by Next() before anybody takes this for the end.
+    return over_ && !failure_ && queue_->Size() == 0 ? DeviceState::kEnded : DeviceState::kStreaming;
   }
 
   DeviceStatistics Statistics() const override {

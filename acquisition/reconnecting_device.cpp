@@ -67,7 +67,11 @@ std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& kno
 }
 
 void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, const DeviceInfo& known,
-               Clock::time_point give_up) {
+               Clock::time_point begin, Clock::time_point give_up) {
+  {
+    std::unique_lock lock(search->mutex);
+    if (search->changed.wait_until(lock, begin, [&] { return search->stop; })) return;
+  }
   double wait_s = how.first_wait_s;
   for (int attempt = 0;; ++attempt) {
     std::unique_ptr<Device> driver;
@@ -204,7 +208,9 @@ class ReconnectingDevice : public Device {
   void TakeEventsOf(Device& driver);
   void Retire();
   void Fault(const std::string& problem);
-  void SearchAgain();
+  void BeginSearch(Clock::time_point begin);
+  void SearchAgain(const std::string& problem);
+  void GiveUp(const std::string& problem);
   bool PickUp(milliseconds timeout);
   std::optional<Frame> Deliver(Frame frame);
   std::string TakeUpTime(const Frame& frame);
@@ -317,18 +323,34 @@ void ReconnectingDevice::Fault(const std::string& problem) {
   Say(DeviceEventKind::kFaulted,
       fmt::format("{}; it is looked for and opened again for up to {:g} s", problem, how_.patience_s));
   state_ = DeviceState::kFaulted;
-  SearchAgain();
+  BeginSearch(fault_began_);
 }
 
-void ReconnectingDevice::SearchAgain() {
+// The same fault goes on: what was found was of no use.
+void ReconnectingDevice::SearchAgain(const std::string& problem) {
+  if (Clock::now() >= give_up_)
+    GiveUp(problem);
+  else
+    BeginSearch(Clock::now() + Seconds(how_.longest_wait_s));
+}
+
+void ReconnectingDevice::GiveUp(const std::string& problem) {
+  Say(DeviceEventKind::kFaulted,
+      fmt::format("{}: given up after {:.0f} s: {}", info_.uri, SecondsSince(fault_began_), problem));
+  state_ = DeviceState::kLost;
+}
+
+void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
   search_ = std::make_shared<Search>();
   DeviceInfo known;
   {
     const std::lock_guard lock(mutex_);
     known = info_;
   }
-  Reaper::Instance().Bury(std::function<void()>(
-      [search = search_, how = how_, known, until = give_up_] { RunSearch(search, how, known, until); }));
+  Reaper::Instance().Bury(
+      std::function<void()>([search = search_, how = how_, known, begin, until = give_up_] {
+        RunSearch(search, how, known, begin, until);
+      }));
 }
 
 // True when a driver that was found is in place.
@@ -358,9 +380,7 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
   }
   if (over) {
     search_.reset();
-    Say(DeviceEventKind::kFaulted,
-        fmt::format("{}: given up after {:.0f} s: {}", info_.uri, SecondsSince(fault_began_), problem));
-    state_ = DeviceState::kLost;
+    GiveUp(problem);
   }
   return false;
 }
@@ -393,7 +413,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
       if (text != std::exchange(refused_, text)) Say(DeviceEventKind::kNotice, text);
       Retire();
       awaiting_first_ = false;
-      SearchAgain();
+      SearchAgain(text);
       return std::nullopt;
     }
     awaiting_first_ = false;
@@ -440,7 +460,7 @@ std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
       const std::string problem = driver_->Info().problem;
       Retire();
       if (std::exchange(awaiting_first_, false))
-        SearchAgain();  // gone again before its first frame: the same fault goes on
+        SearchAgain("it went again before its first frame: " + problem);
       else
         Fault(fmt::format("{}: {}", info_.uri, problem.empty() ? "the camera no longer answers" : problem));
       break;

@@ -412,10 +412,14 @@ CaptureSummary Session::Run() {
     why = StoppedBecause::kDeviceLost;
   }
   ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
-  device_.Stop();
-  // Photographs that were on their way.
-  while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
-    if (frame->kind == FrameKind::kStill) TakeStill(*frame);
+  try {
+    device_.Stop();
+    // Photographs that were on their way.
+    while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
+      if (frame->kind == FrameKind::kStill) TakeStill(*frame);
+  } catch (...) {
+    if (!failure) failure = std::current_exception();
+  }
   if (stills_) summary_.stills = stills_->counts();
   summary_.stopped_because = *why;
   Close();

@@ -201,8 +201,10 @@ LightFieldWriter ViewSpool::Finish() {
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
   if (!threaded_)
-    for (; !tasks_.empty() && !failure_; tasks_.pop_front())
-      if (Write(tasks_.front()) == Outcome::kNoRoom) failure_ = no_room_;
+    for (; !tasks_.empty(); tasks_.pop_front()) {
+      if (!failure_ && Write(tasks_.front()) == Outcome::kNoRoom) failure_ = no_room_;
+      if (failure_ && tasks_.front().is_view) ++unwritten_;
+    }
   return std::move(writer_);
 }
 

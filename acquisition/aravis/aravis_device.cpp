@@ -336,7 +336,12 @@ void AravisDevice::Take(ArvBuffer* buffer) {
     return;  // stopping, not a loss
   // The library widens its receive buffer when the first packet is there: a large first frame has lost some
   // by then.
-  if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) return;
+  if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) {
+    Say(DeviceEventKind::kNotice, "the first frame of the stream came with pixels missing");
+    const std::lock_guard lock(mutex_);
+    ++statistics_.incomplete;
+    return;
+  }
   trigger_out_ = false;
   Frame frame = frames_->Read(buffer);
   for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));

@@ -151,15 +151,16 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
                        const ModeCalibration& calibration) {
   CalibrationFile file;
   if (std::filesystem::exists(path)) {
-    try {
-      CalibrationFile old = ReadCalibrationFile(path);
-      const bool same = identity.serial.empty()
-                            ? old.identity.serial.empty() && old.identity.model == identity.model
-                            : old.identity.serial == identity.serial;
-      if (same) file = std::move(old);
-    } catch (const Error&) {
-      // What cannot be read is replaced: the user named this file.
-    }
+    file = ReadCalibrationFile(path);
+    const bool nobodys = file.identity.serial.empty() && file.identity.model.empty();
+    const bool same = identity.serial.empty()
+                          ? file.identity.serial.empty() && file.identity.model == identity.model
+                          : file.identity.serial == identity.serial;
+    if (!nobodys && !same)
+      throw Error(
+          "{}: holds the calibration of another camera ('{}' {}; this one is '{}' {}); name another file",
+          path.string(), file.identity.serial, file.identity.model, identity.serial, identity.model);
+    if (!same) file = {};
   }
   ModeCalibration entry = calibration;
   if (const auto old = file.modes.find(mode);

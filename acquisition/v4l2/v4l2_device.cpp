@@ -12,6 +12,7 @@
 #include <mutex>
 #include <thread>
 
+#include "acquisition/clock_offset.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
@@ -33,28 +34,6 @@ double HostTimeSeconds() {
 }
 
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-// The difference of two clocks as frames arrive: the least delay seen stands for the offset, the spread of
-// the rest is the jitter.
-class ClockOffset {
- public:
-  void Add(double host_minus_device_s) {
-    ++count_;
-    least_ = count_ == 1 ? host_minus_device_s : std::min(least_, host_minus_device_s);
-    const double from_mean = host_minus_device_s - mean_;
-    mean_ += from_mean / static_cast<double>(count_);
-    squares_ += from_mean * (host_minus_device_s - mean_);
-  }
-  void WriteTo(DeviceStatistics& statistics) const {
-    if (count_ == 0) return;
-    statistics.clock_offset_s = least_;
-    statistics.clock_jitter_s = std::sqrt(squares_ / static_cast<double>(count_));
-  }
-
- private:
-  std::uint64_t count_ = 0;
-  double least_ = 0, mean_ = 0, squares_ = 0;
-};
 
 class V4l2Device : public Device {
  public:
@@ -147,7 +126,9 @@ class V4l2Device : public Device {
     statistics.missing = ids_.Missing();
     if (queue_) statistics.dropped = queue_->Dropped();
     if (state_ == DeviceState::kStreaming) statistics.seconds = Seconds(Clock::now() - started_);
-    clock_.WriteTo(statistics);
+    statistics.out_of_order = ids_.OutOfOrder();
+    statistics.clock_offset_s = clock_.OffsetS();
+    statistics.clock_jitter_s = clock_.JitterS();
     return statistics;
   }
 
@@ -307,7 +288,7 @@ class V4l2Device : public Device {
       const std::lock_guard lock(mutex_);
       ids_.Arrived(frame.id);
       if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
-      if (monotonic) clock_.Add(frame.host_time_s - stamp_s);
+      if (monotonic) clock_.Add(stamp_s, frame.host_time_s);
     }
     queue_->Push(std::move(frame));
   }

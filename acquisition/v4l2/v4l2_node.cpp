@@ -19,7 +19,6 @@ namespace ulf {
 namespace {
 
 constexpr const char* kClass = "/sys/class/video4linux";
-constexpr const char* kBusPathPrefix = "path-";
 
 std::string Text(const unsigned char* field, std::size_t size) {
   const char* text = reinterpret_cast<const char*>(field);
@@ -128,8 +127,7 @@ std::optional<V4l2Camera> Look(const std::string& name) {
   } catch (const Error& error) {
     camera.info.problem = error.what();
   }
-  if (camera.info.serial.empty() && !camera.bus_info.empty())
-    camera.info.serial = kBusPathPrefix + camera.bus_info;
+  if (!camera.bus_info.empty()) camera.info.bus = camera.bus_info;
   camera.info.available = camera.info.problem.empty();
   return camera;
 }
@@ -185,8 +183,6 @@ void V4l2Node::Throw(const char* what, int error) const {
 void V4l2Node::Must(const char* what, unsigned long request, void* argument) const {
   if (const int error = Call(request, argument); error != 0) Throw(what, error);
 }
-
-bool IsV4l2BusPath(const std::string& serial) { return serial.starts_with(kBusPathPrefix); }
 
 std::vector<V4l2Camera> FindV4l2Cameras() {
   std::vector<std::string> names = Names(kClass);

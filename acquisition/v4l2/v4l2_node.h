@@ -35,16 +35,13 @@ class V4l2Node {
 // What went wrong with the node, and the way out.
 std::string V4l2Problem(const std::string& path, int error);
 
-// A camera behind a node. `info.serial` is the USB serial number; where the camera has none it is "path-" and
-// the place where it is plugged in, which names a socket, not a camera.
+// A camera behind a node. `info.serial` is the USB serial number, empty where the camera has none; `info.bus`
+// is the place where it is plugged in.
 struct V4l2Camera {
   DeviceInfo info;
   std::string node;      // "/dev/video0"
   std::string bus_info;  // "usb-0000:00:14.0-1"
 };
-
-// True for "path-usb-...": the serial of a camera that has none.
-bool IsV4l2BusPath(const std::string& serial);
 
 // Every node that captures pictures, in order of its number; nodes that cannot be opened are listed with the
 // reason, nodes of metadata and of other kinds are not.

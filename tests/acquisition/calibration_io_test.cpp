@@ -4,12 +4,14 @@
 
 #include <fstream>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 CameraModel SomeCamera() {
@@ -37,7 +39,7 @@ TEST(CalibrationIo, ComesBackAsItWasWritten) {
   }
 }
 
-TEST(CalibrationIo, KeepsOtherModesOfTheSameCameraOnly) {
+TEST(CalibrationIo, KeepsOtherModesOfTheSameCamera) {
   const test::ScratchFolder scratch;
   const auto path = scratch / "camera.json";
   CameraModel still = SomeCamera().ScaledTo(1280, 960);
@@ -45,8 +47,23 @@ TEST(CalibrationIo, KeepsOtherModesOfTheSameCameraOnly) {
   WriteCalibration(path, still, "S1", "a test", "still");
   EXPECT_EQ(ReadCalibration(path), SomeCamera());
   EXPECT_EQ(ReadCalibration(path, "still"), still);
-  WriteCalibration(path, SomeCamera(), "S2", "another camera");
-  EXPECT_THROW(ReadCalibration(path, "still"), Error);
+}
+
+TEST(CalibrationIo, NeverWritesOverAnotherCamerasOrAnotherFile) {
+  const test::ScratchFolder scratch;
+  const auto path = scratch / "camera.json";
+  WriteCalibration(path, SomeCamera(), "S1", "a test");
+  const std::string before = ReadWholeFile(path);
+  try {
+    WriteCalibration(path, SomeCamera(), "S2", "another camera");
+    FAIL() << "written over";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("another file")));
+  }
+  EXPECT_EQ(ReadWholeFile(path), before);
+  WriteText(scratch / "photo.jpg", "no calibration");
+  EXPECT_THROW(WriteCalibration(scratch / "photo.jpg", SomeCamera(), "S1", "a test"), Error);
+  EXPECT_EQ(ReadWholeFile(scratch / "photo.jpg"), "no calibration");
 }
 
 TEST(CalibrationIo, LineOfNumbersCountsAsOpenCvDoes) {

@@ -187,6 +187,20 @@ TEST(ReconnectingDevice, OtherImagesAreRefused) {
   EXPECT_EQ(Kinds(events).back(), DeviceEventKind::kRestored);
 }
 
+TEST(ReconnectingDevice, GivesUpOnACameraThatOpensButIsOfNoUse) {
+  const auto camera = ScriptedCamera::Make();
+  const auto device = Open(camera, 1);
+  device->Start();
+  Watch(*device, After(0.1));
+  camera->Unplug();
+  Watch(*device, In(*device, DeviceState::kReconnecting));
+  camera->SetSize({32, 24});
+  camera->PlugIn();
+  Watch(*device, In(*device, DeviceState::kLost));
+  EXPECT_THAT(device->TakeEvents().back().text, AllOf(HasSubstr("given up"), HasSubstr("other images")));
+  EXPECT_LE(camera->Openings(), 5) << "it waits between two attempts";
+}
+
 TEST(ReconnectingDevice, GivesUpAfterItsPatience) {
   const auto camera = ScriptedCamera::Make();
   const auto device = Open(camera, 0.5);

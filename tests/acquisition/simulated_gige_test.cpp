@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <opencv2/core.hpp>
 
-#include "acquisition/error.h"
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/error.h"
 #include "tests/acquisition/aravis_fixture.h"
 #include "tests/support/test_paths.h"
 
@@ -101,7 +101,7 @@ TEST_F(SimulatedGige, EndsOnItsSignalAndTheClientLetsGo) {
   EXPECT_EQ(camera_->Wait(10), 0);
   const auto start = Clock::now();
   device->Stop();
-  EXPECT_EQ(device->State(), DeviceState::kLost);
+  EXPECT_EQ(device->State(), DeviceState::kConnected);
   device.reset();
   EXPECT_LT(SecondsSince(start), 3);
 }

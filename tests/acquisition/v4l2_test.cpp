@@ -83,11 +83,12 @@ TEST_F(V4l2, IsListedWithItsSerialOrThePlaceItIsPluggedIn) {
   EXPECT_EQ(OpenV4l2Device(DeviceUri::Parse("v4l2:"))->Info().uri, "v4l2:/dev/video0") << "the first";
 }
 
-TEST_F(V4l2, WithoutASerialThePlaceStandsForIt) {
+TEST_F(V4l2, WithoutASerialThePlaceIsKnown) {
   const EmulatedV4l2Camera without({.serial = ""});
   const auto list = ListV4l2Devices();
   ASSERT_EQ(list.size(), 1u);
-  EXPECT_EQ(list[0].serial, "path-usb-0000:00:14.0-1");
+  EXPECT_EQ(list[0].serial, "");
+  EXPECT_EQ(list[0].bus, "usb-0000:00:14.0-1") << "what a calibration is bound to";
 }
 
 TEST_F(V4l2, AbsentCamerasAreErrorsThatSayWhatThereIs) {
