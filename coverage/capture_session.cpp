@@ -85,7 +85,7 @@ class Session {
   void TakeEvents();
   void NoteDeviceGap(double to_s);
   void NotePause(double now_s);
-  void EndPause(double now_s);
+  void EndPause(double now_s, bool ended = false);
   void Say(const std::string& text) const;
   CaptureProgress Progress(Reason reason) const;
   void CorrectPoses(bool last);
@@ -254,14 +254,16 @@ void Session::NotePause(double now_s) {
   Say("recording waits, tracking goes on: " + *why);
 }
 
-void Session::EndPause(double now_s) {
+void Session::EndPause(double now_s, bool ended) {
   if (!pause_) return;
   const double length_s = now_s - pause_->from_s;
   if (length_s >= kShortestPause_s) {
     ++summary_.pauses;
     summary_.paused_s += length_s;
     spool_.NoteGap(pause_->from_s, now_s, "recording paused: " + pause_->reason);
-    if (pause_->said) Say(fmt::format("recording goes on after {:.1f} s", length_s));
+    if (pause_->said)
+      Say(ended ? fmt::format("recording was still waiting, since {:.1f} s, when the capture ended", length_s)
+                : fmt::format("recording goes on after {:.1f} s", length_s));
   }
   pause_.reset();
 }
@@ -338,6 +340,10 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (last_time_s_) {
     // The shortest recent time between frames: a dropped one must not look like a slow camera.
     const double step_s = frame->device_time_s - *last_time_s_;
+    // A camera may stop for seconds and go on by itself: no fault to its driver, a gap all the same.
+    if (device_.IsLive() && !device_gap_ && frame_period_s_ > 0 &&
+        step_s > std::max(kShortestPause_s, 10 * frame_period_s_))
+      device_gap_ = OpenGap{*last_time_s_, "device: no frames"};
     if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
   }
   last_time_s_ = frame->device_time_s;
@@ -370,7 +376,7 @@ void Session::Close() {
   }
   CorrectPoses(true);
   if (device_gap_) NoteDeviceGap(device_gap_->from_s + device_gap_->HostSeconds());
-  if (last_time_s_) EndPause(*last_time_s_);
+  if (last_time_s_) EndPause(*last_time_s_, true);
   LightFieldWriter writer = spool_.Finish();
   summary_.unwritten = spool_.Unwritten();
   if (const auto failure = spool_.Failure()) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "coverage/light_field_report.h"
 #include "coverage/sphere_outline.h"
@@ -123,6 +124,31 @@ TEST(CaptureSession, ADriverThatThrowsLeavesTheLightFieldClosed) {
   EXPECT_EQ(kept.views.size(), 4u) << "what came before is kept";
   EXPECT_EQ(kept.reasons.at("recorded"), 4u) << "and closed in good order";
   EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+}
+
+// A camera that says nothing for three seconds and goes on by itself.
+class PausingDevice : public PlanarDevice {
+ public:
+  using PlanarDevice::PlanarDevice;
+  bool IsLive() const override { return true; }
+  std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
+    auto frame = PlanarDevice::Next(timeout);
+    if (frame && frame->id >= 10) frame->device_time_s += 3;
+    return frame;
+  }
+};
+
+TEST(CaptureSession, SecondsWithoutFramesAreAGapThoughNoFaultWasTold) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  PausingDevice device(Sweep(60, 20, 5));
+  const auto poses = MakeKnownPoseSource(kCamera, kSubject);
+  device.Start();
+  RunCapture(device, kCamera, *poses, NewWriter(dir), Options());
+  const std::string journal = ReadWholeFile(dir / "journal.jsonl");
+  const std::size_t gap = journal.find("device: no frames");
+  ASSERT_NE(gap, std::string::npos) << journal;
+  EXPECT_EQ(journal.find("device: no frames", gap + 1), std::string::npos) << "one gap, one line";
 }
 
 TEST(CaptureSession, EveryFrameHasItsReason) {
