@@ -145,7 +145,8 @@ TEST_F(GigeRelayed, APulledCableIsSilentUntilItIsPutBack) {
   EXPECT_FALSE(device->Next(400ms));
   relay.PutBack();
   EXPECT_EQ(SerialAt(kPublic, 500ms), "T1");
-  EXPECT_EQ(Incomplete(Take(*device, 5)), 0) << "away for less than the heartbeat: the stream goes on";
+  EXPECT_LE(Incomplete(Take(*device, 5)), 2)
+      << "away for less than the heartbeat: the stream goes on, but for frames cut in two";
   relay.PassStream(false);
   while (device->Next(100ms)) continue;
   EXPECT_EQ(SerialAt(kPublic, 500ms), "T1") << "control goes on";
