@@ -67,7 +67,7 @@ struct CaptureProgress {
 };
 
 struct CaptureHooks {
-  std::function<bool()> stop_requested;  // asked before every frame
+  std::function<bool()> stop_requested;          // asked before every frame
   std::function<void(const Frame&)> keep_frame;  // every complete frame, before it is looked at
   std::function<void(const CaptureProgress&)> after_frame;
   std::function<void(const CaptureProgress&)> while_waiting;  // ten times a second, when no frame comes

@@ -16,8 +16,8 @@ std::string CandidateTable(const LensChoice& choice);
 nlohmann::ordered_json ReportJson(const CalibrationResult& result);
 
 // The farthest that any point of the image moves when seen through the one instead of the other model, with
-// the one rotation between them that fits best taken out; pixels, over a grid out to `reach` (a share of half the
-// diagonal). What a difference in parameters is worth.
+// the one rotation between them that fits best taken out; pixels, over a grid out to `reach` (a share of half
+// the diagonal). What a difference in parameters is worth.
 double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach = 1);
 
 }  // namespace ulf

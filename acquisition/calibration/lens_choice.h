@@ -3,11 +3,11 @@
 // Every candidate (lens_fit.h) is fitted to all views and, for comparison, to the views without one fold at a
 // time; the left-out views are then predicted with only their poses adjusted. The rule:
 //
-//   A candidate explains the data when no other is better by both measures: its BIC lower by more than 10 ("very strong" after Kass and Raftery 1995), and its squared
-//   error on left-out views lower by more than two standard errors of the difference, view by view.
-//   Chosen is the candidate with the fewest parameters that explains the data; of equals, a perspective lens
-//   before a fisheye, then the lower BIC. One that cannot be inverted somewhere in the image is neither a
-//   rival nor, where there is another, chosen.
+//   A candidate explains the data when no other is better by both measures: its BIC lower by more than 10
+//   ("very strong" after Kass and Raftery 1995), and its squared error on left-out views lower by more than
+//   two standard errors of the difference, view by view. Chosen is the candidate with the fewest parameters
+//   that explains the data; of equals, a perspective lens before a fisheye, then the lower BIC. One that
+//   cannot be inverted somewhere in the image is neither a rival nor, where there is another, chosen.
 //
 // BIC alone would take every trace that frames share (a bent board) for a property of the lens, since it
 // counts corners as independent; left-out frames alone would miss small but certain distortions.

@@ -114,8 +114,8 @@ Turn Measure(Next&& next, std::size_t frames_wanted) {
 
 Turn Ours(const Size& size, double fps, std::size_t frames_wanted) {
   const auto device =
-      OpenDevice(fmt::format("aravis:{}?format=Mono8&roi={}x{}+0+0&packet_size={}&fps={:g}&queue=32", kAddress,
-                             size.width, size.height, kPacketBytes, fps));
+      OpenDevice(fmt::format("aravis:{}?format=Mono8&roi={}x{}+0+0&packet_size={}&fps={:g}&queue=32",
+                             kAddress, size.width, size.height, kPacketBytes, fps));
   device->Start();
   Turn turn = Measure(
       [&](double& device_time_s) {
