@@ -24,7 +24,7 @@
 #include "coverage/capture_session.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
-#include "tracking/trajectory.h"
+#include "coverage/pose_errors.h"
 
 namespace ulf {
 namespace {
@@ -282,56 +282,6 @@ void WritePictures(const CaptureArgs& args, const CameraModel& camera, const Cap
   std::string caption = fmt::format("{} views, within {:g} px", report.views, report.threshold_px);
   if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
   WritePicture(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
-}
-
-// How far camera centres are from true ones after a similarity alignment: of every tracked frame as it was
-// given live, and of the recorded views with their final poses. Shares are of the truth's own distance to the
-// subject.
-struct PoseErrors {
-  std::optional<TrajectoryError> live, views;
-  double subject_distance = 0;  // median of the views, in the truth's unit
-};
-
-PoseErrors CompareWithTruth(const fs::path& truth_file, const std::vector<TimedPose>& live,
-                            const LightField& light_field) {
-  constexpr double kSameFrame_s = 0.002;  // times are the device's own in both
-  const std::vector<TimedPose> truth = ReadTum(truth_file);
-  std::vector<TimedPose> views;
-  std::vector<double> distances;
-  for (const View& view : light_field.views) {
-    views.push_back({view.device_time_s, view.cam_from_world});
-    if (light_field.subject)
-      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
-  }
-  PoseErrors errors{CompareTrajectories(live, truth, kSameFrame_s),
-                    CompareTrajectories(views, truth, kSameFrame_s)};
-  if (errors.views && !distances.empty()) {
-    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                     distances.end());
-    errors.subject_distance = errors.views->scale * distances[distances.size() / 2];
-  }
-  return errors;
-}
-
-void AddTo(nlohmann::json& json, const PoseErrors& errors) {
-  const auto number = [](const std::optional<TrajectoryError>& error) {
-    return error ? nlohmann::json(error->ate_rmse) : nlohmann::json(nullptr);
-  };
-  json["ate_live_rmse"] = number(errors.live);
-  json["ate_views_rmse"] = number(errors.views);
-  json["truth_subject_distance"] = errors.subject_distance;
-}
-
-std::string ToText(const PoseErrors& errors) {
-  if (!errors.live || !errors.views || errors.subject_distance <= 0)
-    return "against truth  too few poses have a true one at their time to compare\n";
-  const double share = 100 / errors.subject_distance;
-  return fmt::format(
-      "against truth  camera centres off by {:.3f} % of the subject distance live ({} frames), {:.3f} % in "
-      "the "
-      "light field ({} views), RMS\n",
-      share * errors.live->ate_rmse, errors.live->matched, share * errors.views->ate_rmse,
-      errors.views->matched);
 }
 
 void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report,
