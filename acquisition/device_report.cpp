@@ -2,15 +2,36 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
+
 namespace ulf {
 namespace {
 
 double PerSecond(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 
+// What is zero has not happened and need not be read; --json has all of it.
+std::string TransportText(const DeviceStatistics& statistics) {
+  constexpr std::size_t kWidth = 110;
+  constexpr const char* kIndent = "\n               ";
+  std::string text, line;
+  for (const auto& [name, value] : statistics.transport) {
+    if (value == 0) continue;
+    const std::string item = fmt::format("{} {:g}", name, value);
+    if (text.empty() && line.empty())
+      text = "\ntransport      ";
+    else if (line.size() + item.size() > kWidth - 17) {
+      text += line + "," + kIndent;
+      line.clear();
+    }
+    line += (line.empty() ? "" : ", ") + item;
+  }
+  return text + line;
+}
+
 }  // namespace
 
 std::string ToText(const DeviceStatistics& statistics) {
-  std::string text = fmt::format("{} frames delivered", statistics.delivered);
+  std::string text = Counted(statistics.delivered, "frame") + " delivered";
   if (statistics.seconds > 0)
     text += fmt::format(" in {:.1f} s ({:.1f} a second, {:.1f} MB/s)", statistics.seconds,
                         PerSecond(static_cast<double>(statistics.delivered), statistics.seconds),
@@ -19,13 +40,10 @@ std::string ToText(const DeviceStatistics& statistics) {
                       statistics.dropped, statistics.missing);
   if (statistics.out_of_order > 0) text += fmt::format(", {} out of order", statistics.out_of_order);
   if (statistics.late > 0) text += fmt::format(", {} late", statistics.late);
-  if (statistics.reconnects > 0) text += fmt::format("; reconnected {} times", statistics.reconnects);
+  if (statistics.reconnects > 0) text += "; reconnected " + Counted(statistics.reconnects, "time");
   if (statistics.clock_offset_s) text += fmt::format("; clock offset {:.6f} s", *statistics.clock_offset_s);
   if (statistics.clock_jitter_s) text += fmt::format(", jitter {:.3f} ms", 1e3 * *statistics.clock_jitter_s);
-  std::string transport;
-  for (const auto& [name, value] : statistics.transport)
-    transport += fmt::format("{}{} {:g}", transport.empty() ? "\ntransport      " : ", ", name, value);
-  return text + transport;
+  return text + TransportText(statistics);
 }
 
 nlohmann::ordered_json ToJson(const DeviceStatistics& statistics) {

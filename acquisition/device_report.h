@@ -8,7 +8,8 @@
 
 namespace ulf {
 
-// One line for what the reader got, one for what the transport counted where it does. No end of line.
+// One line for what the reader got, more for what the transport counted and did, where it tells: what is not
+// zero. No end of line.
 std::string ToText(const DeviceStatistics& statistics);
 // {delivered, incomplete, dropped, missing, out_of_order, late, reconnects, seconds, bytes, fps, bytes_per_s,
 // clock_offset_s, clock_jitter_s (null: no clock), transport: {NAME: value}}

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "acquisition/counted.h"
 #include "acquisition/import_export.h"
 
 namespace ulf {
@@ -19,9 +20,10 @@ int RunImport(const ImportArgs& args) {
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   const LightField imported = Import(args.source, args.dir, options);
   const Subject& subject = *imported.subject;
-  fmt::print("{}: {} views, {} camera(s), subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({} units)\n",
-             args.dir, imported.views.size(), imported.cameras.size(), subject.center_in_world.x(),
-             subject.center_in_world.y(), subject.center_in_world.z(), subject.radius, imported.units);
+  fmt::print("{}: {}, {}, subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({} units)\n", args.dir,
+             Counted(imported.views.size(), "view"), Counted(imported.cameras.size(), "camera"),
+             subject.center_in_world.x(), subject.center_in_world.y(), subject.center_in_world.z(),
+             subject.radius, imported.units);
   return kOk;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
 #include "acquisition/device.h"
 #include "acquisition/device_report.h"
 #include "acquisition/error.h"
@@ -73,7 +74,7 @@ RecordRun Record(const RecordArgs& args) {
     const DeviceState state = device->State();
     progress.Show(
         share,
-        fmt::format("{} frames{}", frames,
+        fmt::format("{}{}", Counted(frames, "frame"),
                     state == DeviceState::kStreaming ? "" : fmt::format("; the device is {}", Name(state))));
   }
   run.lost = device->State() == DeviceState::kLost;
@@ -97,9 +98,9 @@ int RunRecord(const RecordArgs& args) {
     json["device"] = ToJson(run.device);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}: {} frames, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,
-               summary.written, 1e-6 * static_cast<double>(summary.bytes), run.seconds, mb_per_s,
-               summary.left_out, summary.problem.empty() ? "" : ": " + summary.problem);
+    fmt::print("{}: {}, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,
+               Counted(summary.written, "frame"), 1e-6 * static_cast<double>(summary.bytes), run.seconds,
+               mb_per_s, summary.left_out, summary.problem.empty() ? "" : ": " + summary.problem);
     fmt::print("device         {}\n", ToText(run.device));
   }
   if (run.lost) fmt::print(stderr, "ulf: {}: the device was lost; what came before is recorded\n", args.uri);

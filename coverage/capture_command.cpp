@@ -12,8 +12,8 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/intrinsics_options.h"
+#include "acquisition/counted.h"
 #include "acquisition/device.h"
-#include "acquisition/device_report.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
 #include "acquisition/import_export.h"
@@ -21,6 +21,7 @@
 #include "acquisition/output_path.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
+#include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
@@ -247,6 +248,8 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
   prepared.writer->KeepMosaics(args.raw);
+  if (args.raw && prepared.first.image.mosaic == Mosaic::kNone)
+    spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
   return prepared;
 }
 
@@ -279,7 +282,7 @@ void WritePictures(const CaptureArgs& args, const CameraModel& camera, const Cap
     WritePicture(args.overlay, DrawOverlay(live, large, cam_from_world, map));
   }
   if (args.map.empty()) return;
-  std::string caption = fmt::format("{} views, within {:g} px", report.views, report.threshold_px);
+  std::string caption = fmt::format("{}, within {:g} px", Counted(report.views, "view"), report.threshold_px);
   if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
   WritePicture(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
 }
@@ -288,48 +291,25 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
                  std::size_t tracked, const std::optional<PoseErrors>& errors) {
   if (args.json) {
     nlohmann::json json = ToJson(report);
-    json["frames"] = summary.frames;
-    json["dropped"] = summary.dropped;
-    json["recorded"] = summary.recorded;
-    json["tracked"] = tracked;
-    if (summary.stills.asked + summary.stills.arrived > 0)
-      json["photographs"] = {{"asked", summary.stills.asked},
-                             {"arrived", summary.stills.arrived},
-                             {"recorded", summary.stills.recorded},
-                             {"not_needed", summary.stills.not_needed},
-                             {"without_pose", summary.stills.without_pose}};
-    json["ms_track_median"] = summary.ms_track_median;
-    json["ms_decide_median"] = summary.ms_decide_median;
-    json["stopped_because"] = Name(summary.stopped_because);
-    json["device"] = ToJson(summary.device);
-    json["events"] = summary.events;
-    json["pauses"] = summary.pauses;
-    json["paused_s"] = summary.paused_s;
-    json["unwritten"] = summary.unwritten;
+    AddTo(json, summary, tracked);
     if (errors) AddTo(json, *errors);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}", ToText(report));
-    fmt::print("device         {}\n", ToText(summary.device));
-    if (summary.pauses > 0)
-      fmt::print("disk           recording waited {} times, {:.1f} s in all\n", summary.pauses,
-                 summary.paused_s);
-    fmt::print(
-        "this session   {} frames, {} tracked, {} dropped, {} recorded; tracking {:.1f} ms, decision {:.3f} "
-        "ms "
-        "(medians); "
-        "stopped: {}\n",
-        summary.frames, tracked, summary.dropped, summary.recorded, summary.ms_track_median,
-        summary.ms_decide_median, Name(summary.stopped_because));
-    if (summary.stills.asked + summary.stills.arrived > 0)
-      fmt::print(
-          "photographs    {} asked for, {} arrived, {} recorded; kept in unposed/: {} not needed by then, {} "
-          "without a pose\n",
-          summary.stills.asked, summary.stills.arrived, summary.stills.recorded, summary.stills.not_needed,
-          summary.stills.without_pose);
-    if (errors) fmt::print("{}", ToText(*errors));
+    fmt::print("{}{}{}", ToText(report), ToText(summary, tracked), errors ? ToText(*errors) : "");
   }
   std::fflush(stdout);
+}
+
+// The larger share of what the capture may end by; the device's own where nothing was asked for.
+double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const CaptureProgress& now,
+                 double first_time_s, const Device& device) {
+  double share = 0;
+  if (now.covered) share = *now.covered / options.until_share;
+  if (args.frames > 0)
+    share = std::max(share, static_cast<double>(now.frames) / static_cast<double>(args.frames));
+  if (args.max_seconds > 0) share = std::max(share, (now.device_time_s - first_time_s) / args.max_seconds);
+  if (!now.covered && args.frames == 0 && args.max_seconds == 0) share = device.ShareDone().value_or(0);
+  return std::min(0.99, share);
 }
 
 int RunCaptureCommand(const CaptureArgs& args) {
@@ -352,28 +332,22 @@ int RunCaptureCommand(const CaptureArgs& args) {
   std::vector<TimedPose> live;
   {
     Progress progress("capture");
+    const double first_time_s = prepared.first.device_time_s;
     double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
     CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
     hooks.while_waiting = [&](const CaptureProgress& now) {
       if (!now.waiting_for.empty())
-        progress.Show(shown_share, fmt::format("{} frames, {} recorded; waiting for {}", now.frames,
-                                               now.views, now.waiting_for));
+        progress.Show(shown_share, fmt::format("{}, {} recorded; waiting for {}",
+                                               Counted(now.frames, "frame"), now.views, now.waiting_for));
     };
     hooks.after_frame = [&](const CaptureProgress& now) {
       if (now.cam_from_world) live.push_back({now.device_time_s, *now.cam_from_world});
-      double share = 0;
-      if (now.covered)
-        share = std::min(0.99, *now.covered / options.until_share);
-      else if (options.max_frames == 0)
-        share = prepared.device->ShareDone().value_or(0);
-      else
-        share = static_cast<double>(now.frames) / static_cast<double>(options.max_frames);
       const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
-      shown_share = std::max(shown_share, share);
+      shown_share = std::max(shown_share, ShareDone(args, options, now, first_time_s, *prepared.device));
       progress.Show(shown_share,
-                    fmt::format("{} frames, {} recorded{}; {}", now.frames, now.views, covered,
+                    fmt::format("{}, {} recorded{}; {}", Counted(now.frames, "frame"), now.views, covered,
                                 now.waiting_for.empty() ? InWords(now.reason) : now.waiting_for));
     };
     std::unique_ptr<FrameRecorder> recorder;
@@ -407,14 +381,18 @@ int RunCaptureCommand(const CaptureArgs& args) {
     fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
                summary.problem);
     if (summary.unwritten > 0)
-      fmt::print(stderr, "ulf: {} views that were taken when the disk filled up are not on it\n",
-                 summary.unwritten);
+      fmt::print(stderr, "ulf: {} taken when the disk filled up did not fit\n",
+                 Counted(summary.unwritten, "view"));
     return kFailed;
   }
   if (summary.stopped_because == StoppedBecause::kDeviceLost) {
     fmt::print(stderr,
                "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",
                args.uri);
+    return kFailed;
+  }
+  if (report.views == 0 && summary.stopped_because != StoppedBecause::kSignal) {
+    fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
   }
   return kOk;

@@ -317,9 +317,9 @@ bool Session::CapIsCovered() {
 std::optional<StoppedBecause> Session::Enough() const {
   if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
   if (spool_.Failure()) return StoppedBecause::kDisk;
-  if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kClosed;
+  if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kFrames;
   if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
-    return StoppedBecause::kClosed;
+    return StoppedBecause::kSeconds;
   return std::nullopt;
 }
 
@@ -329,7 +329,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   TakeEvents();
   if (!frame) {
     if (hooks_.while_waiting) hooks_.while_waiting(Progress(Reason::kTracking));
-    if (device_.State() == DeviceState::kEnded) return StoppedBecause::kClosed;
+    if (device_.State() == DeviceState::kEnded) return StoppedBecause::kEnded;
     if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
@@ -431,7 +431,6 @@ CaptureSummary Session::Run() {
   Close();
   if (failure) std::rethrow_exception(failure);
   summary_.device = device_.Statistics();
-  summary_.dropped = summary_.device.incomplete + summary_.device.dropped + summary_.device.missing;
   summary_.ms_track_median = Median(ms_track_);
   summary_.ms_decide_median = Median(ms_decide_);
   summary_.map = std::move(map_);
@@ -441,7 +440,7 @@ CaptureSummary Session::Run() {
 }  // namespace
 
 const char* Name(StoppedBecause why) {
-  constexpr std::array kNames{"covered", "signal", "device_lost", "disk", "closed"};
+  constexpr std::array kNames{"covered", "frames", "seconds", "ended", "signal", "device_lost", "disk"};
   return kNames[static_cast<std::size_t>(why)];
 }
 

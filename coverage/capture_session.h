@@ -51,8 +51,8 @@ struct CaptureOptions {
   int frames_between_pose_updates = 60;
 };
 
-enum class StoppedBecause { kCovered, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);
+enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk };
+const char* Name(StoppedBecause why);  // as in --json
 
 // What a person who watches the capture wants to know after every frame.
 struct CaptureProgress {
@@ -81,14 +81,13 @@ struct RecordedFrame {
 };
 
 struct CaptureSummary {
-  std::uint64_t frames = 0;   // complete frames that were looked at
-  std::uint64_t dropped = 0;  // incomplete, lost on the way, or too many for us
+  std::uint64_t frames = 0;  // complete frames that were looked at; the device counts the others
   std::uint64_t recorded = 0;
   StillCounts stills;                                    // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
   double ms_track_median = 0;
   double ms_decide_median = 0;
-  StoppedBecause stopped_because = StoppedBecause::kClosed;
+  StoppedBecause stopped_because = StoppedBecause::kEnded;
   std::string problem;  // what the disk said; empty otherwise
   DeviceStatistics device;
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)

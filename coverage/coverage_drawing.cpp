@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "acquisition/counted.h"
 #include "coverage/sphere_outline.h"
 
 namespace ulf {
@@ -332,7 +333,8 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   }
   std::string caption = picture.caption;
   if (caption.empty()) {
-    caption = fmt::format("{} views, within {:g} px", map.views().size(), map.options().threshold_px);
+    caption =
+        fmt::format("{}, within {:g} px", Counted(map.views().size(), "view"), map.options().threshold_px);
     if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
   }
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquisition/error.h"
+#include "coverage/view_decision.h"
 #include "render/viewpoint_mesh.h"
 
 namespace ulf {
@@ -116,7 +117,7 @@ std::string ToText(const LightFieldReport& report) {
         fmt::format("covered        {:.1f} % within {:g} px\n", 100 * *report.covered, report.threshold_px);
   std::string reasons;
   for (const auto& [reason, count] : report.reasons)
-    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, count);
+    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
   if (!reasons.empty()) text += "frames         " + reasons + "\n";
   return text;
 }

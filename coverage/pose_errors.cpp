@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
+
 namespace ulf {
 
 PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
@@ -42,11 +44,10 @@ std::string ToText(const PoseErrors& errors) {
     return "against truth  too few poses have a true one at their time to compare\n";
   const double share = 100 / errors.subject_distance;
   return fmt::format(
-      "against truth  camera centres off by {:.3f} % of the subject distance live ({} frames), {:.3f} % in "
-      "the "
-      "light field ({} views), RMS\n",
-      share * errors.live->ate_rmse, errors.live->matched, share * errors.views->ate_rmse,
-      errors.views->matched);
+      "against truth  camera centres off by {:.3f} % of the subject distance live ({}), {:.3f} % in the "
+      "light field ({}), RMS\n",
+      share * errors.live->ate_rmse, Counted(errors.live->matched, "frame"), share * errors.views->ate_rmse,
+      Counted(errors.views->matched, "view"));
 }
 
 }  // namespace ulf

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
@@ -100,7 +101,7 @@ SheetPanel BlendingField(const std::shared_ptr<const RenderScene>& scene) {
 }
 
 std::string Headline(const LightField& light_field, const LightFieldReport& report) {
-  std::string text = fmt::format("{}: {} views", light_field.root.filename().string(), report.views);
+  std::string text = light_field.root.filename().string() + ": " + Counted(report.views, "view");
   if (report.capture_s > 0) text += fmt::format(" in {:.0f} s", report.capture_s);
   if (report.angular_range_deg)
     text += fmt::format(", {:.0f} x {:.0f} degrees", report.angular_range_deg->x(),

@@ -88,6 +88,12 @@ double MotionBlurPx(const FrameToDecide& input) {
 const char* Name(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].name; }
 const char* InWords(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].words; }
 
+std::string InWords(const std::string& name) {
+  const auto known =
+      std::find_if(kTexts.begin(), kTexts.end(), [&](const auto& text) { return name == text.name; });
+  return known == kTexts.end() ? name : known->words;
+}
+
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
   const Track& track = input.track;
   const bool tracked = track.state == TrackState::kTracking && !track.skipped && track.cam_from_world &&

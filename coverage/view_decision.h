@@ -34,8 +34,9 @@ inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      R
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
                                      Reason::kBlur,     Reason::kExposure,     Reason::kSpeed,
                                      Reason::kSpool,    Reason::kStill};
-const char* Name(Reason reason);     // as in --json
-const char* InWords(Reason reason);  // for the person with the camera
+const char* Name(Reason reason);               // as in --json
+const char* InWords(Reason reason);            // for the person with the camera
+std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 
 struct DecisionLimits {
   double rectangle_share = 0.8;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
@@ -132,11 +133,10 @@ int RunRender(const RenderArgs& args) {
     fmt::print("{}\n", report.dump(1));
     return kOk;
   }
-  fmt::print(
-      "{}: {} picture(s), {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
-      args.out, path.cam_from_world.size(), FieldName(renderer->field().kind), ms / count, renderer->Name(),
-      100.0 * static_cast<double>(filled) / static_cast<double>(pixels),
-      100.0 * static_cast<double>(empty) / static_cast<double>(pixels));
+  fmt::print("{}: {}, {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
+             args.out, Counted(path.cam_from_world.size(), "picture"), FieldName(renderer->field().kind),
+             ms / count, renderer->Name(), 100.0 * static_cast<double>(filled) / static_cast<double>(pixels),
+             100.0 * static_cast<double>(empty) / static_cast<double>(pixels));
   return kOk;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "acquisition/counted.h"
 #include "render/spherical_delaunay.h"
 
 namespace ulf {
@@ -242,10 +243,9 @@ std::string ViewpointMesh::Description() const {
   for (const Vertex& vertex : vertices) views += vertex.views.size();
   switch (span) {
     case Span::kPlace:
-      return fmt::format("{} view(s) in one place: the nearest view is shown", views);
+      return Counted(views, "view") + " in one place: the nearest view is shown";
     case Span::kLine:
-      return fmt::format("{} views that span no surface (a row, a ring, or too few): lumigraph weights",
-                         views);
+      return Counted(views, "view") + " that span no surface (a row, a ring, or too few): lumigraph weights";
     default:
       return fmt::format("{} viewpoints, {} triangles, {} on the rim, {:.2f} deg apart{}", vertices.size(),
                          triangles.size(), boundary_vertices, mean_edge_rad * 180 / M_PI,

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/counted.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/output_path.h"
@@ -177,15 +178,17 @@ void AddErrors(const Run& run, const std::vector<TimedPose>& truth, nlohmann::or
 void PrintText(const std::string& truth_name, const nlohmann::ordered_json& report) {
   const int frames = report["frames"], tracked = report["tracked"];
   const auto& init = report["init_frame"];
-  fmt::print("{} frames, {} tracked ({:.1f} %), ", frames, tracked, 100.0 * tracked / std::max(1, frames));
+  fmt::print("{}, {} tracked ({:.1f} %), ", Counted(frames, "frame"), tracked,
+             100.0 * tracked / std::max(1, frames));
   if (init.is_null())
     fmt::print("never initialised\n");
   else
     fmt::print("initialised at frame {}, {:.1f} % tracked from there on\n", init.get<int>(),
                100.0 * tracked / std::max(1, frames - init.get<int>()));
-  fmt::print("lost {} times, found again {} times; {} keyframes, {} map points\n",
-             report["lost_count"].get<int>(), report["relocalised_count"].get<int>(),
-             report["keyframes"].get<int>(), report["map_points"].get<int>());
+  fmt::print("lost {}, found again {}; {}, {}\n", Counted(report["lost_count"].get<int>(), "time"),
+             Counted(report["relocalised_count"].get<int>(), "time"),
+             Counted(report["keyframes"].get<int>(), "keyframe"),
+             Counted(report["map_points"].get<int>(), "map point"));
   fmt::print("per frame: {:.1f} ms (95 %: {:.1f}), CPU {:.1f} ms (95 %: {:.1f})\n",
              report["ms_median"].get<double>(), report["ms_p95"].get<double>(),
              report["cpu_ms_median"].get<double>(), report["cpu_ms_p95"].get<double>());

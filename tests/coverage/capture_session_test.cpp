@@ -176,8 +176,8 @@ TEST(CaptureSession, EveryFrameHasItsReason) {
                                                {"exposure", 2},
                                                {"tracking", 2}}));
   EXPECT_EQ(captured.summary.frames, 22u);
-  EXPECT_EQ(captured.summary.dropped, 3u) << "incomplete frames";
-  EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(captured.summary.device.incomplete, 3u) << "incomplete frames";
+  EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kEnded);
   ASSERT_EQ(captured.light_field.views.size(), 6u);
   std::uint64_t sum = 0;
   for (const auto& [reason, count] : captured.light_field.reasons) sum += count;
@@ -264,7 +264,7 @@ TEST(CaptureSession, StopsWhenTheCapIsCovered) {
 TEST(CaptureSession, WithoutACapItGoesOn) {
   const ScratchFolder scratch;
   const Captured captured = Capture(scratch / "lf", Sweep(6, 4, 0.8));
-  EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kEnded);
   EXPECT_FALSE(Describe(captured.light_field, {}).covered);
 }
 

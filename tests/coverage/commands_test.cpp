@@ -68,6 +68,24 @@ TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
   }
 }
 
+TEST(CaptureCommand, WithoutAViewItFailsAndSaysWhatWasMissing) {
+  const ScratchFolder scratch;
+  const CommandResult result =
+      RunUlf("capture " + kStudio + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(result.exit_code, 1) << result.output;
+  EXPECT_THAT(result.errors, HasSubstr("nothing was recorded"));
+  EXPECT_THAT(result.errors, HasSubstr("sideways"));
+  EXPECT_TRUE(ReadLightField(scratch / "lf").views.empty()) << "closed all the same";
+}
+
+TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
+  const ScratchFolder scratch;
+  const CommandResult result = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
+                                      " --headless --frames 3 --raw");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("no mosaic"));
+}
+
 TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
@@ -77,14 +95,14 @@ TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
                                   (scratch / "overlay.png").string() + " --map " +
                                   (scratch / "map.png").string() + " --json"));
   EXPECT_EQ(json["frames"], 120);
-  EXPECT_EQ(json["stopped_because"], "closed");
+  EXPECT_EQ(json["stopped_because"], "frames");
   EXPECT_EQ(json["views"], json["recorded"]);
   EXPECT_GT(json["views"], 10);
   EXPECT_GT(json["covered"], 0.02);
   EXPECT_LT(json["covered"], 0.9);
   EXPECT_NEAR(json["subject"]["radius"], 0.162, 1e-9);
   EXPECT_GT(json["ms_track_median"], 0);
-  EXPECT_EQ(json["dropped"], 0);
+  EXPECT_EQ(json["device"]["dropped"], 0);
   std::uint64_t sum = 0;
   for (const char* reason : {"recorded", "covered", "outside_rectangle", "behind", "inside_sphere",
                              "tracking", "blur", "exposure", "speed", "spool"}) {

@@ -100,7 +100,7 @@ TEST(HoldingUp, ACaptureGoesOnWhenTheCableIsBack) {
   };
   hooks.after_frame = [&](const CaptureProgress& now) { times_s.push_back(now.device_time_s); };
   const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
-  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kEnded);
   EXPECT_EQ(summary.frames, 40u);
   EXPECT_EQ(summary.device.reconnects, 1u);
   EXPECT_EQ(summary.device.delivered, 40u);
@@ -159,7 +159,7 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
       std::this_thread::sleep_for(now.frames == 40 ? 1500ms : 5ms);  // the disk is asked three times a second
     };
     const CaptureSummary summary = Capture(device, planar.camera, dir, Options(deterministic), hooks);
-    EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed) << summary.problem;
+    EXPECT_EQ(summary.stopped_because, StoppedBecause::kEnded) << summary.problem;
     EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
     EXPECT_EQ(views_before_room, views_when_full) << "nothing is taken that has no room";
     EXPECT_EQ(summary.recorded, 15u + 20u);

@@ -175,7 +175,7 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
                                           {90, [&] { hand.Body().PressShutter(), ++body_releases; }},
                                           {91, [&] { hand.SpoilPhotograph(hand.Body().Releases() + 3); }}},
                                          220);
-  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kFrames);
   EXPECT_GE(summary.frames, 220u);
   EXPECT_EQ(hand.Body().BusyAnswers(), 2);
   const StillCounts& counts = summary.stills;
@@ -252,7 +252,7 @@ TEST_F(StillCaptureTest, ALinkThatComesBackGoesOn) {
                                              hand.Body().DropLink();
                                            }}},
                                          190);
-  EXPECT_EQ(summary.stopped_because, StoppedBecause::kClosed);
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kFrames);
   EXPECT_EQ(summary.device.reconnects, 1u) << summary.problem;
   EXPECT_GT(hand.Body().Releases(), taken_before) << "and photographs are taken again";
   const LightField light_field = ReadLightField(Dir());

@@ -1,0 +1,16 @@
+// "1 view", "2 views": a number with its noun, for what people read.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+
+namespace ulf {
+
+template <typename Number>
+std::string Counted(Number count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+}  // namespace ulf

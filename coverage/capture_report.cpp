@@ -1,0 +1,114 @@
+#include "coverage/capture_report.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/counted.h"
+#include "acquisition/device_report.h"
+
+namespace ulf {
+namespace {
+
+const char* InWords(StoppedBecause why) {
+  switch (why) {
+    case StoppedBecause::kCovered:
+      return "the cap is covered";
+    case StoppedBecause::kFrames:
+      return "--frames is reached";
+    case StoppedBecause::kSeconds:
+      return "--max-seconds is reached";
+    case StoppedBecause::kEnded:
+      return "the device has no more frames";
+    case StoppedBecause::kSignal:
+      return "asked to";
+    case StoppedBecause::kDeviceLost:
+      return "the device is lost";
+    case StoppedBecause::kDisk:
+      return "the disk";
+  }
+  return "";
+}
+
+const char* WayOut(Reason reason) {
+  switch (reason) {
+    case Reason::kTracking:
+      return "the pose was too uncertain, or there were too few frames to place the subject; move slowly, "
+             "sideways, with the subject in view";
+    case Reason::kCovered:
+      return "every frame showed what recorded views show already";
+    case Reason::kOutsideRectangle:
+    case Reason::kBehind:
+    case Reason::kInsideSphere:
+      return "the subject was not wholly in view; step back, or give a smaller one with --subject-size";
+    case Reason::kBlur:
+      return "every frame was blurred; move slower, or expose shorter";
+    case Reason::kExposure:
+      return "the subject was clipped or black; set the exposure (ulf features)";
+    case Reason::kSpeed:
+      return "the camera moved too fast for its exposure time; move slower, or expose shorter";
+    case Reason::kSpool:
+      return "the disk did not keep up; write to a faster one";
+    case Reason::kStill:
+      return "photographs were asked for and none was recorded; see what the camera said above";
+    case Reason::kRecorded:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
+  std::string text = fmt::format("device         {}\n", ToText(summary.device));
+  if (summary.pauses > 0)
+    text += fmt::format("disk           recording waited {}, {:.1f} s in all\n",
+                        Counted(summary.pauses, "time"), summary.paused_s);
+  text += fmt::format(
+      "this session   {}, {} tracked, {} recorded; tracking {:.1f} ms, decision {:.3f} ms (medians); ended: "
+      "{}\n",
+      Counted(summary.frames, "frame"), tracked, summary.recorded, summary.ms_track_median,
+      summary.ms_decide_median, InWords(summary.stopped_because));
+  if (summary.stills.asked + summary.stills.arrived > 0)
+    text += fmt::format(
+        "photographs    {} asked for, {} arrived, {} recorded; kept in unposed/: {} not needed by then, {} "
+        "without a pose\n",
+        summary.stills.asked, summary.stills.arrived, summary.stills.recorded, summary.stills.not_needed,
+        summary.stills.without_pose);
+  return text;
+}
+
+void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t tracked) {
+  json["frames"] = summary.frames;
+  json["recorded"] = summary.recorded;
+  json["tracked"] = tracked;
+  if (summary.stills.asked + summary.stills.arrived > 0)
+    json["photographs"] = {{"asked", summary.stills.asked},
+                           {"arrived", summary.stills.arrived},
+                           {"recorded", summary.stills.recorded},
+                           {"not_needed", summary.stills.not_needed},
+                           {"without_pose", summary.stills.without_pose}};
+  json["ms_track_median"] = summary.ms_track_median;
+  json["ms_decide_median"] = summary.ms_decide_median;
+  json["stopped_because"] = Name(summary.stopped_because);
+  json["device"] = ToJson(summary.device);
+  json["events"] = summary.events;
+  json["pauses"] = summary.pauses;
+  json["paused_s"] = summary.paused_s;
+  json["unwritten"] = summary.unwritten;
+}
+
+std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) {
+  if (summary.frames == 0) return "nothing was recorded: no complete frame came";
+  if (tracked == 0)
+    return fmt::format(
+        "nothing was recorded: the camera's position was found in none of {}; move it slowly sideways, so "
+        "that "
+        "near and far things shift against each other",
+        Counted(summary.frames, "frame"));
+  const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
+  const auto reason = static_cast<Reason>(commonest - summary.reasons.begin());
+  return fmt::format("nothing was recorded: for {} of {} the reason was '{}': {}", *commonest,
+                     Counted(summary.frames, "frame"), InWords(reason), WayOut(reason));
+}
+
+}  // namespace ulf

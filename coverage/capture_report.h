@@ -1,0 +1,19 @@
+// What a capture came to: for the operator on standard output, for programs as one JSON object.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "coverage/capture_session.h"
+
+namespace ulf {
+
+// `tracked`: frames that got a pose. Lines, each with its end.
+std::string ToText(const CaptureSummary& summary, std::size_t tracked);
+void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t tracked);
+
+// Why nothing was recorded, and what to do: the commonest reason. For captures that recorded no view.
+std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked);
+
+}  // namespace ulf

@@ -1,0 +1,80 @@
+// What the operator reads at the end of a capture.
+#include "coverage/capture_report.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace ulf {
+namespace {
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+CaptureSummary With(Reason reason, std::uint64_t frames) {
+  CaptureSummary summary;
+  summary.frames = frames;
+  summary.reasons[static_cast<std::size_t>(reason)] = frames;
+  return summary;
+}
+
+TEST(CaptureReport, SaysWhichLimitEndedIt) {
+  CaptureSummary summary;
+  for (const auto& [why, words, name] : {std::tuple{StoppedBecause::kFrames, "--frames", "frames"},
+                                         {StoppedBecause::kSeconds, "--max-seconds", "seconds"},
+                                         {StoppedBecause::kEnded, "no more frames", "ended"},
+                                         {StoppedBecause::kSignal, "asked to", "signal"},
+                                         {StoppedBecause::kDeviceLost, "the device is lost", "device_lost"},
+                                         {StoppedBecause::kDisk, "the disk", "disk"},
+                                         {StoppedBecause::kCovered, "the cap is covered", "covered"}}) {
+    summary.stopped_because = why;
+    EXPECT_THAT(ToText(summary, 0), HasSubstr(std::string("ended: ") + words));
+    nlohmann::json json;
+    AddTo(json, summary, 0);
+    EXPECT_EQ(json["stopped_because"], name);
+  }
+}
+
+TEST(CaptureReport, OneIsSingular) {
+  CaptureSummary summary;
+  summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;
+  EXPECT_THAT(ToText(summary, 1),
+              AllOf(HasSubstr("1 frame delivered"), HasSubstr("reconnected 1 time\n"),
+                    HasSubstr("waited 1 time,"), HasSubstr("this session   1 frame, 1 tracked")));
+  summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 2;
+  EXPECT_THAT(ToText(summary, 1), AllOf(HasSubstr("2 frames delivered"), HasSubstr("reconnected 2 times\n"),
+                                        HasSubstr("waited 2 times,"), HasSubstr("this session   2 frames,")));
+}
+
+TEST(CaptureReport, TransportCountersFitTheTerminal) {
+  CaptureSummary summary;
+  for (int i = 0; i < 30; ++i)
+    summary.device.transport.emplace_back(fmt::format("counter number {}", i), i % 3 == 0 ? 0 : 1000 + i);
+  const std::string text = ToText(summary, 0);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 110u) << line;
+  EXPECT_THAT(text, AllOf(HasSubstr("counter number 1 1001"), HasSubstr("counter number 29 1029"),
+                          Not(HasSubstr("counter number 27 "))));
+}
+
+TEST(CaptureReport, NothingRecordedNamesTheCommonestReasonAndTheWayOut) {
+  EXPECT_THAT(NothingRecorded({}, 0), HasSubstr("no complete frame came"));
+  EXPECT_THAT(NothingRecorded(With(Reason::kTracking, 30), 0),
+              AllOf(HasSubstr("in none of 30 frames"), HasSubstr("sideways")));
+  for (const auto& [reason, words] : {std::pair{Reason::kBlur, "expose shorter"},
+                                      {Reason::kExposure, "ulf features"},
+                                      {Reason::kOutsideRectangle, "--subject-size"},
+                                      {Reason::kSpeed, "move slower"},
+                                      {Reason::kSpool, "faster"},
+                                      {Reason::kTracking, "sideways"}}) {
+    CaptureSummary summary = With(reason, 20);
+    summary.frames = 30;
+    summary.reasons[static_cast<std::size_t>(Reason::kBehind)] = 10;
+    EXPECT_THAT(NothingRecorded(summary, 30),
+                AllOf(HasSubstr("20 of 30 frames"), HasSubstr(InWords(reason)), HasSubstr(words)));
+  }
+}
+
+}  // namespace
+}  // namespace ulf
