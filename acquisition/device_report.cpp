@@ -1,5 +1,6 @@
 #include "acquisition/device_report.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/counted.h"
@@ -9,6 +10,10 @@ namespace {
 
 double PerSecond(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 
+std::string Number(double value) {
+  return value == std::round(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
+
 // What is zero has not happened and need not be read; --json has all of it.
 std::string TransportText(const DeviceStatistics& statistics) {
   constexpr std::size_t kWidth = 110;
@@ -16,7 +21,7 @@ std::string TransportText(const DeviceStatistics& statistics) {
   std::string text, line;
   for (const auto& [name, value] : statistics.transport) {
     if (value == 0) continue;
-    const std::string item = fmt::format("{} {:g}", name, value);
+    const std::string item = name + " " + Number(value);
     if (text.empty() && line.empty())
       text = "\ntransport      ";
     else if (line.size() + item.size() > kWidth - 17) {
@@ -41,7 +46,8 @@ std::string ToText(const DeviceStatistics& statistics) {
   if (statistics.out_of_order > 0) text += fmt::format(", {} out of order", statistics.out_of_order);
   if (statistics.late > 0) text += fmt::format(", {} late", statistics.late);
   if (statistics.reconnects > 0) text += "; reconnected " + Counted(statistics.reconnects, "time");
-  if (statistics.clock_offset_s) text += fmt::format("; clock offset {:.6f} s", *statistics.clock_offset_s);
+  if (statistics.clock_offset_s)
+    text += fmt::format("\nclock          {:.6f} s behind this computer's", *statistics.clock_offset_s);
   if (statistics.clock_jitter_s) text += fmt::format(", jitter {:.3f} ms", 1e3 * *statistics.clock_jitter_s);
   return text + TransportText(statistics);
 }

@@ -63,18 +63,17 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
   if (summary.pauses > 0)
     text += fmt::format("disk           recording waited {}, {:.1f} s in all\n",
                         Counted(summary.pauses, "time"), summary.paused_s);
-  text += fmt::format(
-      "this session   {}, {} tracked, {} recorded; tracking {:.1f} ms, decision {:.3f} ms (medians); ended: "
-      "{}\n",
-      Counted(summary.frames, "frame"), tracked, summary.recorded, summary.ms_track_median,
-      summary.ms_decide_median, InWords(summary.stopped_because));
+  text += fmt::format("this session   {}, {} tracked, {} recorded\n", Counted(summary.frames, "frame"),
+                      tracked, summary.recorded);
+  text += fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms a frame (medians)\n",
+                      summary.ms_track_median, summary.ms_decide_median);
   if (summary.stills.asked + summary.stills.arrived > 0)
     text += fmt::format(
         "photographs    {} asked for, {} arrived, {} recorded; kept in unposed/: {} not needed by then, {} "
         "without a pose\n",
         summary.stills.asked, summary.stills.arrived, summary.stills.recorded, summary.stills.not_needed,
         summary.stills.without_pose);
-  return text;
+  return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
 
 void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t tracked) {

@@ -1,6 +1,7 @@
 // What the operator reads at the end of a capture.
 #include "coverage/capture_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -23,13 +24,13 @@ TEST(CaptureReport, SaysWhichLimitEndedIt) {
   CaptureSummary summary;
   for (const auto& [why, words, name] : {std::tuple{StoppedBecause::kFrames, "--frames", "frames"},
                                          {StoppedBecause::kSeconds, "--max-seconds", "seconds"},
-                                         {StoppedBecause::kEnded, "no more frames", "ended"},
+                                         {StoppedBecause::kEnded, "the device has no more frames", "ended"},
                                          {StoppedBecause::kSignal, "asked to", "signal"},
                                          {StoppedBecause::kDeviceLost, "the device is lost", "device_lost"},
                                          {StoppedBecause::kDisk, "the disk", "disk"},
                                          {StoppedBecause::kCovered, "the cap is covered", "covered"}}) {
     summary.stopped_because = why;
-    EXPECT_THAT(ToText(summary, 0), HasSubstr(std::string("ended: ") + words));
+    EXPECT_THAT(ToText(summary, 0), HasSubstr(std::string("\nended          ") + words));
     nlohmann::json json;
     AddTo(json, summary, 0);
     EXPECT_EQ(json["stopped_because"], name);
