@@ -54,4 +54,26 @@ CameraModel CameraFromJson(const JsonPlace& place) {
   return camera;
 }
 
+nlohmann::json WindowToJson(const SensorWindow& window) {
+  return {{"sensor_width", window.sensor_width},
+          {"sensor_height", window.sensor_height},
+          {"x", window.x},
+          {"y", window.y},
+          {"width", window.width},
+          {"height", window.height},
+          {"binning_x", window.binning_x},
+          {"binning_y", window.binning_y}};
+}
+
+SensorWindow WindowFromJson(const JsonPlace& place) {
+  return {place.Integer("sensor_width"),
+          place.Integer("sensor_height"),
+          place.Integer("x"),
+          place.Integer("y"),
+          place.Integer("width"),
+          place.Integer("height"),
+          place.Integer("binning_x", 1),
+          place.Integer("binning_y", 1)};
+}
+
 }  // namespace ulf

@@ -1,9 +1,11 @@
-// A camera model as JSON, the same in the journal and in calibration files.
+// A camera model and the part of the sensor that it is of as JSON, the same in the journal, in calibration
+// files and in recordings.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
 #include "acquisition/camera_model.h"
+#include "acquisition/device.h"
 #include "acquisition/json_fields.h"
 
 namespace ulf {
@@ -12,5 +14,8 @@ namespace ulf {
 //  "pixel_centers":"half"}
 nlohmann::json CameraToJson(const CameraModel& camera);
 CameraModel CameraFromJson(const JsonPlace& place);
+
+nlohmann::json WindowToJson(const SensorWindow& window);
+SensorWindow WindowFromJson(const JsonPlace& place);
 
 }  // namespace ulf

@@ -29,12 +29,14 @@
 
 namespace ulf {
 
+struct FlatField;  // calibration/flat_field.h
+
 struct DeviceInfo {
   std::string uri;
   std::string maker;
   std::string model;
   std::string serial;
-  std::string bus;  // "GigEVision", "USB3Vision", "simulated", "files"
+  std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" where nobody knows the camera
   bool available = true;
   std::string problem;  // why it cannot be opened and what to do; empty when available
 };
@@ -99,6 +101,10 @@ class Device {
   virtual DeviceInfo Info() const = 0;
   // Intrinsics that the device itself knows (simulator, replayed light field); none for real cameras.
   virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
+  // The same of its photographs, where they are known apart.
+  virtual std::optional<CameraModel> StillCamera() const { return std::nullopt; }
+  // What a recording knows of its camera's light; null: nothing.
+  virtual std::shared_ptr<const FlatField> KnownFlatField(FrameKind /*kind*/) const { return nullptr; }
   // True when time passes whether or not frames are taken; false for replay, whose frames wait.
   virtual bool IsLive() const = 0;
   // None: unknown; then an image is taken for the whole sensor.

@@ -36,6 +36,8 @@ struct Frame {
   std::optional<double> f_number;
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
+  // Of a photograph: the device's time at which the shutter was asked to open; none: released on the body.
+  std::optional<double> requested_s;
   std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
   std::optional<EncodedImage> raw;      // beside it, what only a raw converter reads
   // Known without tracking: the simulator's truth, a replayed light field's pose. Never used by a tracker.

@@ -14,8 +14,9 @@
 #include <utility>
 
 #include "acquisition/atomic_file.h"
-#include "acquisition/camera_json.h"
 #include "acquisition/error.h"
+#include "acquisition/frame_recording_json.h"
+#include "acquisition/gphoto2/jpeg_file.h"
 #include "acquisition/json_fields.h"
 
 namespace ulf {
@@ -27,7 +28,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
-constexpr int kVersion = 1;
 constexpr std::size_t kBatchBytes = 64 << 20;
 constexpr double kBatchSeconds = 0.5;
 // Frames that were written shall also be named.
@@ -46,6 +46,11 @@ class OpenFile {
   }
   OpenFile(OpenFile&& other) noexcept
       : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+  OpenFile& operator=(OpenFile&& other) noexcept {
+    std::swap(path_, other.path_);
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+  }
   ~OpenFile() {
     if (descriptor_ >= 0) close(descriptor_);
   }
@@ -73,72 +78,20 @@ class OpenFile {
   int descriptor_;
 };
 
-json FrameToJson(const Frame& frame, const std::string& file) {
-  json line = {{"event", "frame"},
-               {"id", frame.id},
-               {"file", file},
-               {"device_time_s", frame.device_time_s},
-               {"host_time_s", frame.host_time_s},
-               {"exposure_s", frame.exposure_s},
-               {"gain", frame.gain},
-               {"black_level", frame.black_level},
-               {"transfer", frame.image.transfer == Transfer::kLinear ? "linear" : "srgb"}};
-  if (frame.f_number) line["f_number"] = *frame.f_number;
-  if (frame.kind == FrameKind::kStill) line["still"] = true;
-  if (frame.image.mosaic != Mosaic::kNone) line["mosaic"] = Name(frame.image.mosaic);
-  if (frame.known_cam_from_world) {
-    const Eigen::Quaterniond& q = frame.known_cam_from_world->rotation;
-    const Eigen::Vector3d& t = frame.known_cam_from_world->translation;
-    line["known_cam_from_world"] = {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
-  }
-  return line;
-}
+bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }
 
-Frame FrameFromJson(const JsonPlace& place) {
-  Frame frame;
-  frame.id = static_cast<std::uint64_t>(place.Number("id"));
-  frame.device_time_s = place.Number("device_time_s");
-  frame.host_time_s = place.Number("host_time_s", 0);
-  frame.exposure_s = place.Number("exposure_s", 0);
-  frame.gain = place.Number("gain", 1);
-  frame.black_level = place.Number("black_level", 0);
-  if (place.Has("f_number")) frame.f_number = place.Number("f_number");
-  if (place.Has("still")) frame.kind = FrameKind::kStill;
-  frame.image.transfer = place.Text("transfer", "srgb") == "linear" ? Transfer::kLinear : Transfer::kSrgb;
-  if (place.Has("mosaic")) {
-    const auto mosaic = MosaicByName(place.Text("mosaic"));
-    if (!mosaic) throw Error("{}: there is no mosaic '{}'", place.where, place.Text("mosaic"));
-    frame.image.mosaic = *mosaic;
-  }
-  if (place.Has("known_cam_from_world")) {
-    const std::vector<double> n = place.Numbers("known_cam_from_world", 7);
-    frame.known_cam_from_world =
-        Rigid3{Eigen::Quaterniond(n[0], n[1], n[2], n[3]), Eigen::Vector3d(n[4], n[5], n[6])};
-  }
-  return frame;
-}
-
-json HeaderToJson(const DeviceInfo& device, const std::optional<CameraModel>& camera) {
-  json header = {
-      {"event", "header"},
-      {"version", kVersion},
-      {"device",
-       {{"uri", device.uri}, {"maker", device.maker}, {"model", device.model}, {"serial", device.serial}}}};
-  if (camera) header["camera"] = CameraToJson(*camera);
-  return header;
-}
-
-EncodedImage Encoded(const Frame& frame) {
-  if (frame.encoded && (frame.encoded->extension == ".jpg" || frame.encoded->extension == ".jpeg"))
-    return *frame.encoded;
+// The file of a frame; none of a photograph that has a raw file only.
+std::optional<EncodedImage> Encoded(const Frame& frame) {
+  if (frame.encoded && IsJpeg(frame.encoded->extension)) return *frame.encoded;
+  if (frame.image.empty()) return std::nullopt;
   std::vector<unsigned char> bytes;
   cv::imencode(".tif", frame.image.pixels, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
-  return {".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
+  return EncodedImage{".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
 }
 
 std::size_t BytesOf(const Frame& frame) {
   return frame.image.pixels.total() * frame.image.pixels.elemSize() +
-         (frame.encoded ? frame.encoded->bytes->size() : 0);
+         (frame.encoded ? frame.encoded->bytes->size() : 0) + (frame.raw ? frame.raw->bytes->size() : 0);
 }
 
 }  // namespace
@@ -207,36 +160,49 @@ void FrameRecorder::State::Write(Item item) {
     return;
   }
   const auto start = Clock::now();
-  EncodedImage image;
+  std::vector<EncodedImage> files;
   try {
-    image = Encoded(*item.frame);
+    if (auto image = Encoded(*item.frame)) files.push_back(std::move(*image));
   } catch (const std::exception& error) {  // OpenCV's, or no memory left
     Refused(Error("frame {}: cannot be encoded: {}", item.frame->id, error.what()), 1);
     return;
   }
   const double encode_s = SecondsSince(start);
-  const std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, image.extension);
+  const bool has_image = !files.empty();
+  if (item.frame->raw) files.push_back(*item.frame->raw);
+  std::vector<std::string> names;
+  std::uint64_t needed = 0;
+  for (const EncodedImage& file : files) {
+    names.push_back(fmt::format("{}/{:08}{}", kFolder, next_name, file.extension));
+    needed += file.bytes->size();
+  }
+  const std::size_t unsynced_before = unsynced.size();
   try {
     const auto start_disk = Clock::now();
-    if (FreeBytes(dir) < image.bytes->size() + kIndexReserve)
-      ThrowDiskError(ENOSPC, (dir / name).string() + ": not written");
-    OpenFile file(dir / name, O_WRONLY | O_CREAT | O_TRUNC);
-    file.Write(*image.bytes);
-    file.StartSync();
-    unsynced.push_back(std::move(file));
+    if (FreeBytes(dir) < needed + kIndexReserve)
+      ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), item.frame->id));
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      OpenFile file(dir / names[i], O_WRONLY | O_CREAT | O_TRUNC);
+      file.Write(*files[i].bytes);
+      file.StartSync();
+      unsynced.push_back(std::move(file));
+    }
     const std::lock_guard lock(mutex);
     summary.encode_s += encode_s;
     summary.disk_s += SecondsSince(start_disk);
   } catch (const Error& error) {
     std::error_code gone;
-    fs::remove(dir / name, gone);
+    for (const std::string& name : names) fs::remove(dir / name, gone);
+    unsynced.erase(unsynced.begin() + static_cast<std::ptrdiff_t>(unsynced_before), unsynced.end());
     Refused(error, 1);
     return;
   }
   ++next_name;
   ++frames_in_batch;
-  bytes_in_batch += image.bytes->size();
-  lines += FrameToJson(*item.frame, name).dump() + "\n";
+  bytes_in_batch += needed;
+  lines +=
+      FrameToJson(*item.frame, has_image ? names.front() : "", item.frame->raw ? names.back() : "").dump() +
+      "\n";
 }
 
 void FrameRecorder::State::EndBatch() {
@@ -275,13 +241,25 @@ void RequireNewRecording(const fs::path& dir) {
     throw Error("{}: is there already; give a new folder for the recording", dir.string());
 }
 
-FrameRecorder::FrameRecorder(const fs::path& dir, const DeviceInfo& device,
-                             const std::optional<CameraModel>& camera, std::size_t waiting_bytes)
+RecordingHeader RecordingHeader::Of(const Device& device) {
+  const auto copy_of = [](const std::shared_ptr<const FlatField>& known) {
+    return known ? std::optional(*known) : std::nullopt;
+  };
+  return {.device = device.Info(),
+          .window = device.Window(),
+          .takes_stills = device.TakesStills(),
+          .camera = device.Camera(),
+          .still_camera = device.StillCamera(),
+          .flat_field = copy_of(device.KnownFlatField(FrameKind::kLive)),
+          .still_flat_field = copy_of(device.KnownFlatField(FrameKind::kStill))};
+}
+
+FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header, std::size_t waiting_bytes)
     : state_(std::make_unique<State>(dir, waiting_bytes)) {
   RequireNewRecording(dir);
   MakeFolder(dir / kFolder);
   state_->index.emplace(dir / kIndex, O_WRONLY | O_CREAT | O_APPEND);
-  state_->index->Write(HeaderToJson(device, camera).dump() + "\n");
+  state_->index->Write(RecordingHeaderToJson(header).dump() + "\n");
   state_->index->Sync();
   SyncFolder(dir);
   state_->thread = std::thread([state = state_.get()] { state->Loop(); });
@@ -295,8 +273,9 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
   const std::size_t bytes = BytesOf(frame);
   {
     const std::lock_guard lock(state_->mutex);
-    // One frame may always wait, however large it is.
-    if (!state_->waiting.empty() && state_->bytes + bytes > state_->waiting_bytes) {
+    // One frame may always wait, however large it is, and every photograph.
+    if (frame.kind == FrameKind::kLive && !state_->waiting.empty() &&
+        state_->bytes + bytes > state_->waiting_bytes) {
       ++state_->summary.left_out;
       if (state_->pause.empty()) {
         state_->pause = fmt::format("{}: the disk is slow: {} frames wait to be written",
@@ -307,7 +286,9 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
     }
   }
   Frame kept = frame;
-  kept.image.pixels = frame.image.pixels.clone();  // a device may use its buffers again
+  // A device may use its buffers again; a photograph's file is all that is written of it.
+  const bool is_file = frame.kind == FrameKind::kStill && frame.encoded;
+  kept.image.pixels = is_file ? cv::Mat() : frame.image.pixels.clone();
   {
     const std::lock_guard lock(state_->mutex);
     state_->waiting.push_back({std::move(kept), ""});
@@ -363,21 +344,16 @@ FrameRecording ReadFrameRecording(const fs::path& dir) {
     const JsonPlace line{object, where};
     const std::string event = line.Text("event");
     if (event == "header") {
-      if (line.Integer("version") > kVersion)
-        throw Error("{}: a recording of a newer version; use a newer ulf", where);
-      const JsonPlace device{line.Raw("device"), where};
-      recording.device = {.uri = device.Text("uri", ""),
-                          .maker = device.Text("maker", ""),
-                          .model = device.Text("model", ""),
-                          .serial = device.Text("serial", ""),
-                          .bus = "files",
-                          .problem = ""};
-      if (line.Has("camera")) recording.camera = CameraFromJson({line.Raw("camera"), where});
+      recording.header = RecordingHeaderFromJson(line);
     } else if (event == "frame") {
-      const fs::path file = line.Text("file");
-      if (file.is_absolute() || file.lexically_normal().string().starts_with(".."))
-        throw Error("{}: '{}' lies outside the recording", where, file.string());
-      recording.entries.push_back({FrameFromJson(line), dir / file});
+      const auto inside = [&](const char* key) -> fs::path {
+        const fs::path file = line.Text(key, "");
+        if (file.is_absolute() || file.lexically_normal().string().starts_with(".."))
+          throw Error("{}: '{}' lies outside the recording", where, file.string());
+        return file.empty() ? file : dir / file;
+      };
+      recording.entries.push_back({FrameFromJson(line), inside("file"), inside("raw")});
+      recording.header.takes_stills |= recording.entries.back().frame.kind == FrameKind::kStill;
     }
   }
   if (recording.entries.empty())
@@ -388,10 +364,22 @@ FrameRecording ReadFrameRecording(const fs::path& dir) {
 
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
   Frame frame = entry.frame;
-  frame.image.pixels = ReadImageFile(entry.file.string());
-  if (entry.file.extension() == ".jpg" || entry.file.extension() == ".jpeg")
+  if (!entry.raw_file.empty())
+    frame.raw = EncodedImage{entry.raw_file.extension().string(),
+                             std::make_shared<const std::string>(ReadWholeFile(entry.raw_file))};
+  if (entry.file.empty()) return frame;
+  if (IsJpeg(entry.file.extension()))
     frame.encoded = EncodedImage{entry.file.extension().string(),
                                  std::make_shared<const std::string>(ReadWholeFile(entry.file))};
+  if (frame.status == FrameStatus::kIncomplete) return frame;
+  // A photograph is decoded as the camera's driver does it.
+  if (frame.kind == FrameKind::kStill && frame.encoded)
+    frame.image.pixels = DecodeJpeg(*frame.encoded->bytes);
+  else
+    frame.image.pixels = ReadImageFile(entry.file.string());
+  if (frame.image.empty())
+    throw Error("{}: the photograph is damaged; copy it again from where it came, or remove its line in {}",
+                entry.file.string(), kIndex);
   return frame;
 }
 

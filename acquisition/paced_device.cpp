@@ -6,7 +6,7 @@
 #include <mutex>
 #include <thread>
 
-#include "acquisition/frame_queue.h"
+#include "acquisition/photograph_inbox.h"
 
 namespace ulf {
 namespace {
@@ -22,15 +22,24 @@ class PacedDevice : public Device {
 
   DeviceInfo Info() const override { return recording_->Info(); }
   std::optional<CameraModel> Camera() const override { return recording_->Camera(); }
+  std::optional<CameraModel> StillCamera() const override { return recording_->StillCamera(); }
+  std::shared_ptr<const FlatField> KnownFlatField(FrameKind kind) const override {
+    return recording_->KnownFlatField(kind);
+  }
   std::optional<SensorWindow> Window() const override { return recording_->Window(); }
+  bool TakesStills() const override { return recording_->TakesStills(); }
+  StillRequest RequestStill() override {
+    const std::lock_guard lock(recording_mutex_);
+    return recording_->RequestStill();
+  }
   bool IsLive() const override { return true; }
   std::optional<double> ShareDone() const override { return share_done_.load(); }
 
   void Start() override {
     if (thread_.joinable()) return;
     recording_->Start();
-    queue_ = std::make_unique<FrameQueue>(4, WhenFull::kDropOldest);
-    delivered_ = 0;
+    queue_ = std::make_unique<PhotographInbox>(4);
+    delivered_ = bytes_ = 0;
     stop_ = false;
     over_ = false;
     failure_ = nullptr;
@@ -51,10 +60,12 @@ class PacedDevice : public Device {
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
-    if (!started_) return std::nullopt;
+    // Stopped, the photographs that have come can still be taken, as from the camera.
+    if (!queue_ || (!started_ && !recording_->TakesStills())) return std::nullopt;
     auto frame = queue_->Pop(timeout);
     if (frame) {
       ++delivered_;
+      bytes_ += frame->image.pixels.total() * frame->image.pixels.elemSize();
       return frame;
     }
     if (over_ && failure_) std::rethrow_exception(failure_);
@@ -64,13 +75,16 @@ class PacedDevice : public Device {
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
     // A failure is told by Next() before anybody takes this for the end.
-    return over_ && !failure_ && queue_->Size() == 0 ? DeviceState::kEnded : DeviceState::kStreaming;
+    return over_ && !failure_ && queue_->IsEmpty() ? DeviceState::kEnded : DeviceState::kStreaming;
   }
 
   DeviceStatistics Statistics() const override {
-    DeviceStatistics statistics;
+    const std::lock_guard lock(recording_mutex_);
+    DeviceStatistics statistics = recording_->Statistics();
+    // What it played is not yet what was taken.
     statistics.delivered = delivered_;
-    statistics.dropped = queue_ ? queue_->Dropped() : 0;
+    statistics.bytes = bytes_;
+    if (queue_) statistics.dropped += queue_->Dropped();
     return statistics;
   }
 
@@ -79,7 +93,7 @@ class PacedDevice : public Device {
     try {
       std::optional<double> first_s;
       Clock::time_point began;
-      while (auto frame = recording_->Next(milliseconds(0))) {
+      while (auto frame = NextRecorded()) {
         if (!first_s) {
           first_s = frame->device_time_s;
           began = Clock::now();
@@ -92,7 +106,6 @@ class PacedDevice : public Device {
         }
         frame->host_time_s =
             std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-        share_done_ = recording_->ShareDone().value_or(0);
         queue_->Push(std::move(*frame));
       }
     } catch (...) {
@@ -102,10 +115,18 @@ class PacedDevice : public Device {
     queue_->Close();
   }
 
-  const std::unique_ptr<Device> recording_;  // while playing, the thread's
+  std::optional<Frame> NextRecorded() {
+    const std::lock_guard lock(recording_mutex_);
+    auto frame = recording_->Next(milliseconds(0));
+    share_done_ = recording_->ShareDone().value_or(0);
+    return frame;
+  }
+
+  mutable std::mutex recording_mutex_;  // of what changes while it plays
+  const std::unique_ptr<Device> recording_;
   const double speed_;
-  std::unique_ptr<FrameQueue> queue_;
-  std::atomic<std::uint64_t> delivered_{0};
+  std::unique_ptr<PhotographInbox> queue_;
+  std::atomic<std::uint64_t> delivered_{0}, bytes_{0};
   std::atomic<double> share_done_{0};
   std::atomic<bool> over_{false};
   std::exception_ptr failure_;  // set before over_

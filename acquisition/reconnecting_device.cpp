@@ -100,7 +100,7 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
 
 // Of a transport's figures some are counters, some settings and rates: of those the latest counts.
 bool CountsUp(const std::string& name) {
-  for (const char* word : {"size", "/s", "rate", "buffer"})
+  for (const char* word : {"size", "/s", "rate", "buffer", " ms"})
     if (name.find(word) != std::string::npos) return false;
   return true;
 }
@@ -431,6 +431,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
                                                 SecondsSince(fault_began_), clock));
   }
   frame.device_time_s += time_shift_s_;
+  if (frame.requested_s) *frame.requested_s += time_shift_s_;
   if (measures) {
     if (!kind_) kind_ = ImageKind::Of(frame.image);
     last_device_time_s_ = frame.device_time_s;

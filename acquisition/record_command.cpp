@@ -37,6 +37,11 @@ bool Enough(const RecordArgs& args, std::uint64_t frames, double seconds) {
          (args.max_seconds > 0 && seconds >= args.max_seconds);
 }
 
+// Every photograph, also one that only a raw converter reads; incomplete live frames the device counts.
+bool IsKept(const Frame& frame) {
+  return frame.kind == FrameKind::kStill || frame.status == FrameStatus::kComplete;
+}
+
 // Says when frames begin and cease to be left out.
 void TellPause(const FrameRecorder& recorder, Progress& progress, bool& paused) {
   const auto why = recorder.Pause();
@@ -49,7 +54,7 @@ RecordRun Record(const RecordArgs& args) {
   RequireNewRecording(args.dir);
   const auto device = OpenDevice(args.uri);
   device->Start();
-  FrameRecorder recorder(args.dir, device->Info(), device->Camera());
+  FrameRecorder recorder(args.dir, RecordingHeader::Of(*device));
   Progress progress("record");
   RecordRun run;
   bool paused = false;
@@ -64,7 +69,7 @@ RecordRun Record(const RecordArgs& args) {
       recorder.Note(event.text);
     }
     TellPause(recorder, progress, paused);
-    if (frame && frame->status == FrameStatus::kComplete) {
+    if (frame && IsKept(*frame)) {
       ++frames;
       recorder.TryAdd(*frame);
     }
@@ -79,6 +84,9 @@ RecordRun Record(const RecordArgs& args) {
   }
   run.lost = device->State() == DeviceState::kLost;
   device->Stop();
+  // Photographs that were on their way.
+  while (const auto frame = device->TakesStills() ? device->Next(std::chrono::milliseconds(0)) : std::nullopt)
+    if (frame->kind == FrameKind::kStill) recorder.TryAdd(*frame);
   run.device = device->Statistics();
   run.summary = recorder.Finish();
   run.seconds = std::chrono::duration<double>(Clock::now() - start).count();

@@ -14,6 +14,7 @@
 #include "acquisition/frame_recording.h"
 #include "acquisition/image_header.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/name_order.h"
 #include "acquisition/paced_device.h"
 
 namespace ulf {
@@ -42,7 +43,13 @@ class Source {
  public:
   virtual ~Source() = default;
   virtual std::string Describe() const = 0;
-  virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
+  // Which camera it was and what is known of it; of its `device` the uri is not used.
+  virtual RecordingHeader Header() const {
+    RecordingHeader header;
+    header.device.bus = "files";
+    return header;
+  }
+  virtual bool MoreWereAskedFor() const { return false; }  // photographs still to come
   virtual void Rewind() = 0;
   virtual std::optional<Frame> Next() = 0;
   virtual double Length() const = 0;  // frames; 0: unknown
@@ -259,8 +266,13 @@ class LightFieldSource : public Source {
     return fmt::format("light field of {} views, {}x{}", light_field_.views.size(), camera.width,
                        camera.height);
   }
-  std::optional<CameraModel> Camera() const override {
-    return light_field_.CameraOf(light_field_.views.front());
+  RecordingHeader Header() const override {
+    RecordingHeader header = Source::Header();
+    header.device.serial = light_field_.device_serial;
+    header.camera = light_field_.CameraOf(light_field_.views.front());
+    const auto flat_field = light_field_.flat_fields.find(light_field_.views.front().camera);
+    if (flat_field != light_field_.flat_fields.end()) header.flat_field = flat_field->second;
+    return header;
   }
   void Rewind() override { next_ = 0; }
   double Length() const override { return static_cast<double>(light_field_.views.size()); }
@@ -291,57 +303,99 @@ class LightFieldSource : public Source {
   std::size_t next_ = 0;
 };
 
-// Everything as it was; `fps` alone changes the times.
+// Everything as it was; `fps` alone changes the times: photographs go with the live frame that was the last
+// before their time.
 class RecordedSource : public Source {
  public:
   explicit RecordedSource(const ReplayOptions& options)
-      : options_(options), recording_(ReadFrameRecording(options.path)) {}
+      : options_(options), recording_(ReadFrameRecording(options.path)) {
+    if (options_.fps) SpaceEvenly();
+    for (const auto& entry : recording_.entries) asked_for_ += entry.frame.requested_s.has_value();
+  }
 
   std::string Describe() const override {
-    const DeviceInfo& device = recording_.device;
-    return fmt::format("recording of {} frames from {}{}", recording_.entries.size(), device.uri,
-                       device.serial.empty() ? "" : ", serial " + device.serial);
+    return fmt::format("recording of {} frames from {}", recording_.entries.size(),
+                       recording_.header.device.uri);
   }
-  std::optional<CameraModel> Camera() const override { return recording_.camera; }
-  void Rewind() override { next_ = 0; }
+  RecordingHeader Header() const override { return recording_.header; }
+  bool MoreWereAskedFor() const override { return came_ < asked_for_; }
+  void Rewind() override { next_ = came_ = 0; }
   double Length() const override { return static_cast<double>(recording_.entries.size()); }
 
   std::optional<Frame> Next() override {
     if (next_ >= recording_.entries.size()) return std::nullopt;
     Frame frame = ReadRecordedFrame(recording_.entries[next_]);
     if (options_.transfer) frame.image.transfer = *options_.transfer;
-    if (options_.fps) frame.device_time_s = options_.TimeOf(next_);
+    came_ += frame.requested_s.has_value();
     ++next_;
     return frame;
   }
 
  private:
+  void SpaceEvenly() {
+    std::vector<std::pair<double, double>> live;  // time as it was, time now
+    for (const auto& entry : recording_.entries)
+      if (entry.frame.kind == FrameKind::kLive)
+        live.emplace_back(entry.frame.device_time_s, options_.TimeOf(live.size()));
+    const auto now_of = [&](double time_s) {
+      const auto after = std::upper_bound(live.begin(), live.end(), std::pair(time_s, HUGE_VAL));
+      return after == live.begin() ? 0.0 : std::prev(after)->second;
+    };
+    std::size_t index = 0;
+    for (auto& [frame, file, raw_file] : recording_.entries) {
+      frame.device_time_s =
+          frame.kind == FrameKind::kLive ? live[index++].second : now_of(frame.device_time_s);
+      if (frame.requested_s) frame.requested_s = now_of(*frame.requested_s);
+    }
+  }
+
   ReplayOptions options_;
   FrameRecording recording_;
-  std::size_t next_ = 0;
+  std::size_t next_ = 0, came_ = 0, asked_for_ = 0;
 };
 
 class ReplayDevice : public Device {
  public:
   ReplayDevice(std::string uri, std::unique_ptr<Source> source)
-      : uri_(std::move(uri)), source_(std::move(source)) {}
-
-  // No serial: the files are not the camera, and a calibration stored since for the camera is not theirs.
-  DeviceInfo Info() const override {
-    return {
-        .uri = uri_, .maker = "", .model = source_->Describe(), .serial = "", .bus = "files", .problem = ""};
+      : uri_(std::move(uri)), source_(std::move(source)), header_(source_->Header()) {
+    const auto shared = [](const std::optional<FlatField>& known) {
+      return known ? std::make_shared<const FlatField>(*known) : nullptr;
+    };
+    flat_field_ = shared(header_.flat_field);
+    still_flat_field_ = shared(header_.still_flat_field);
   }
-  std::optional<CameraModel> Camera() const override { return source_->Camera(); }
+
+  // The camera's; what the files are, where it is not known.
+  DeviceInfo Info() const override {
+    DeviceInfo info = header_.device;
+    info.uri = uri_;
+    if (info.model.empty() && info.serial.empty()) info.model = source_->Describe();
+    return info;
+  }
+  std::optional<CameraModel> Camera() const override { return header_.camera; }
+  std::optional<CameraModel> StillCamera() const override { return header_.still_camera; }
+  std::shared_ptr<const FlatField> KnownFlatField(FrameKind kind) const override {
+    return kind == FrameKind::kStill ? still_flat_field_ : flat_field_;
+  }
+  std::optional<SensorWindow> Window() const override { return header_.window; }
   bool IsLive() const override { return false; }
+  bool TakesStills() const override { return header_.takes_stills; }
+  // Asked for again before the photograph has come, the camera would have been busy as well.
+  StillRequest RequestStill() override {
+    if (!running_ || asked_ || !source_->MoreWereAskedFor()) return StillRequest::kBusy;
+    asked_ = true;
+    return StillRequest::kAsked;
+  }
   std::optional<double> ShareDone() const override {
     const double length = source_->Length();
     if (length <= 0) return std::nullopt;
-    return std::min(1.0, static_cast<double>(statistics_.delivered) / length);
+    return std::min(1.0, static_cast<double>(statistics_.delivered + statistics_.incomplete) / length);
   }
 
   void Start() override {
     source_->Rewind();
     running_ = true;
+    asked_ = false;
     state_ = DeviceState::kStreaming;
     statistics_ = {};
   }
@@ -349,10 +403,13 @@ class ReplayDevice : public Device {
   std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
     if (!running_) return std::nullopt;
     std::optional<Frame> frame = source_->Next();
-    if (frame)
-      ++statistics_.delivered;
-    else
+    if (frame) {
+      ++(frame->status == FrameStatus::kComplete ? statistics_.delivered : statistics_.incomplete);
+      statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+      if (frame->requested_s) asked_ = false;
+    } else {
       state_ = DeviceState::kEnded;
+    }
     running_ = frame.has_value();
     return frame;
   }
@@ -367,7 +424,9 @@ class ReplayDevice : public Device {
  private:
   std::string uri_;
   std::unique_ptr<Source> source_;
-  bool running_ = false;
+  const RecordingHeader header_;
+  std::shared_ptr<const FlatField> flat_field_, still_flat_field_;
+  bool running_ = false, asked_ = false;
   DeviceState state_ = DeviceState::kStreaming;
   DeviceStatistics statistics_;
 };
@@ -398,29 +457,6 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
 }
 
 }  // namespace
-
-bool NameOrder(const std::string& a, const std::string& b) {
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
-      ++i, ++j;
-      continue;
-    }
-    const auto number_at = [&](const std::string& text, std::size_t& at) {
-      while (at + 1 < text.size() && text[at] == '0' && is_digit(text[at + 1])) ++at;
-      const std::size_t start = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(start, at - start);
-    };
-    const std::string number_a = number_at(a, i), number_b = number_at(b, j);
-    if (number_a.size() != number_b.size()) return number_a.size() < number_b.size();
-    if (number_a != number_b) return number_a < number_b;
-  }
-  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;  // equal by value: 01 and 1
-}
 
 std::string WithReplaySpeed(const std::string& text, const std::optional<double>& speed) {
   if (!speed) return text;

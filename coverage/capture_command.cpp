@@ -23,6 +23,7 @@
 #include "acquisition/stop_signal.h"
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
+#include "coverage/capture_start.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
 #include "coverage/pose_errors.h"
@@ -125,21 +126,6 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
-// None when a signal came first.
-std::optional<Frame> FirstFrame(Device& device, const std::string& uri) {
-  constexpr std::chrono::seconds kPatience(10);
-  const auto until = std::chrono::steady_clock::now() + kPatience;
-  while (std::chrono::steady_clock::now() < until && !StopOnSignal::Asked()) {
-    auto frame = device.Next(std::chrono::milliseconds(200));
-    for (const DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
-    const bool live = frame && frame->kind == FrameKind::kLive;
-    if (live && frame->status == FrameStatus::kComplete) return frame;
-    if (!frame && IsOver(device.State())) break;
-  }
-  if (StopOnSignal::Asked()) return std::nullopt;
-  throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
-}
-
 // The map is built again from recorded photographs, evenly spread.
 void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSource& poses) {
   constexpr std::size_t kMostViews = 80;
@@ -162,8 +148,9 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSou
 
 struct Prepared {
   std::unique_ptr<Device> device;
-  Frame first;
-  CameraModel camera;
+  std::vector<Frame> first;   // what came until the first live frame, which is the last
+  CameraModel camera;         // of live frames
+  RecordingHeader recording;  // what --keep-frames says of the session
   std::unique_ptr<PoseSource> poses;
   std::unique_ptr<LightFieldWriter> writer;
 };
@@ -175,6 +162,11 @@ CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
         "{}: was captured at {}x{}, the device now gives {}x{}; set it back or begin a new light field",
         light_field.root.string(), camera.width, camera.height, frame.image.width(), frame.image.height());
   return camera;
+}
+
+std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
+  const auto found = light_field.flat_fields.find(0);
+  return found == light_field.flat_fields.end() ? std::nullopt : std::optional(found->second);
 }
 
 void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
@@ -189,9 +181,8 @@ void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOpt
   options->coverage_width_px = light_field.coverage_width_px;
 }
 
-// None when a signal came before the first frame: then nothing has been written.
-std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options) {
-  Prepared prepared;
+// False when a signal came before the first frame: then nothing has been written.
+bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepared) {
   if (args.resume) {
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
     TakeOver(args, prepared.writer->Contents(), options);
@@ -205,9 +196,8 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
   }
   prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   prepared.device->Start();
-  auto first = FirstFrame(*prepared.device, args.uri);
-  if (!first) return std::nullopt;
-  prepared.first = std::move(*first);
+  if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
+  const Frame& first = prepared.first.back();
 
   CaptureHeader header;
   const bool stills = prepared.device->TakesStills();
@@ -217,18 +207,25 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
     header.flat_field = calibration.flat_field;
     return calibration.camera;
   };
+  RecordingHeader& recording = prepared.recording = RecordingHeader::Of(*prepared.device);
+  if (args.resume) header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
   if (args.resume && !stills)
-    prepared.camera = CameraOfResumed(prepared.writer->Contents(), prepared.first);
+    prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
   else
-    prepared.camera = use(ResolveCalibration(*prepared.device, args.intrinsics, prepared.first.image.width(),
-                                             prepared.first.image.height()));
+    prepared.camera =
+        use(ResolveCalibration(*prepared.device, args.intrinsics, first.image.width(), first.image.height()));
+  recording.camera = prepared.camera;
+  recording.flat_field = header.flat_field;
   if (stills) {
     options->still_camera = args.resume ? prepared.writer->Contents().cameras.at(0)
                                         : use(ResolveStillCamera(*prepared.device, args.intrinsics));
+    recording.still_camera = options->still_camera;
+    recording.still_flat_field =
+        args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
   }
   const DeviceInfo info = prepared.device->Info();
   if (args.TrackKnown()) {
-    if (!prepared.first.known_cam_from_world)
+    if (!first.known_cam_from_world)
       throw UsageError("--track known: {} does not know its poses; leave it out to have them tracked",
                        info.uri);
     prepared.poses = MakeKnownPoseSource(prepared.camera, options->subject);
@@ -248,9 +245,25 @@ std::optional<Prepared> Prepare(const CaptureArgs& args, CaptureOptions* options
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
   prepared.writer->KeepMosaics(args.raw);
-  if (args.raw && prepared.first.image.mosaic == Mosaic::kNone)
+  if (args.raw && first.image.mosaic == Mosaic::kNone)
     spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
-  return prepared;
+  return true;
+}
+
+// What the camera gave before it came to a capture is kept.
+bool PrepareOrKeep(const CaptureArgs& args, CaptureOptions* options, Prepared& prepared) {
+  bool ready = false;
+  const auto keep = [&] {
+    if (prepared.device) KeepPhotographs(*prepared.device, prepared.first, prepared.writer.get(), args.dir);
+  };
+  try {
+    ready = Prepare(args, options, prepared);
+  } catch (...) {
+    keep();
+    throw;
+  }
+  if (!ready) keep();
+  return ready;
 }
 
 void WritePicture(const std::string& path, const cv::Mat& picture) {
@@ -320,19 +333,18 @@ int RunCaptureCommand(const CaptureArgs& args) {
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
   const StopOnSignal signals;
-  std::optional<Prepared> ready = Prepare(args, &options);
-  if (!ready) {
-    fmt::print(stderr, "stopped before the first frame: nothing was written\n");
+  Prepared prepared;
+  if (!PrepareOrKeep(args, &options, prepared)) {
+    fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
   }
-  Prepared& prepared = *ready;
 
   CaptureSummary summary;
   FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   {
     Progress progress("capture");
-    const double first_time_s = prepared.first.device_time_s;
+    const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
     CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
@@ -352,7 +364,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     };
     std::unique_ptr<FrameRecorder> recorder;
     if (!args.keep_frames.empty()) {
-      recorder = std::make_unique<FrameRecorder>(args.keep_frames, prepared.device->Info(), prepared.camera);
+      recorder = std::make_unique<FrameRecorder>(args.keep_frames, prepared.recording);
       hooks.keep_frame = [&](const Frame& frame) { recorder->TryAdd(frame); };
       hooks.say = [&](const std::string& line) {
         progress.Say(line);

@@ -73,6 +73,9 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
         "without a pose\n",
         summary.stills.asked, summary.stills.arrived, summary.stills.recorded, summary.stills.not_needed,
         summary.stills.without_pose);
+  if (summary.stills.lag_s)
+    text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
+                        1e3 * *summary.stills.lag_s, summary.stills.lags);
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
 
@@ -85,7 +88,11 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
                            {"arrived", summary.stills.arrived},
                            {"recorded", summary.stills.recorded},
                            {"not_needed", summary.stills.not_needed},
-                           {"without_pose", summary.stills.without_pose}};
+                           {"without_pose", summary.stills.without_pose},
+                           {"shutter_lags", summary.stills.lags},
+                           {"shutter_lag_ms", summary.stills.lag_s
+                                                  ? nlohmann::json(1e3 * *summary.stills.lag_s)
+                                                  : nlohmann::json(nullptr)}};
   json["ms_track_median"] = summary.ms_track_median;
   json["ms_decide_median"] = summary.ms_decide_median;
   json["stopped_because"] = Name(summary.stopped_because);

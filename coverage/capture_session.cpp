@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <exception>
+#include <iterator>
 #include <utility>
 
 #include "coverage/sphere_outline.h"
@@ -70,11 +72,12 @@ constexpr double kShortestPause_s = 0.5;
 class Session {
  public:
   Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-          const CaptureOptions& options, const CaptureHooks& hooks, std::optional<Frame> first);
+          const CaptureOptions& options, const CaptureHooks& hooks, std::vector<Frame> first);
   CaptureSummary Run();
 
  private:
   std::optional<StoppedBecause> Enough() const;
+  std::optional<Frame> NextFrame();
   std::optional<StoppedBecause> TakeFrame();
   void PlaceSubject(const Track& track);
   void SetSubject(const Subject& subject);
@@ -100,7 +103,7 @@ class Session {
   const CameraModel recorded_camera_;
   std::optional<StillCapture> stills_;
   const CaptureHooks& hooks_;
-  std::optional<Frame> first_;
+  std::deque<Frame> first_;  // before the device is asked
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   std::optional<Subject> resumed_subject_;
@@ -120,14 +123,14 @@ class Session {
 };
 
 Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-                 const CaptureOptions& options, const CaptureHooks& hooks, std::optional<Frame> first)
+                 const CaptureOptions& options, const CaptureHooks& hooks, std::vector<Frame> first)
     : device_(device),
       camera_(camera),
       poses_(poses),
       options_(options),
       recorded_camera_(options.still_camera.value_or(camera)),
       hooks_(hooks),
-      first_(std::move(first)),
+      first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
@@ -205,6 +208,7 @@ Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
 }
 
 std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
+  if (hooks_.keep_frame) hooks_.keep_frame(still);
   const StillVerdict verdict = stills_ ? stills_->Judge(still, map_.get()) : StillVerdict{};
   if (verdict.decision.reason != Reason::kRecorded) {
     spool_.KeepUnposed(still);
@@ -323,9 +327,15 @@ std::optional<StoppedBecause> Session::Enough() const {
   return std::nullopt;
 }
 
+std::optional<Frame> Session::NextFrame() {
+  if (first_.empty()) return device_.Next(std::chrono::milliseconds(100));
+  std::optional<Frame> frame(std::move(first_.front()));
+  first_.pop_front();
+  return frame;
+}
+
 std::optional<StoppedBecause> Session::TakeFrame() {
-  const std::optional<Frame> frame =
-      first_ ? std::exchange(first_, std::nullopt) : device_.Next(std::chrono::milliseconds(100));
+  const std::optional<Frame> frame = NextFrame();
   TakeEvents();
   if (!frame) {
     if (hooks_.while_waiting) hooks_.while_waiting(Progress(Reason::kTracking));
@@ -420,7 +430,9 @@ CaptureSummary Session::Run() {
   ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
   try {
     device_.Stop();
-    // Photographs that were on their way.
+    // Photographs that were on their way, or came before the end was asked for.
+    for (const Frame& frame : std::exchange(first_, {}))
+      if (frame.kind == FrameKind::kStill) TakeStill(frame);
     while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
       if (frame->kind == FrameKind::kStill) TakeStill(*frame);
   } catch (...) {
@@ -446,7 +458,7 @@ const char* Name(StoppedBecause why) {
 
 CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
-                          std::optional<Frame> first) {
+                          std::vector<Frame> first) {
   return Session(device, camera, poses, std::move(writer), options, hooks, std::move(first)).Run();
 }
 

@@ -67,8 +67,9 @@ struct CaptureProgress {
 };
 
 struct CaptureHooks {
-  std::function<bool()> stop_requested;          // asked before every frame
-  std::function<void(const Frame&)> keep_frame;  // every complete frame, before it is looked at
+  std::function<bool()> stop_requested;  // asked before every frame
+  // Every complete live frame and every photograph, before it is looked at.
+  std::function<void(const Frame&)> keep_frame;
   std::function<void(const CaptureProgress&)> after_frame;
   std::function<void(const CaptureProgress&)> while_waiting;  // ten times a second, when no frame comes
   std::function<void(const std::string&)> say;                // what happened, a line, once
@@ -101,10 +102,11 @@ struct CaptureSummary {
 
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is asked for; then stops the
 // device, adjusts the map, brings all poses up to date and closes the light field. The device has been
-// started; a frame that was taken from it already (to learn its size) is `first`. `writer` may come from
+// started; what was taken from it already (a live frame to learn its size, photographs before that) is
+// `first`. `writer` may come from
 // LightFieldWriter::Resume: its views are taken over as they are. Throws what the device throws.
 CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options,
-                          const CaptureHooks& hooks = {}, std::optional<Frame> first = std::nullopt);
+                          const CaptureHooks& hooks = {}, std::vector<Frame> first = {});
 
 }  // namespace ulf

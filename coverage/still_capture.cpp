@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
@@ -10,6 +11,57 @@
 #include "acquisition/error.h"
 
 namespace ulf {
+
+namespace {
+
+// How far apart two poses are for somebody who looks at a subject `distance` away: an angle.
+double AngleBetween(const Rigid3& a, const Rigid3& b, double distance) {
+  return std::hypot(RotationAngle(a.rotation * b.rotation.conjugate()),
+                    (a.OriginInSource() - b.OriginInSource()).norm() / distance);
+}
+
+Rigid3 Between(const Rigid3& a, const Rigid3& b, double share) {
+  const Eigen::Quaterniond rotation = a.rotation.slerp(share, b.rotation);
+  const Eigen::Vector3d center = (1 - share) * a.OriginInSource() + share * b.OriginInSource();
+  return {rotation, -(rotation * center)};
+}
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
+                                       double distance) {
+  constexpr double kStepS = 0.002, kTellsApartS = 0.05;
+  constexpr double kPoseErrorRad = 0.002;  // of a photograph against live frames
+  struct Sample {
+    double time_s, angle;
+  };
+  std::vector<Sample> samples;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    const LivePose &a = trajectory[i - 1], &b = trajectory[i];
+    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / kStepS), 1, 1000);
+    for (int k = i == 1 ? 0 : 1; k <= steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      samples.push_back(
+          {a.time_s + share * (b.time_s - a.time_s),
+           AngleBetween(Between(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
+    }
+  }
+  if (samples.empty()) return std::nullopt;
+  const auto nearest = std::min_element(samples.begin(), samples.end(),
+                                        [](const Sample& a, const Sample& b) { return a.angle < b.angle; });
+  if (nearest == samples.begin() || nearest + 1 == samples.end()) return std::nullopt;
+  for (const Sample& sample : samples)
+    if (std::abs(sample.time_s - nearest->time_s) > kTellsApartS &&
+        sample.angle < nearest->angle + kPoseErrorRad)
+      return std::nullopt;
+  return nearest->time_s;
+}
 
 StillCapture::StillCapture(Device& device, const CameraModel& camera, const PoseSource& poses,
                            const DecisionLimits& limits, int coverage_width_px)
@@ -23,7 +75,32 @@ void StillCapture::Follow(const Frame& live, const Track& track) {
   if (!track.cam_from_world) return;
   live_.push_back({live.device_time_s, *track.cam_from_world,
                    track.speed_px * camera_.width / std::max(1, live.image.width())});
-  if (live_.size() > kRemembered) live_.pop_front();
+  while (live.device_time_s - live_.front().time_s > kRememberedS) live_.pop_front();
+  MeasureLags();
+}
+
+// Live view stops for a photograph: what it saw after it has to be waited for.
+void StillCapture::MeasureLags() {
+  constexpr double kLiveViewGoesOnS = 0.5, kLongestS = 5;
+  while (!unmeasured_.empty() && live_.back().time_s > unmeasured_.front().judged_s + kLiveViewGoesOnS) {
+    const Unmeasured still = unmeasured_.front();
+    unmeasured_.pop_front();
+    std::vector<LivePose> since;
+    for (const LivePose& pose : live_)
+      if (pose.time_s > still.requested_s - kLiveViewGoesOnS && pose.time_s < still.requested_s + kLongestS)
+        since.push_back(pose);
+    const auto taken_s = TimeOnTrajectory(since, still.cam_from_world, still.distance);
+    if (!taken_s) continue;
+    lags_s_.push_back(*taken_s - still.requested_s);
+    counts_.lags = lags_s_.size();
+    counts_.lag_s = MedianOf(lags_s_);
+  }
+}
+
+// Where the device was told a lag, its time has it already.
+double StillCapture::ExpectedTime(const Frame& still) const {
+  const bool told = !still.requested_s || still.device_time_s != *still.requested_s;
+  return told ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);
 }
 
 void StillCapture::Ask() {
@@ -63,11 +140,15 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
   ++counts_.arrived;
   StillVerdict verdict;
   if (still.status == FrameStatus::kComplete && HasTheSize(still))
-    verdict.track = poses_.Locate(still, camera_, LivePoseAt(still.device_time_s));
+    verdict.track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
   if (!verdict.track) {
     ++counts_.without_pose;
     return verdict;
   }
+  if (still.requested_s && map && !live_.empty())
+    unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
+                           *verdict.track->cam_from_world,
+                           (*verdict.track->cam_from_world * map->subject().center_in_world).norm()});
   // It was exposed while the live image moved at this speed.
   verdict.track->speed_px = SpeedPxPerS();
   verdict.decision = Decide({.frame = still,

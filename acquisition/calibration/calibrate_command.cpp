@@ -51,8 +51,8 @@ Source OpenSource(const CalibrateArgs& args) {
   if (is_device) {
     source.device = OpenDevice(args.sources[0]);
     const DeviceInfo info = source.device->Info();
-    // Of recorded frames nobody knows the camera.
-    if (info.bus != "files") source.identity = CameraIdentity::Of(info);
+    // Of images and videos nobody knows the camera.
+    if (info.bus != "files" || !info.serial.empty()) source.identity = CameraIdentity::Of(info);
     if (args.mode == "live") source.window = source.device->Window();
     if (args.mode == "live") source.truth = source.device->Camera();
   } else {
@@ -152,7 +152,12 @@ int RunBoardCalibration(const CalibrateArgs& args) {
 std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& black_level) {
   std::vector<Image> cards;
   if (source.device) {
-    for (Frame& frame : CollectFrames(*source.device, args.frames, [] { return StopOnSignal::Asked(); })) {
+    Progress progress("looking at the card", args.json);
+    CaptureOptions options;
+    options.mode = args.mode;
+    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.stop = [] { return StopOnSignal::Asked(); };
+    for (Frame& frame : CollectFrames(*source.device, args.frames, options)) {
       black_level = frame.black_level;
       cards.push_back(std::move(frame.image));
     }

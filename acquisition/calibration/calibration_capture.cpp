@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/error.h"
-#include "acquisition/replay_device.h"
+#include "acquisition/name_order.h"
 
 namespace ulf {
 namespace {
@@ -62,6 +62,14 @@ struct PendingStills {
   }
 };
 
+bool WantsStills(const Device& device, const CaptureOptions& options) {
+  if (options.mode != "still") return false;
+  if (!device.TakesStills())
+    throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
+                     device.Info().uri);
+  return true;
+}
+
 bool IsImageName(const fs::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -73,10 +81,7 @@ bool IsImageName(const fs::path& path) {
 }  // namespace
 
 CollectedViews CollectViews(Device& device, const Board& board, const CaptureOptions& options) {
-  const bool stills = options.mode == "still";
-  if (stills && !device.TakesStills())
-    throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
-                     device.Info().uri);
+  const bool stills = WantsStills(device, options);
   CollectedViews collected;
   std::optional<CalibrationGuide> guide;
   PendingStills pending;
@@ -154,11 +159,25 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
   return collected;
 }
 
-std::vector<Frame> CollectFrames(Device& device, int count, const std::function<bool()>& stop) {
+std::vector<Frame> CollectFrames(Device& device, int count, const CaptureOptions& options) {
+  const bool stills = WantsStills(device, options);
+  const FrameKind wanted = stills ? FrameKind::kStill : FrameKind::kLive;
   std::vector<Frame> frames;
+  PendingStills pending;
   const Streaming streaming(device);
-  while (static_cast<int>(frames.size()) < count && !stop() && device.State() != DeviceState::kEnded)
-    if (auto frame = NextComplete(device)) frames.push_back(std::move(*frame));
+  while (static_cast<int>(frames.size()) < count && !options.stop() &&
+         device.State() != DeviceState::kEnded) {
+    if (stills && pending.count == 0 && device.RequestStill() == StillRequest::kAsked)
+      pending = {1, Clock::now()};
+    if (pending.Overdue(options.still_timeout_s))
+      throw Error("{}: a photograph did not come within {:g} s; look at the camera, and set it to JPEG",
+                  device.Info().uri, options.still_timeout_s);
+    auto frame = NextComplete(device);
+    options.show({static_cast<double>(frames.size()) / count, fmt::format("{} frames", frames.size())});
+    if (!frame || frame->kind != wanted) continue;
+    pending.count = 0;
+    frames.push_back(std::move(*frame));
+  }
   return frames;
 }
 

@@ -40,8 +40,10 @@ CollectedViews CollectViews(Device& device, const Board& board, const CaptureOpt
 CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
                             const CaptureOptions& options);
 
-// The next `count` complete frames; fewer when it ends or `stop`.
-std::vector<Frame> CollectFrames(Device& device, int count, const std::function<bool()>& stop);
+// The next `count` complete frames of the mode: live ones, or photographs, each asked for. Fewer when the
+// device ends or `stop`. Throws Error when the device is lost or a photograph does not come, UsageError for
+// stills of a device that takes none.
+std::vector<Frame> CollectFrames(Device& device, int count, const CaptureOptions& options);
 
 // The images among files and folders, each folder in the order of names as people count.
 std::vector<std::string> ImagesIn(const std::vector<std::string>& paths);

@@ -51,7 +51,7 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
     if (calibrated.serial != used.serial) refuse("serial", calibrated.serial, used.serial);
     return;
   }
-  // Recorded frames come from no camera; old files name none.
+  // Folders of images and videos come from no camera that is known; old files name none.
   if (used.bus == "files" || (calibrated.serial.empty() && calibrated.model.empty())) return;
   if (!calibrated.model.empty() && !used.model.empty() && calibrated.model != used.model)
     return refuse("model", calibrated.model, used.model);
@@ -91,6 +91,23 @@ ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<
   return resolved;
 }
 
+bool IsRecording(const DeviceInfo& info) { return info.uri.starts_with("replay:"); }
+
+// What the device itself knows of its frames, or of its photographs.
+std::optional<ResolvedCalibration> OwnCalibration(const Device& device, int width, int height,
+                                                  const std::string& mode) {
+  const bool still = mode == "still";
+  const auto camera = still ? device.StillCamera() : device.Camera();
+  if (!camera) return std::nullopt;
+  const std::string owner = "the device " + device.Info().uri;
+  ResolvedCalibration own{.camera = width > 0 ? ForSize(*camera, width, height, owner) : *camera,
+                          .source = owner};
+  if (const auto flat_field = device.KnownFlatField(still ? FrameKind::kStill : FrameKind::kLive))
+    own.flat_field =
+        own.camera == *camera ? *flat_field : flat_field->ForSize(own.camera.width, own.camera.height);
+  return own;
+}
+
 std::string FileName(const std::string& text) {
   std::string name;
   for (const char c : text)
@@ -126,18 +143,16 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
   };
   if (!args.calibration_path.empty())
     return from_file(args.calibration_path, "file " + args.calibration_path);
+  const auto own = OwnCalibration(device, width, height, mode);
+  if (own && IsRecording(info)) return *own;
   const fs::path stored = StoredCalibrationPath(identity);
   if (!stored.empty() && fs::exists(stored)) {
     const std::string camera = info.serial.empty() ? info.model + " at " + info.bus : "serial " + info.serial;
     // One that has only the other mode is no answer for this one where the device knows itself.
-    if (ReadCalibrationFile(stored).modes.count(mode) || !device.Camera())
+    if (ReadCalibrationFile(stored).modes.count(mode) || !own)
       return from_file(stored, "stored for " + camera + ", " + stored.string());
   }
-  if (const auto own = device.Camera())
-    return {.camera = ForSize(*own, width, height, "the device " + info.uri),
-            .flat_field = {},
-            .source = "the device " + info.uri,
-            .warnings = {}};
+  if (own) return *own;
   if (args.focal_px) {
     if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
       throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);

@@ -3,11 +3,13 @@
 //   2. the one stored for this camera in the user's configuration folder,
 //      $XDG_CONFIG_HOME (else ~/.config)/ulf/calibrations/SERIAL.json (for a camera without a serial,
 //      MODEL_BUS.json);
-//   3. what the device itself knows (the simulator, a replayed light field);
+//   3. what the device itself knows (the simulator);
 //   4. a focal length in pixels, with the principal point in the middle and no distortion;
-// else an Error that says how to calibrate.
+// else an Error that says how to calibrate. A recording that brings intrinsics itself has them before the
+// stored ones: it was made with them, and is to give the same whatever is calibrated later.
 //
-// A calibration belongs to a camera: a file of another serial is an Error unless forced. Without a serial the
+// A calibration belongs to a camera: a file of another serial is an Error unless forced, also for what the
+// camera recorded. Without a serial the
 // model must be the same, and another bus path is a warning: nobody can tell two such cameras apart.
 //
 // Another part of the sensor or other binning than calibrated: recomputed exactly (sensor_window.h) where

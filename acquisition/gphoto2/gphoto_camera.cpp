@@ -208,6 +208,9 @@ bool GphotoResult::CardFull() const {
   return code == GP_ERROR_NO_SPACE || text.find("Store Full") != std::string::npos;
 }
 bool GphotoResult::NotSupported() const { return code == GP_ERROR_NOT_SUPPORTED; }
+bool GphotoResult::NoSuchFile() const {
+  return code == GP_ERROR_FILE_NOT_FOUND || code == GP_ERROR_DIRECTORY_NOT_FOUND;
+}
 bool GphotoResult::LinkIsGone() const {
   return code == GP_ERROR_IO || (code <= GP_ERROR_IO_INIT && code >= GP_ERROR_IO_LOCK) ||
          code == GP_ERROR_MODEL_NOT_FOUND;

@@ -23,6 +23,7 @@ struct GphotoResult {
   bool Busy() const;
   bool CardFull() const;
   bool NotSupported() const;
+  bool NoSuchFile() const;
   bool LinkIsGone() const;  // by the code alone
 };
 

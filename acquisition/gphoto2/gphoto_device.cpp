@@ -11,11 +11,14 @@
 
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/capture_target.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/jpeg_file.h"
-#include "acquisition/gphoto2/photograph_inbox.h"
+#include "acquisition/gphoto2/photograph_downloads.h"
+#include "acquisition/gphoto2/photograph_frame.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/photograph_inbox.h"
 
 namespace ulf {
 namespace {
@@ -35,6 +38,13 @@ double HostNow() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+double NowS() { return Seconds(Clock::now().time_since_epoch()); }
+
+double MedianMs(std::vector<double> seconds) {
+  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
+  std::nth_element(seconds.begin(), middle, seconds.end());
+  return 1e3 * *middle;
+}
 
 // The camera's own memory, which forgets: there the file is taken away after its download. Never from a card.
 bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
@@ -48,6 +58,7 @@ class GphotoDevice : public Device {
         uri_(uri.Text()),
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
+        downloads_(*camera_),
         pairing_(kPairPatienceS) {
     const auto text = [&](const char* name) {
       const auto setting = camera_->Setting(name);
@@ -63,7 +74,7 @@ class GphotoDevice : public Device {
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
     const std::vector<std::string> automatic = settings_.LockTheRest(given);
     for (const auto& [setting, value] : options_.settings) settings_.Lock(setting, value);
-    ChooseTarget();
+    target_is_memory_ = ChooseTarget(*camera_, uri_, options_.to_card);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     for (const std::string& words : automatic) Notice(words);
     NoticeRawOnly();
@@ -96,6 +107,7 @@ class GphotoDevice : public Device {
     started_ = Clock::now();
     stop_ = false;
     stopping_since_.reset();
+    lost_ = false;
     DoneWithStill();
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
@@ -103,8 +115,8 @@ class GphotoDevice : public Device {
         Loop();
       } catch (const std::exception& error) {
         Lose(fmt::format("reading from it failed: {}", error.what()));
-        inbox_->Close();
       }
+      End();
     });
   }
 
@@ -145,7 +157,11 @@ class GphotoDevice : public Device {
     DeviceStatistics statistics = statistics_;
     statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
     statistics.seconds = started_ ? Seconds(Clock::now() - *started_) : 0;
-    statistics.transport = {{"photographs", photographs_}, {"live view refused", live_view_refused_}};
+    statistics.transport = {{"photographs", photographs_},
+                            {"photographs not downloaded", not_downloaded_},
+                            {"live view refused", live_view_refused_}};
+    if (!release_to_announcement_s_.empty())
+      statistics.transport.emplace_back("release to announcement ms", MedianMs(release_to_announcement_s_));
     return statistics;
   }
 
@@ -155,40 +171,12 @@ class GphotoDevice : public Device {
   }
 
  private:
-  // ---- Before streaming: the thread that opens; then the camera's thread alone. ----
-
-  void ChooseTarget() {
-    const auto target = camera_->Setting("capturetarget");
-    if (!target) return;
-    const auto choice = [&](const char* word) -> std::optional<std::string> {
-      for (const std::string& offered : target->choices)
-        if (offered.find(word) != std::string::npos) return offered;
-      return std::nullopt;
-    };
-    const auto card = choice("card"), ram = choice("RAM");
-    bool to_card = options_.to_card.value_or(false);
-    if (!options_.to_card && camera_->Storages(storages_).ok())
-      to_card = std::any_of(storages_.begin(), storages_.end(),
-                            [](const GphotoStorage& storage) { return storage.is_card && !storage.is_full; });
-    const auto wanted = to_card ? card : ram;
-    if (options_.to_card && !wanted)
-      throw UsageError("{}: target={} is not offered by this camera; leave it out", uri_,
-                       to_card ? "card" : "ram");
-    if (wanted && target->value != *wanted) {
-      const GphotoResult result = camera_->Set("capturetarget", *wanted);
-      if (!result.ok() && options_.to_card)
-        throw Error("{}: the target cannot be set ({}); leave out target=", uri_, result.text);
-    }
-    const auto now = camera_->Setting("capturetarget");
-    target_is_memory_ = now && now->value.find("RAM") != std::string::npos;
-  }
-
   void Loop() {
     const auto period = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * kWatchEveryS));
-    while (!MayStop() && state_ != DeviceState::kLost) {
+    while (!MayStop() && !lost_) {
       if (still_wanted_) Release();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
         LiveView();
@@ -199,17 +187,29 @@ class GphotoDevice : public Device {
       constexpr Clock::duration kLeast = milliseconds(1), kMost = milliseconds(100);
       Drain(static_cast<int>(
           std::chrono::duration_cast<milliseconds>(std::clamp(free, kLeast, kMost)).count()));
+      if (!lost_) Download();
       Deliver(false);
-      if (Clock::now() >= next_watch_) Watch();
+      if (!lost_ && Clock::now() >= next_watch_) Watch();
     }
+  }
+
+  // The thread's last act: what is here is handed out, what is not is named, and then only is it lost.
+  void End() {
     Deliver(true);
-    if (state_ == DeviceState::kLost) inbox_->Close();
+    {
+      const std::lock_guard lock(mutex_);
+      not_downloaded_ += static_cast<double>(downloads_.Count());
+    }
+    if (const std::string names = downloads_.GiveUpAll(); !names.empty()) Notice(names);
+    if (!lost_) return;
+    inbox_->Close();
+    state_ = DeviceState::kLost;
   }
 
   // Told to stop, with no photograph on its way any more.
   bool MayStop() {
     if (!stop_) return false;
-    if (!released_at_) return true;
+    if (!released_at_ && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
     return Seconds(Clock::now() - *stopping_since_) > kLastPhotographPatienceS;
   }
@@ -249,6 +249,7 @@ class GphotoDevice : public Device {
 
   void DoneWithStill() {
     released_at_.reset();
+    answer_stem_.reset();
     asked_since_.reset();
     still_wanted_ = false;
   }
@@ -291,7 +292,7 @@ class GphotoDevice : public Device {
 
   // Everything that the camera has to say, waiting no longer than this for the first word.
   void Drain(int timeout_ms) {
-    while (state_ != DeviceState::kLost) {
+    while (!lost_) {
       GphotoEvent event;
       const GphotoResult result = camera_->WaitForEvent(timeout_ms, event);
       if (!result.ok()) {
@@ -302,7 +303,7 @@ class GphotoDevice : public Device {
       }
       failures_ = 0;
       if (event.kind == GphotoEventKind::kNothing) return;
-      if (event.kind == GphotoEventKind::kFileAdded) Fetch(event.file);
+      if (event.kind == GphotoEventKind::kFileAdded) Announced(event.file);
       // A property has changed: it may be one of ours.
       if (event.kind == GphotoEventKind::kOther && event.text.find("ropert") != std::string::npos)
         next_watch_ = std::min(next_watch_, Clock::now() + milliseconds(200));
@@ -310,66 +311,60 @@ class GphotoDevice : public Device {
     }
   }
 
-  void Fetch(const GphotoFile& announced) {
+  // PTP's events name the transaction that they belong to, but libgphoto2 does not hand that on: the first
+  // photograph announced after a release is taken for its answer, and may be one from the body.
+  void Announced(const GphotoFile& announced) {
     DownloadedFile file;
     file.name = announced.name;
     file.announced_s = HostNow();
-    file.released_s = released_at_ ? released_host_s_ : 0;
-    const auto began = Clock::now();
-    GphotoResult result;
-    constexpr int kTries = 5;
-    for (int i = 0; i < kTries; ++i) {
-      result = camera_->Download(announced, file.bytes);
-      if (!result.Busy()) break;
-      std::this_thread::sleep_for(milliseconds(100));
+    if (released_at_ && !answer_stem_) {
+      answer_stem_ = StemOf(announced.name);
+      const std::lock_guard lock(mutex_);
+      release_to_announcement_s_.push_back(file.announced_s - released_host_s_);
     }
-    if (!result.ok()) {
-      Notice(fmt::format("{}/{} could not be downloaded ({}); it is still in the camera", announced.folder,
-                         announced.name, result.text));
-      Gone(result);
-      return;
+    if (released_at_ && answer_stem_ == StemOf(announced.name)) file.released_s = released_host_s_;
+    downloads_.Announced(announced, std::move(file), NowS());
+    Download();
+  }
+
+  void Download() {
+    PhotographDownloads::Outcome outcome = downloads_.Work(NowS());
+    for (auto& [where, file] : outcome.here) {
+      if (IsInCameraMemory(where.folder, target_is_memory_)) camera_->Delete(where);
+      pairing_.Add(std::move(file), NowS());
     }
-    spdlog::debug("{}: {}/{}, {} bytes in {:.3f} s", uri_, announced.folder, announced.name,
-                  file.bytes.size(), Seconds(Clock::now() - began));
-    if (IsInCameraMemory(announced.folder, target_is_memory_)) camera_->Delete(announced);
-    pairing_.Add(std::move(file), Seconds(Clock::now().time_since_epoch()));
+    for (const std::string& words : outcome.words) Notice(words);
+    for (const DownloadedFile& file : outcome.given_up) {
+      if (file.released_s > 0) DoneWithStill();
+      const std::lock_guard lock(mutex_);
+      ++not_downloaded_;
+    }
+    if (!outcome.failure.ok()) Gone(outcome.failure);
   }
 
   void Deliver(bool all) {
-    for (DownloadedPhotograph& photograph : pairing_.Take(Seconds(Clock::now().time_since_epoch()), all)) {
-      Frame frame;
-      frame.kind = FrameKind::kStill;
-      frame.id = ++next_id_;
-      const DownloadedFile& first = photograph.First();
-      const bool asked = first.released_s > 0;
-      frame.device_time_s = asked ? first.released_s + options_.shutter_lag_s : first.announced_s;
-      frame.host_time_s = HostNow();
+    for (DownloadedPhotograph& photograph : pairing_.Take(NowS(), all)) {
+      const std::string name = photograph.First().name;
       const ExifFacts exif = ReadExif(photograph.jpeg.bytes);
-      frame.exposure_s = exif.exposure_s.value_or(settings_.Number(ShotSetting::kShutter).value_or(0));
-      frame.gain = exif.iso.value_or(settings_.Number(ShotSetting::kIso).value_or(100)) / 100;
-      frame.f_number = exif.f_number ? exif.f_number : settings_.Number(ShotSetting::kAperture);
+      Frame frame = FrameOf(std::move(photograph), exif, settings_, options_.shutter_lag_s);
+      frame.id = ++next_id_;
+      frame.host_time_s = HostNow();
       if (exif.orientation != 1 && !std::exchange(said_turned_, true))
         Notice(
-            "photographs carry a note that they are to be turned: it is not followed here, but other "
-            "programs "
-            "will; switch the camera's automatic rotation off");
-      if (!photograph.jpeg.bytes.empty())
-        frame.encoded =
-            EncodedImage{".jpg", std::make_shared<const std::string>(std::move(photograph.jpeg.bytes))};
-      if (!photograph.raw.bytes.empty())
-        frame.raw = EncodedImage{ExtensionOf(photograph.raw.name),
-                                 std::make_shared<const std::string>(std::move(photograph.raw.bytes))};
+            "photographs carry a note that they are to be turned: other programs follow it, this one does "
+            "not; switch the camera's automatic rotation off");
       if (!frame.encoded)
         Notice(
             fmt::format("{} has no JPEG beside it: it is kept, but raw is not decoded here; set the image "
                         "format to one with JPEG (imageformat=)",
-                        photograph.raw.name));
+                        name));
       {
         const std::lock_guard lock(mutex_);
         ++photographs_;
       }
+      const bool was_asked_for = frame.requested_s.has_value();
       inbox_->PushStill(std::move(frame));
-      if (asked) DoneWithStill();
+      if (was_asked_for) DoneWithStill();
     }
   }
 
@@ -450,7 +445,7 @@ class GphotoDevice : public Device {
       info_.problem = problem;
     }
     still_wanted_ = false;
-    state_ = DeviceState::kLost;
+    lost_ = true;
   }
 
   void Notice(const std::string& text) { Event(DeviceEventKind::kNotice, text); }
@@ -464,12 +459,15 @@ class GphotoDevice : public Device {
   const std::string uri_;
   std::unique_ptr<GphotoCamera> camera_;
   CameraSettings settings_;
+  PhotographDownloads downloads_;
   PhotographPairing pairing_;
 
   // The camera's thread.
   std::vector<GphotoStorage> storages_;
   bool target_is_memory_ = false;
   bool watches_storage_ = false;
+  bool lost_ = false;
+  std::optional<std::string> answer_stem_;  // of the photograph that answers the request
   bool said_busy_ = false, said_battery_ = false, said_full_ = false, said_raw_only_ = false,
        said_turned_ = false;
   std::optional<Clock::time_point> asked_since_, released_at_, stopping_since_, live_view_trouble_since_;
@@ -488,7 +486,8 @@ class GphotoDevice : public Device {
   DeviceStatistics statistics_;
   std::vector<DeviceEvent> events_;
   std::optional<Clock::time_point> started_;
-  double photographs_ = 0, live_view_refused_ = 0;
+  double photographs_ = 0, live_view_refused_ = 0, not_downloaded_ = 0;
+  std::vector<double> release_to_announcement_s_;
   std::thread thread_;
 };
 

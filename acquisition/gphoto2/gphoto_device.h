@@ -5,7 +5,7 @@
 //   gphoto2:ptpip:192.168.1.9         over the network (PTP/IP; with another port: ptpip:ADDRESS:PORT)
 //   gphoto2:NAME                      by model, or by serial number
 //   ?shutter=1/125&iso=200&aperture=8&focus=manual&imageformat=...&target=card|ram&liveview_fps=15
-//    &shutter_lag_ms=0&queue=4
+//    &shutter_lag_ms=120&queue=4
 //
 // Live view comes as frames of FrameKind::kLive; the newest wait in a queue of `queue`, older ones are
 // dropped and counted. A photograph, whoever released the shutter, comes as FrameKind::kStill when it has
@@ -15,7 +15,7 @@
 //
 // Times are the host's clock: these cameras have none that can be read to better than a second. A live
 // frame's is its arrival. A photograph's is the moment at which the shutter was asked to open, plus
-// `shutter_lag_ms`; where it was released on the body, the moment at which the camera announced it. A live
+// `shutter_lag_ms` where that is given (Frame::requested_s is the request itself); where it was released on the body, the moment at which the camera announced it. A live
 // frame's exposure and gain are unknown (0 and 1): live view has its own. A photograph's come from its Exif,
 // else from the camera's settings; gain 1 is ISO 100.
 #pragma once

@@ -11,9 +11,9 @@ std::string Lower(std::string text) {
   return text;
 }
 
-std::string StemOf(const std::string& name) { return Lower(name.substr(0, name.rfind('.'))); }
-
 }  // namespace
+
+std::string StemOf(const std::string& file_name) { return Lower(file_name.substr(0, file_name.rfind('.'))); }
 
 std::string ExtensionOf(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');

@@ -21,6 +21,8 @@ struct DownloadedPhotograph {
   const DownloadedFile& First() const { return jpeg.bytes.empty() ? raw : jpeg; }
 };
 
+// The name without its ending, in lower case: the same for a JPEG and its raw file.
+std::string StemOf(const std::string& file_name);
 // ".jpg" for every spelling of JPEG's.
 std::string ExtensionOf(const std::string& file_name);
 

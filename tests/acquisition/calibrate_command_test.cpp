@@ -100,6 +100,21 @@ TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
   EXPECT_THROW(CollectViews(without, Board(), options), UsageError);
 }
 
+TEST(CollectFrames, PhotographsAreAskedForOneByOneAndLiveFramesAreNot) {
+  ScriptedDevice device(true);
+  CaptureOptions options;
+  options.mode = "still";
+  const std::vector<Frame> photographs = CollectFrames(device, 4, options);
+  ASSERT_EQ(photographs.size(), 4u);
+  EXPECT_EQ(device.requested(), 4);
+  for (const Frame& photograph : photographs) EXPECT_EQ(photograph.image.width(), 1280);
+  ScriptedDevice live(true);
+  live.RequestStill();  // one from the body in between
+  for (const Frame& frame : CollectFrames(live, 4, {})) EXPECT_EQ(frame.image.width(), 640);
+  ScriptedDevice without(false);
+  EXPECT_THROW(CollectFrames(without, 4, options), UsageError);
+}
+
 TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {
   ScriptedDevice device;
   CaptureOptions options;

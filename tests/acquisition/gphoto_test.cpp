@@ -5,16 +5,19 @@
 
 #include <fstream>
 
+#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "acquisition/simulator/simulated_board.h"
 #include "tests/acquisition/gphoto_fixture.h"
 
 namespace ulf::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -74,6 +77,88 @@ TEST_F(GphotoTest, TheShutterOnTheBody) {
     ASSERT_TRUE(still) << number;
     EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(number, 960, 640));
   }
+}
+
+// Who released the shutter nobody says: whichever comes first is taken for the answer.
+TEST_F(GphotoTest, AShotFromTheBodyWhileOneIsAskedForIsDeliveredBesideTheAnswer) {
+  PtpipCameraOptions options;
+  options.shutter_lag_s = 0.2;
+  for (const bool body_first : {true, false}) {
+    Begin(NumberedPhotograph, options);
+    auto device = Open();
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    if (body_first) camera_->PressBeforeNextRelease();
+    ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+    if (!body_first) {
+      ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() == 1; }));
+      camera_->PressShutter();
+    }
+    const auto first = AwaitStill(*device), second = AwaitStill(*device);
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(*first->encoded->bytes, NumberedJpeg(1, 960, 640));
+    EXPECT_EQ(*second->encoded->bytes, NumberedJpeg(2, 960, 640));
+    ASSERT_TRUE(first->requested_s);
+    EXPECT_EQ(first->device_time_s, *first->requested_s);
+    EXPECT_FALSE(second->requested_s) << "one request has one answer";
+    EXPECT_EQ(device->RequestStill(), StillRequest::kAsked) << "which was enough";
+  }
+}
+
+TEST_F(GphotoTest, ADownloadThatFailsIsTriedAgain) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->FailDownloads(2);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(1, 960, 640));
+  EXPECT_TRUE(still->requested_s);
+  EXPECT_THAT(Said(*device),
+              AllOf(HasSubstr("DSC_0001.JPG could not be downloaded"), HasSubstr("tried again")));
+}
+
+TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->FailDownloads(1000);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_TRUE(
+      Until(*device, [&] { return Said(*device).find("copy it from the card") != std::string::npos; }));
+  EXPECT_THAT(said_, HasSubstr("DSC_0001.JPG was not downloaded"));
+  const auto transport = device->Statistics().transport;
+  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair("photographs not downloaded", 1)));
+  camera_->FailDownloads(0);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "photographing goes on at once";
+  EXPECT_TRUE(AwaitStill(*device));
+  // The link goes with a file still in the camera: that one is named, too.
+  camera_->FailDownloads(1000);
+  camera_->PressShutter();
+  EXPECT_TRUE(
+      Until(*device, [&] { return Said(*device).find("DSC_0003.JPG could not") != std::string::npos; }));
+  camera_->DropLink();
+  EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
+  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; copy from the card"));
+}
+
+// An answer that comes too late would be taken for the next one's: such a connection is of no use any more.
+TEST_F(GphotoTest, ACameraThatHangsIsOpenedAgain) {
+  Begin();
+  auto device = OpenDevice(camera_->Uri() + "?liveview_fps=30");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->StallLiveView(6);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (device->Statistics().reconnects == 0 && std::chrono::steady_clock::now() < until)
+    device->Next(milliseconds(50));
+  EXPECT_EQ(device->Statistics().reconnects, 1u) << Said(*device);
+  EXPECT_TRUE(AwaitLive(*device));
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_TRUE(AwaitStill(*device));
 }
 
 TEST_F(GphotoTest, AReaderThatSleepsLosesLiveFramesButNoPhotograph) {
@@ -380,6 +465,27 @@ TEST_F(GphotoTest, ACameraWithoutLiveViewTakesPhotographsOnly) {
   EXPECT_TRUE(Until(*device, [&] { return Said(*device).find("no live view") != std::string::npos; }));
   device->RequestStill();
   EXPECT_TRUE(AwaitStill(*device));
+}
+
+TEST_F(GphotoTest, TheFlatFieldOfPhotographsIsFoundFromPhotographs) {
+  const BoardScene card({.board = {}, .camera = SimulatedLens("barrel", 960, 640), .vignetting = 0.4});
+  Begin([&](int number) -> std::vector<PtpipFile> {
+    std::vector<unsigned char> bytes;
+    const Image picture{card.Render({}, static_cast<std::uint64_t>(number)), Transfer::kLinear};
+    cv::imencode(".jpg", Srgb8(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, 98});
+    return {{FileName(number), std::string(bytes.begin(), bytes.end())}};
+  });
+  const fs::path file = home_ / "camera.json";
+  WriteCalibration(file, card.options().camera, "3001234", "test", "still");
+  const CommandResult result =
+      RunUlf("calibrate --flat --mode still --frames 3 '" + camera_->Uri() + "' -o " + file.string());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(camera_->Releases(), 3);
+  const auto flat_field = ReadCalibrationFile(file).modes.at("still").flat_field;
+  ASSERT_TRUE(flat_field);
+  const cv::Mat light = flat_field->Light(960, 640), truth = card.Vignetting();
+  EXPECT_NEAR(light.at<cv::Vec3f>(10, 10)[1] / light.at<cv::Vec3f>(320, 480)[1],
+              truth.at<float>(10, 10) / truth.at<float>(320, 480), 0.02);
 }
 
 TEST_F(GphotoTest, TheConfigurationByName) {

@@ -4,9 +4,11 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
+#include "acquisition/frame_recording.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -140,7 +142,7 @@ TEST_F(Intrinsics, AnotherSerialIsAnErrorUnlessForced) {
   EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("forced")));
   args.force = false;
   EXPECT_TRUE(ResolveCalibration(StillDevice("S1"), args, 640, 480).warnings.empty());
-  EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "recorded frames have no serial";
+  EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "images have no serial";
 }
 
 TEST_F(Intrinsics, WithoutASerialModelAndPlaceCount) {
@@ -198,6 +200,86 @@ TEST_F(Intrinsics, AnotherPartOfTheSensorOrBinningIsRecomputedExactly) {
   EXPECT_THAT(ErrorOf(WindowDevice(Webcam("S1", "", ""), SensorWindow{1920, 1080, 0, 0, 1920, 1080}), args,
                       1920, 1080),
               HasSubstr("1920x1080"));
+}
+
+// What a camera recorded is that camera's: a calibration is bound to it, and found for it.
+class RecordedIntrinsics : public Intrinsics {
+ protected:
+  std::unique_ptr<Device> Recording(const RecordingHeader& header, cv::Size size = {640, 480}) {
+    const auto dir = scratch_ / ("recording" + std::to_string(++recordings_));
+    FrameRecorder recorder(dir, header);
+    Frame frame;
+    frame.image.pixels = cv::Mat(size, CV_8UC1, cv::Scalar(7));
+    recorder.TryAdd(frame);
+    recorder.Finish();
+    return OpenDevice("replay:" + dir.string());
+  }
+  static RecordingHeader Of(const DeviceInfo& device) {
+    RecordingHeader header;
+    header.device = device;
+    return header;
+  }
+  int recordings_ = 0;
+};
+
+TEST_F(RecordedIntrinsics, AreBoundToTheCameraAndFoundForIt) {
+  IntrinsicsArgs args{.calibration_path = WriteFile("named.json", 100), .focal_px = {}};
+  const auto of_s1 = Recording(Of(Webcam("S1", "M", "b"))), of_s2 = Recording(Of(Webcam("S2", "M", "b")));
+  EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s1, args, 640, 480).camera.fx, 100);
+  EXPECT_THAT(ErrorOf(*of_s2, args, 640, 480),
+              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("--force-calibration")));
+  args.force = true;
+  EXPECT_THAT(ResolveCalibration(*of_s2, args, 640, 480).warnings, ::testing::Contains(HasSubstr("forced")));
+  Store("S2", 200);
+  EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s2, {}, 640, 480).camera.fx, 200);
+  EXPECT_THAT(ErrorOf(*of_s1, {}, 640, 480), HasSubstr("S1.json"));
+  // Played in time it is the same camera.
+  const auto in_time = OpenDevice(of_s2->Info().uri + "?speed=1");
+  EXPECT_DOUBLE_EQ(ResolveCalibration(*in_time, {}, 640, 480).camera.fx, 200);
+  // A webcam without a serial, by model and place.
+  const CameraIdentity identity = CameraIdentity::Of(Webcam("", "HD Cam", "usb-1.2"));
+  UpdateCalibration(StoredCalibrationPath(identity), identity, "a test", "live", {.camera = WithFocal(700)});
+  EXPECT_DOUBLE_EQ(
+      ResolveCalibration(*Recording(Of(Webcam("", "HD Cam", "usb-1.2"))), {}, 640, 480).camera.fx, 700);
+}
+
+TEST_F(RecordedIntrinsics, WhatTheSessionWasRunWithGoesBeforeWhatIsStoredSince) {
+  RecordingHeader header = Of(Webcam("S1", "M", "b"));
+  header.camera = WithFocal(300);
+  header.flat_field = FlatField{.width = 640, .height = 480, .powers = {{2, 0, {-0.1, -0.2, -0.3}}}};
+  header.still_camera = CameraModel::Pinhole(1280, 960, 900);
+  header.still_flat_field = FlatField{.width = 1280, .height = 960, .powers = {{0, 2, {-0.3, -0.2, -0.1}}}};
+  const auto device = Recording(header);
+  Store("S1", 200);
+  const ResolvedCalibration live = ResolveCalibration(*device, {}, 640, 480);
+  EXPECT_EQ(live.camera, header.camera);
+  EXPECT_EQ(live.flat_field, header.flat_field);
+  const ResolvedCalibration still = ResolveCalibration(*device, {}, 0, 0, "still");
+  EXPECT_EQ(still.camera, header.still_camera);
+  EXPECT_EQ(still.flat_field, header.still_flat_field);
+}
+
+TEST_F(RecordedIntrinsics, AreRecomputedForThePartOfTheSensorThatWasRecorded) {
+  const SensorWindow whole{1280, 960, 0, 0, 1280, 960};
+  const CameraIdentity s1{.serial = "S1", .maker = {}, .model = {}, .bus = {}};
+  std::filesystem::create_directories(StoredCalibrationPath("S1").parent_path());
+  UpdateCalibration(StoredCalibrationPath("S1"), s1, "a test", "live",
+                    {.camera = CameraModel::Pinhole(1280, 960, 1100), .window = whole});
+  RecordingHeader header = Of(Webcam("S1", "M", "b"));
+  header.window = SensorWindow{1280, 960, 200, 100, 640, 480};
+  const CameraModel camera = ResolveCalibration(*Recording(header), {}, 640, 480).camera;
+  EXPECT_DOUBLE_EQ(camera.fx, 1100) << "cropped, not scaled";
+  EXPECT_DOUBLE_EQ(camera.cx, 640 - 200);
+}
+
+TEST_F(RecordedIntrinsics, OfImagesNobodyKnowsTheCamera) {
+  std::filesystem::create_directories(scratch_ / "images");
+  cv::imwrite((scratch_ / "images/1.png").string(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(7)));
+  const auto device = OpenDevice("replay:" + (scratch_ / "images").string());
+  const ResolvedCalibration resolved = ResolveCalibration(
+      *device, {.calibration_path = WriteFile("named.json", 100), .focal_px = {}}, 640, 480);
+  EXPECT_DOUBLE_EQ(resolved.camera.fx, 100);
+  EXPECT_TRUE(resolved.warnings.empty());
 }
 
 TEST_F(Intrinsics, AnOldFileKeepsReading) {

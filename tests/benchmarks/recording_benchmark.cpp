@@ -118,7 +118,7 @@ void RecordFrames(benchmark::State& state, int width, int height, int type) {
       const Scratch scratch;
       dd.push_back(Dd(400 << 20));
       const auto start = Clock::now();
-      FrameRecorder recorder(Folder() / "frames", {}, std::nullopt);
+      FrameRecorder recorder(Folder() / "frames", {});
       for (int i = 0; i < count; ++i)
         while (!recorder.TryAdd(FrameOf(picture, static_cast<std::uint64_t>(i))))
           std::this_thread::sleep_for(std::chrono::milliseconds(1));  // only here: all shall be written

@@ -4,8 +4,10 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <condition_variable>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/simulator/simulated_camera.h"
+#include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
@@ -82,6 +85,8 @@ class TetheredHand {
     was_read_.notify_all();
   }
   void SpoilPhotograph(int number) { spoiled_ = number; }
+  // Live view begins late, and somebody photographs meanwhile.
+  void ShootBeforeLiveView() { refused_ = 3; }
 
   struct Shot {
     std::string bytes;
@@ -94,6 +99,10 @@ class TetheredHand {
 
  private:
   std::string LivePicture() {
+    if (refused_ > 0) {
+      if (refused_-- == 3) body_.PressShutter();
+      return "";
+    }
     std::uint64_t index = 0;
     {
       std::unique_lock lock(mutex_);
@@ -126,7 +135,7 @@ class TetheredHand {
   std::condition_variable was_read_;
   std::uint64_t next_ = 0, read_ = 0;
   bool waits_ = true;
-  std::atomic<int> spoiled_{0};
+  std::atomic<int> spoiled_{0}, refused_{0};
   std::map<int, Shot> shots_;
   PtpipCamera body_;  // last: its threads use the rest
 };
@@ -170,11 +179,14 @@ class StillCaptureTest : public ::testing::Test {
 TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
   TetheredHand hand;
   std::uint64_t body_releases = 0;
-  const CaptureSummary summary = Capture(hand,
-                                         {{70, [&] { hand.Body().AnswerBusy(2); }},
-                                          {90, [&] { hand.Body().PressShutter(), ++body_releases; }},
-                                          {91, [&] { hand.SpoilPhotograph(hand.Body().Releases() + 3); }}},
-                                         220);
+  const CaptureSummary summary =
+      Capture(hand,
+              {{70, [&] { hand.Body().AnswerBusy(2); }},
+               {90, [&] { hand.Body().PressShutter(), ++body_releases; }},
+               // A finger comes before an answer that is awaited: both are kept.
+               {100, [&] { hand.Body().PressBeforeNextRelease(), ++body_releases; }},
+               {91, [&] { hand.SpoilPhotograph(hand.Body().Releases() + 3); }}},
+              220);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kFrames);
   EXPECT_GE(summary.frames, 220u);
   EXPECT_EQ(hand.Body().BusyAnswers(), 2);
@@ -265,6 +277,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   hand.WaitForReader(false);
   const fs::path calibration = scratch_ / "calibration.json";
   WriteCalibration(calibration, hand.LiveCamera(), "3001234", "test");
+  hand.ShootBeforeLiveView();
   const std::string uri = hand.Body().Uri() + "?liveview_fps=10&shutter=1/500";
   const std::string command = "capture '" + uri +
                               "' --headless --json --quality fast --frames 60 --calibration " +
@@ -273,9 +286,14 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.errors, HasSubstr("--mode still"));
   EXPECT_FALSE(fs::exists(scratch_ / "refused"));
+  EXPECT_THAT(BytesIn(scratch_ / "refused.photographs"), ::testing::ElementsAre(hand.Shots().at(1).bytes))
+      << "what was photographed before it was refused";
 
   WriteCalibration(calibration, hand.StillCamera(), "3001234", "test", "still");
-  const CommandResult captured = RunUlf(command + (scratch_ / "captured").string());
+  hand.ShootBeforeLiveView();
+  const int before = hand.Body().Releases();
+  const CommandResult captured = RunUlf(command + (scratch_ / "captured").string() +
+                                        " --deterministic --keep-frames " + (scratch_ / "frames").string());
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   const auto result = nlohmann::json::parse(captured.output);
   EXPECT_GE(result["photographs"]["recorded"].get<int>(), 1) << captured.output;
@@ -283,12 +301,120 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   EXPECT_EQ(light_field.cameras[0], hand.StillCamera());
   EXPECT_EQ(light_field.views.size(), result["photographs"]["recorded"].get<std::size_t>());
   EXPECT_EQ(light_field.device_serial, "3001234");
+  EXPECT_EQ(result["photographs"]["arrived"], hand.Body().Releases() - before);
+  EXPECT_EQ(BytesIn(scratch_ / "captured/unposed").count(hand.Shots().at(before + 1).bytes), 1u)
+      << "from before the first live frame";
+
+  // The session runs again from what was kept, with the intrinsics that it had, and comes to the same.
+  for (const char* name : {"again", "once_more"}) {
+    const CommandResult again =
+        RunUlf("capture 'replay:" + (scratch_ / "frames").string() +
+               "' --headless --json --quality fast --deterministic -o " + (scratch_ / name).string());
+    ASSERT_EQ(again.exit_code, 0) << again.errors;
+    const auto counts = nlohmann::json::parse(again.output)["photographs"];
+    for (const char* count : {"arrived", "recorded", "not_needed", "without_pose"})
+      EXPECT_EQ(counts[count], result["photographs"][count]) << count;
+    EXPECT_EQ(BytesIn(scratch_ / name / "images"), BytesIn(scratch_ / "captured/images"))
+        << "the same photographs get poses";
+    EXPECT_EQ(BytesIn(scratch_ / name / "unposed"), BytesIn(scratch_ / "captured/unposed"));
+  }
+  EXPECT_EQ(BytesOf(scratch_ / "again/journal.jsonl"), BytesOf(scratch_ / "once_more/journal.jsonl"));
 
   // And on, by photographs alone: the map of live view is made of them.
   if (light_field.views.size() < 3) return;
   const CommandResult resumed = RunUlf(command + (scratch_ / "captured").string() + " --resume");
   ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_GT(nlohmann::json::parse(resumed.output)["tracked"].get<int>(), 30) << resumed.output;
+}
+
+// A hand that goes round the subject, 0.3 radians a second, a metre away.
+Rigid3 HandAt(double time_s) {
+  return LookAt({std::sin(0.3 * time_s), 0, -std::cos(0.3 * time_s)}, {0, 0, 0}, {0, -1, 0});
+}
+
+std::vector<LivePose> Trajectory(double from_s, double to_s, const std::function<Rigid3(double)>& hand) {
+  std::vector<LivePose> poses;
+  for (double t = from_s; t < to_s; t += 1 / 15.0) poses.push_back({t, hand(t), 5});
+  return poses;
+}
+
+TEST(TimeOnTrajectory, IsWhenTheHandWasThereOrNothing) {
+  const auto poses = Trajectory(0, 3, HandAt);
+  for (const double t : {0.5, 1.0, 1.23, 2.01, 2.7}) {
+    const auto found = TimeOnTrajectory(poses, HandAt(t), 1);
+    ASSERT_TRUE(found) << t;
+    EXPECT_NEAR(*found, t, 0.004) << t;
+  }
+  EXPECT_FALSE(TimeOnTrajectory(poses, HandAt(-0.5), 1)) << "before the first";
+  EXPECT_FALSE(TimeOnTrajectory(poses, HandAt(3.5), 1)) << "behind the last";
+  EXPECT_FALSE(TimeOnTrajectory(Trajectory(0, 3, [](double) { return HandAt(1); }), HandAt(1), 1))
+      << "a hand that stands still tells no time";
+  const auto to_and_fro = Trajectory(0, 4, [](double t) { return HandAt(t < 2 ? t : 4 - t); });
+  EXPECT_FALSE(TimeOnTrajectory(to_and_fro, HandAt(1), 1)) << "it was there twice";
+  EXPECT_FALSE(TimeOnTrajectory({}, HandAt(1), 1));
+}
+
+// Photographs lie where they say; remembers where they were looked for.
+class RememberingPoses : public PoseSource {
+ public:
+  Track Step(const Frame&) override { return {}; }
+  std::optional<Track> Locate(const Frame& photograph, const CameraModel&,
+                              const std::optional<Rigid3>& near) const override {
+    looked_for = near;
+    Track track;
+    track.state = TrackState::kTracking;
+    track.cam_from_world = photograph.known_cam_from_world;
+    return track;
+  }
+  Rigid3 PoseOf(const Anchored&) const override { return {}; }
+  std::vector<VisiblePoint> VisiblePoints() const override { return {}; }
+  std::vector<ScenePoint> Points() const override { return {}; }
+  bool SeedMap(std::span<const SeedView>) override { return true; }
+  void Finish() override {}
+  mutable std::optional<Rigid3> looked_for;
+};
+
+TEST(ShutterLag, IsMeasuredFromThePhotographsPosesAndUsedForTheNext) {
+  constexpr double kLagS = 0.18;
+  const CameraModel camera = CameraModel::Pinhole(120, 80, 100);
+  const CoverageMap map(Subject{{0, 0, 0}, 0.2}, {});
+  RememberingPoses poses;
+  const auto device = OpenDevice("sim:studio?width=32&height=24");
+  StillCapture stills(*device, camera, poses, {}, 640);
+  double now_s = 0;
+  const auto live_until = [&](double to_s) {
+    for (; now_s < to_s; now_s += 1 / 15.0) {
+      Frame live;
+      live.image.pixels = cv::Mat(8, 12, CV_8UC3);
+      live.device_time_s = now_s;
+      Track track;
+      track.cam_from_world = HandAt(now_s);
+      stills.Follow(live, track);
+    }
+  };
+  const auto photograph = [&](double requested_s, double told_lag_s) {
+    Frame still;
+    still.kind = FrameKind::kStill;
+    still.image.pixels = cv::Mat(80, 120, CV_8UC3, cv::Scalar(90, 90, 90));
+    still.requested_s = requested_s;
+    still.device_time_s = requested_s + told_lag_s;
+    still.known_cam_from_world = HandAt(requested_s + kLagS);
+    stills.Judge(still, &map);
+    // To within half the time between two live frames.
+    return std::asin(poses.looked_for->OriginInSource().x()) / 0.3;
+  };
+  live_until(2.6);
+  EXPECT_NEAR(photograph(2, 0), 2, 0.04) << "nothing is known of the lag yet";
+  EXPECT_FALSE(stills.counts().lag_s);
+  live_until(3.6);
+  ASSERT_TRUE(stills.counts().lag_s);
+  EXPECT_NEAR(*stills.counts().lag_s, kLagS, 0.004);
+  EXPECT_EQ(stills.counts().lags, 1u);
+  EXPECT_NEAR(photograph(3, 0), 3 + kLagS, 0.04) << "the measured lag";
+  EXPECT_NEAR(photograph(3, 0.4), 3.4, 0.04) << "the device was told one";
+  CaptureSummary summary;
+  summary.stills = stills.counts();
+  EXPECT_THAT(ToText(summary, 1), HasSubstr("shutter lag    180 ms (median of 1"));
 }
 
 TEST(AsSeenBy, IsTheOtherCamerasPicture) {

@@ -26,6 +26,7 @@ enum Packet : std::uint32_t {
 enum Response : std::uint16_t {
   kOk = 0x2001,
   kNotSupported = 0x2005,
+  kGeneralError = 0x2002,
   kBadObject = 0x2009,
   kBadProperty = 0x200A,
   kStoreFull = 0x200C,

@@ -256,6 +256,10 @@ void PtpipCamera::Answer(Connection& connection, const Request& request) {
 void PtpipCamera::AnswerObject(Connection& connection, const Request& request) {
   std::string data;
   PtpipFile file;
+  if (request.operation == kGetObject && failing_downloads_ > 0) {
+    --failing_downloads_;
+    return connection.Respond(request, kGeneralError);
+  }
   {
     const std::lock_guard lock(mutex_);
     if (request.operation == kGetObjectHandles || request.operation == kGetNumObjects) {
@@ -318,6 +322,8 @@ void PtpipCamera::AnswerRelease(Connection& connection, const Request& request) 
     return connection.Respond(request, kBusy);
   }
   connection.Respond(request, kOk);
+  if (press_first_.exchange(false)) PressShutter();
+  ++releases_asked_;
   Release(request.transaction);
 }
 
@@ -326,6 +332,8 @@ void PtpipCamera::AnswerLiveView(Connection& connection, const Request& request)
     const std::lock_guard lock(mutex_);
     properties_.at(kLiveViewStatus).value = request.operation == kStartLiveView;
   } else {
+    if (const double seconds = stall_s_.exchange(0); seconds > 0)
+      std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     // A header of the maker's before the picture, as these cameras send it.
     connection.SendData(request, std::string(384, '\0') + live_());
   }
@@ -412,6 +420,11 @@ void PtpipCamera::DropLink() {
     events_.reset();
   }
   for (const auto& connection : dropped) connection->Shutdown();
+}
+
+void PtpipCamera::Forget() {
+  const std::lock_guard lock(mutex_);
+  objects_.clear();
 }
 
 void PtpipCamera::PressShutter() { Release(0xFFFFFFFF); }

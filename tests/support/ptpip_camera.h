@@ -57,12 +57,19 @@ class PtpipCamera {
   void PressShutter();                                 // on the body
   void AnswerBusy(int requests) { busy_ = requests; }  // to the next releases
   void SetCardFull(bool full) { card_full_ = full; }
+  void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
+  void Forget();                                                         // every file, as a card taken out
+  // The next live view picture comes so much too late: a camera that hangs, a network that stalls.
+  void StallLiveView(double seconds) { stall_s_ = seconds; }
+  // A finger on the body is quicker than the next release that is asked for.
+  void PressBeforeNextRelease() { press_first_ = true; }
   void DropLink();                                            // both connections, at once
   void Refuse(bool refuse) { refuse_ = refuse; }              // as when switched off
   void SetProperty(std::uint16_t code, std::uint32_t value);  // as the camera does itself, with its event
   std::uint32_t Property(std::uint16_t code) const;
 
-  int Releases() const { return releases_; }  // of the shutter
+  int Releases() const { return releases_; }             // of the shutter
+  int ReleasesAsked() const { return releases_asked_; }  // and not refused
   int BusyAnswers() const { return busy_answers_; }
   std::vector<std::string> FilesKept() const;  // by name, in order
 
@@ -94,8 +101,9 @@ class PtpipCamera {
   const PtpipCameraOptions options_;
   int listener_ = -1;
   int port_ = 0;
-  std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0};
-  std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false};
+  std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0}, failing_downloads_{0}, releases_asked_{0};
+  std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false}, press_first_{false};
+  std::atomic<double> stall_s_{0};
 
   mutable std::mutex mutex_;
   std::condition_variable released_;

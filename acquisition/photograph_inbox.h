@@ -1,6 +1,6 @@
-// What the camera's thread hands to the reader, still encoded: the newest live view frames, older ones
-// dropped and counted, and every photograph. Photographs go first; decoding is the reader's work, so that a
-// dropped frame costs nothing.
+// What a camera's thread hands to the reader: the newest live frames, older ones dropped and counted, and
+// every photograph. Photographs go first. A tethered camera's are still encoded: decoding is the reader's
+// work, so that a dropped frame costs nothing.
 #pragma once
 
 #include <chrono>
@@ -18,6 +18,12 @@ class PhotographInbox {
  public:
   explicit PhotographInbox(std::size_t live_capacity) : live_capacity_(live_capacity) {}
 
+  void Push(Frame frame) {
+    if (frame.kind == FrameKind::kStill)
+      PushStill(std::move(frame));
+    else
+      PushLive(std::move(frame));
+  }
   void PushLive(Frame frame) {
     {
       const std::lock_guard lock(mutex_);

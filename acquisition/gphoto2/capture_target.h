@@ -1,0 +1,15 @@
+// Where a tethered camera puts its photographs: its card, or memory that forgets.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "acquisition/gphoto2/gphoto_camera.h"
+
+namespace ulf {
+
+// To the card or not; without a word to the card, where there is one with room. True when photographs go to
+// memory. Throws UsageError for what the camera does not offer, Error for what it refuses.
+bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
+
+}  // namespace ulf

@@ -1,0 +1,84 @@
+#include "acquisition/gphoto2/photograph_downloads.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace ulf {
+namespace {
+
+constexpr int kTries = 6;
+constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;  // the pauses double: 6 s in all
+constexpr double kBusyPatienceS = 20;
+
+std::string PathOf(const GphotoFile& file) { return file.folder + "/" + file.name; }
+
+}  // namespace
+
+void PhotographDownloads::Announced(const GphotoFile& where, DownloadedFile file, double now_s) {
+  waiting_.push_back({where, std::move(file), now_s, now_s, 0});
+}
+
+PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
+  Outcome outcome;
+  for (std::size_t i = 0; i < waiting_.size();) {
+    Waiting& waiting = waiting_[i];
+    if (waiting.again_s > now_s) {
+      ++i;
+      continue;
+    }
+    const auto began = std::chrono::steady_clock::now();
+    const GphotoResult result = camera_.Download(waiting.where, waiting.file.bytes);
+    bool done = true;
+    if (result.ok()) {
+      spdlog::debug("{}, {} bytes in {:.3f} s", PathOf(waiting.where), waiting.file.bytes.size(),
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+      outcome.here.emplace_back(waiting.where, std::move(waiting.file));
+    } else {
+      Failed(result, now_s, waiting, done, outcome);
+      if (done) outcome.given_up.push_back(std::move(waiting.file));
+    }
+    if (done)
+      waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
+    else
+      ++i;
+    if (!result.ok() && !result.Busy()) break;  // first of all: is it still there?
+  }
+  return outcome;
+}
+
+void PhotographDownloads::Failed(const GphotoResult& result, double now_s, Waiting& waiting, bool& given_up,
+                                 Outcome& outcome) {
+  waiting.file.bytes.clear();
+  if (!result.Busy()) outcome.failure = result;
+  if (result.Busy() && now_s - waiting.announced_s < kBusyPatienceS) {
+    waiting.again_s = now_s + kBusyPauseS;
+    given_up = false;
+    return;
+  }
+  const std::string path = PathOf(waiting.where);
+  given_up = result.Busy() || result.NoSuchFile() || ++waiting.failures >= kTries;
+  if (!given_up) {
+    waiting.again_s = now_s + std::ldexp(kFirstPauseS, waiting.failures - 1);
+    if (waiting.failures == 1)
+      outcome.words.push_back(
+          fmt::format("{} could not be downloaded ({}); it is tried again", path, result.text));
+    return;
+  }
+  outcome.words.push_back(
+      result.NoSuchFile()
+          ? fmt::format("{} was announced, but is no longer in the camera: this photograph is lost", path)
+          : fmt::format("{} was not downloaded ({}); it is still in the camera: copy it from the card", path,
+                        result.text));
+}
+
+std::string PhotographDownloads::GiveUpAll() {
+  std::string names;
+  for (const Waiting& waiting : waiting_) names += (names.empty() ? "" : ", ") + PathOf(waiting.where);
+  waiting_.clear();
+  return names.empty() ? names : "not downloaded, still in the camera: " + names + "; copy from the card";
+}
+
+}  // namespace ulf

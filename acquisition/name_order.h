@@ -1,0 +1,10 @@
+// Name order as people count: frame_2 before frame_10.
+#pragma once
+
+#include <string>
+
+namespace ulf {
+
+bool NameOrder(const std::string& a, const std::string& b);
+
+}  // namespace ulf
