@@ -55,7 +55,7 @@ double LengthMm(const std::string& word, const char* what, const std::string& bo
     used = 0;
   }
   if (used == 0 || used != word.size() || !(value > 0) || value > 1e5)
-    throw UsageError("--board {}: '{}' is no {} in millimetres", board, word, what);
+    throw UsageError("board '{}': '{}' is no {} in millimetres", board, word, what);
   return value;
 }
 
@@ -63,7 +63,7 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
   char x = 0, rest = 0;
   const bool counts = std::sscanf(word.c_str(), "%d%c%d%c", &board.columns, &x, &board.rows, &rest) == 3;
   if (!counts || x != 'x' || board.columns < 1 || board.rows < 1 || board.columns > 200 || board.rows > 200)
-    throw UsageError("--board {}: '{}' is not COLUMNSxROWS, as 7x5", text, word);
+    throw UsageError("board '{}': '{}' is not COLUMNSxROWS, as 7x5", text, word);
 }
 
 bool IsDarkSquare(int column, int row) { return (column + row) % 2 == 0; }
@@ -105,7 +105,7 @@ Board Board::Parse(const std::string& text) {
   Board board;
   const std::string& kind = parts[0];
   const auto require_parts = [&](std::size_t count, const char* form) {
-    if (parts.size() != count) throw UsageError("--board {}: a {} is written as {}", text, kind, form);
+    if (parts.size() != count) throw UsageError("board '{}': a {} is written as {}", text, kind, form);
   };
   if (kind == "charuco") {
     require_parts(5,
@@ -113,7 +113,7 @@ Board Board::Parse(const std::string& text) {
     board.square_mm = LengthMm(parts[2], "square", text);
     board.marker_mm = LengthMm(parts[3], "marker", text);
     if (board.marker_mm >= board.square_mm)
-      throw UsageError("--board {}: the marker ({} mm) must be smaller than the square ({} mm)", text,
+      throw UsageError("board '{}': the marker ({} mm) must be smaller than the square ({} mm)", text,
                        board.marker_mm, board.square_mm);
     board.dictionary = parts[4];
   } else if (kind == "aruco") {
@@ -130,20 +130,20 @@ Board Board::Parse(const std::string& text) {
     board.marker_mm = 0;
     board.dictionary.clear();
   } else {
-    throw UsageError("--board {}: there is no kind of board '{}'; there are charuco, aruco and chessboard",
+    throw UsageError("board '{}': there is no kind of board '{}'; there are charuco, aruco and chessboard",
                      text, kind);
   }
   ParseCounts(parts[1], text, board);
   const int least = board.kind == BoardKind::kArucoGrid ? 1 : 3;
   if (board.columns < least || board.rows < least)
-    throw UsageError("--board {}: needs at least {}x{} squares (counted are squares, not inner corners)",
+    throw UsageError("board '{}': needs at least {}x{} squares (counted are squares, not inner corners)",
                      text, least, least);
   if (board.kind != BoardKind::kChessboard) {
     const auto dictionary = cv::aruco::getPredefinedDictionary(DictionaryNumber(board.dictionary));
     const int all = board.columns * board.rows;
     const int markers = board.kind == BoardKind::kArucoGrid ? all : all / 2;
     if (markers > dictionary->bytesList.rows)
-      throw UsageError("--board {}: needs {} markers, {} has {}", text, markers, board.dictionary,
+      throw UsageError("board '{}': needs {} markers, {} has {}", text, markers, board.dictionary,
                        dictionary->bytesList.rows);
   }
   return board;

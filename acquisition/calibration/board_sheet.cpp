@@ -71,7 +71,7 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page) {
     const bool lying = width <= size->long_mm && height <= size->short_mm;
     if (!upright && !lying)
       throw UsageError(
-          "--board {}: with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}; take smaller squares, a "
+          "board '{}': with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}; take smaller squares, a "
           "larger page, or --page board",
           board.Text(), width, height, page, size->short_mm, size->long_mm);
     layout.page_width_mm = upright ? size->short_mm : size->long_mm;

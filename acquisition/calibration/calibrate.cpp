@@ -190,6 +190,15 @@ void Judge(CalibrationResult& result) {
   const CameraModel& camera = result.camera;
   const BoardCoverage& coverage = result.coverage;
   const auto warn = [&](std::string_view text) { result.warnings.emplace_back(text); };
+  // First what makes the result wrong, then what makes it uncertain.
+  const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
+  if (off.norm() > 0.1 * camera.width)
+    warn(fmt::format(
+        "the principal point lies {:.0f} px ({:.0f} % of the width) from the image's middle, where hardly "
+        "any "
+        "lens has it: do not use this calibration unless the images were cropped; take more views, "
+        "with the board in all parts of the image and tilted to all sides",
+        off.norm(), 100 * off.norm() / camera.width));
   if (result.views.size() < 10) warn(fmt::format("only {} views: take 15 or more", result.views.size()));
   if (coverage.CellShare() < 0.7)
     warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
@@ -212,12 +221,6 @@ void Judge(CalibrationResult& result) {
   const double center = std::max(result.sigma[2], result.sigma[3]);
   if (center > 0.005 * camera.width)
     warn(fmt::format("the principal point is uncertain by +- {:.1f} px", center));
-  const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
-  if (off.norm() > 0.1 * camera.width)
-    warn(
-        fmt::format("the principal point lies {:.0f} px from the image's middle: cropped images, or views "
-                    "that do not determine it",
-                    off.norm()));
   if (result.rms_px > 1)
     warn(
         fmt::format("the error of {:.2f} px is large: is the board flat and true to its text, are the images "

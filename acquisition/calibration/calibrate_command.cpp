@@ -12,6 +12,7 @@
 #include "acquisition/calibration/calibration_picture.h"
 #include "acquisition/calibration/calibration_report.h"
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/error.h"
 #include "acquisition/output_path.h"
 #include "acquisition/stop_signal.h"
@@ -20,6 +21,7 @@ namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 struct CalibrateArgs {
   std::vector<std::string> sources;
@@ -62,33 +64,42 @@ Source OpenSource(const CalibrateArgs& args) {
   return source;
 }
 
-// The file named, else the one that later commands look for. Empty: nothing is written.
+// A name that no earlier result has: what was calibrated from images is of no camera that is known.
+fs::path UnusedName() {
+  fs::path path = "calibration.json";
+  for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
+  return path;
+}
+
+// The file named, else the one that later commands look for, else one in this folder. Throws before the work
+// where it could not be written.
 std::string OutputOf(const CalibrateArgs& args, const Source& source) {
-  if (!args.output.empty()) {
-    RequireWritable(args.output);
-    return args.output;
-  }
   const fs::path stored = StoredCalibrationPath(source.identity);
-  if (stored.empty()) return {};
-  fs::create_directories(stored.parent_path());
-  return stored.string();
+  if (args.output.empty() && !stored.empty()) {
+    fs::create_directories(stored.parent_path());
+    return stored.string();
+  }
+  const std::string output = args.output.empty() ? UnusedName().string() : args.output;
+  RequireWritable(output);
+  return output;
+}
+
+std::string Png(const cv::Mat& picture) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", picture, bytes);
+  return {bytes.begin(), bytes.end()};
 }
 
 void WriteReport(const fs::path& folder, const CalibrationResult& result, const CollectedViews& collected,
                  const std::string& text) {
-  const auto png = [](const cv::Mat& picture) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(".png", picture, bytes);
-    return std::string(bytes.begin(), bytes.end());
-  };
   fs::create_directories(folder);
   WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
-  if (result.ok()) WriteFileAtomically(folder / "residuals.png", png(DrawCalibration(result)));
+  if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(DrawCalibration(result)));
   // What a device gave, so that the calibration can be done again from the folder.
   if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
   for (std::size_t i = 0; i < collected.pictures.size(); ++i)
-    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), png(collected.pictures[i]));
+    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), Png(collected.pictures[i]));
 }
 
 void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
@@ -122,7 +133,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   const std::string text =
       result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
   if (!args.report.empty()) WriteReport(args.report, result, collected, text);
-  if (result.ok() && !output.empty())
+  if (result.ok())
     UpdateCalibration(output, source.identity, fmt::format("ulf calibrate {}, {}", source.name, board.Text()),
                       args.mode,
                       {.camera = result.camera,
@@ -131,7 +142,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
                        .rms_px = result.rms_px,
                        .flat_field = {}});
   if (args.json) {
-    nlohmann::ordered_json json = ReportJson(result);
+    Json json = ReportJson(result);
     json["file"] = result.ok() ? output : "";
     if (source.truth && result.ok())
       json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
@@ -141,11 +152,13 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   if (args.json) return kOk;
   fmt::print("{}", text);
   if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
-  if (output.empty())
-    fmt::print("\nnot written: name a file (-o FILE), and the camera (--serial S) to bind it to\n");
-  else
-    fmt::print("\n{}: written, mode {}{}\n", output, args.mode,
-               args.output.empty() ? "; commands that use this camera find it by themselves" : "");
+  fmt::print("\n{}: written, mode {}\n", output, args.mode);
+  if (source.identity.serial.empty() && source.identity.model.empty())
+    fmt::print(
+        "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
+        output);
+  else if (args.output.empty())
+    fmt::print("commands that use this camera find it by themselves\n");
   return kOk;
 }
 
@@ -171,48 +184,77 @@ std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& blac
   return cards;
 }
 
-int RunFlatField(const CalibrateArgs& args) {
-  Source source = OpenSource(args);
-  const std::string output = OutputOf(args, source);
-  if (output.empty() || !fs::exists(output))
-    throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
-                output.empty() ? "-o FILE is missing" : output);
-  CalibrationFile file = ReadCalibrationFile(output);
-  ModeCalibration mode = ModeOf(file, args.mode, output);
+Json FlatFieldJson(const FlatFieldResult& result, const std::string& file) {
+  return {{"file", file},
+          {"refusal", result.refusal},
+          {"model", result.model},
+          {"corner_light_bgr", result.corner_bgr},
+          {"residual", result.residual},
+          {"gradient", result.gradient},
+          {"dust", result.dust},
+          {"frames", result.frames}};
+}
+
+std::string FlatFieldText(const FlatFieldResult& result) {
+  if (!result.ok()) return "refused: " + result.refusal + "\n";
+  std::string text = fmt::format(
+      "model            {}\ncorners          {:.1f} % of the light in the middle (darkest of B, G, R)\n",
+      result.model, 100 * std::min({result.corner_bgr[0], result.corner_bgr[1], result.corner_bgr[2]}));
+  text += fmt::format("left over        {:.2f} %, lighting falls off by {:.1f} % over the card\n",
+                      100 * result.residual, 100 * result.gradient);
+  if (result.dust > 0)
+    text += fmt::format("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
+  return text;
+}
+
+// Throws Error where these cards are not of the camera, or the part of its sensor, that was calibrated.
+void RequireAsCalibrated(const Source& source, const CalibrationFile& file, const ModeCalibration& mode,
+                         const std::vector<Image>& cards, const std::string& output) {
   if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
       source.identity.serial != file.identity.serial)
     throw Error("{}: is of serial '{}', this camera has '{}'; name its own file", output,
                 file.identity.serial, source.identity.serial);
-  const StopOnSignal stop_on_signal;
-  double black_level = 0;
-  const std::vector<Image> cards = Cards(args, source, black_level);
+  if (source.window && mode.window && *source.window != *mode.window)
+    throw Error(
+        "{}: was calibrated with {}, the camera is set to {}: the light would be put at the wrong place; set "
+        "region and binning as they were",
+        output, Describe(*mode.window), Describe(*source.window));
   if (!cards.empty() && (cards[0].width() != mode.camera.width || cards[0].height() != mode.camera.height))
     throw Error("{}: the frames are {}x{}, the calibration is for {}x{}; set the camera as it was calibrated",
                 output, cards[0].width(), cards[0].height(), mode.camera.width, mode.camera.height);
+}
+
+int RunFlatField(const CalibrateArgs& args) {
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  if (!fs::exists(output))
+    throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
+                args.output.empty() && source.identity.serial.empty() ? "-o FILE is missing" : output);
+  CalibrationFile file = ReadCalibrationFile(output);
+  ModeCalibration mode = ModeOf(file, args.mode, output);
+  RequireAsCalibrated(source, file, mode, {}, output);
+  const StopOnSignal stop_on_signal;
+  double black_level = 0;
+  const std::vector<Image> cards = Cards(args, source, black_level);
+  RequireAsCalibrated(source, file, mode, cards, output);
   const FlatFieldResult result = EstimateFlatField(cards, black_level);
-  if (args.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"file", result.ok() ? output : ""},
-                                              {"refusal", result.refusal},
-                                              {"model", result.model},
-                                              {"corner_light_bgr", result.corner_bgr},
-                                              {"residual", result.residual},
-                                              {"gradient", result.gradient},
-                                              {"dust", result.dust},
-                                              {"frames", result.frames}}
-                           .dump(2));
+  const std::string text = FlatFieldText(result);
+  if (!args.report.empty()) {
+    fs::create_directories(args.report);
+    const fs::path folder = args.report;
+    WriteFileAtomically(folder / "flat_field.txt", text);
+    WriteFileAtomically(folder / "flat_field.json",
+                        FlatFieldJson(result, result.ok() ? output : "").dump(2) + "\n");
+    if (result.ok()) WriteFileAtomically(folder / "flat_field.png", Png(DrawFlatField(result)));
+  }
+  if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
   if (!result.ok()) throw Error("no flat field: {}", result.refusal);
   mode.flat_field = result.flat_field;
   file.modes[args.mode] = mode;
   WriteCalibrationFile(output, file);
-  if (args.json) return kOk;
-  fmt::print(
-      "model            {}\ncorners          {:.1f} % of the light in the middle (darkest of B, G, R)\n",
-      result.model, 100 * std::min({result.corner_bgr[0], result.corner_bgr[1], result.corner_bgr[2]}));
-  fmt::print("left over        {:.2f} %, lighting falls off by {:.1f} % over the card\n",
-             100 * result.residual, 100 * result.gradient);
-  if (result.dust > 0)
-    fmt::print("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
-  fmt::print("\n{}: flat field written from {} frames, mode {}\n", output, result.frames, args.mode);
+  if (!args.json)
+    fmt::print("{}\n{}: flat field written from {} frames, mode {}\n", text, output, result.frames,
+               args.mode);
   return kOk;
 }
 
@@ -228,7 +270,8 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--mode", args->mode, "live frames, or still photographs of a tethered camera")
       ->check(CLI::IsMember({"live", "still"}))
       ->capture_default_str();
-  command->add_option("-o,--output", args->output, "Calibration file (else stored for the camera)");
+  command->add_option("-o,--output", args->output,
+                      "Calibration file (else stored for the camera; for images calibration.json)");
   command->add_option("--report", args->report, "Folder for report, residual picture and the frames taken");
   command->add_option("--serial", args->serial, "Bind to this serial (for image files)");
   command->add_option("--views", args->views, "Live: take at least so many views")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace ulf {
@@ -10,7 +11,7 @@ namespace {
 using Eigen::Vector2d;
 
 const cv::Scalar kPaper(250, 250, 250), kInk(40, 40, 40), kFaint(222, 222, 222), kContour(205, 190, 170),
-    kArrow(30, 60, 200), kFrame(150, 150, 150);
+    kDarkContour(120, 60, 10), kArrow(30, 60, 200), kFrame(150, 150, 150);
 constexpr int kTextLine = 22, kMargin = 16;
 
 void Write(cv::Mat& canvas, const std::string& text, cv::Point at, double scale = 0.5) {
@@ -30,10 +31,81 @@ void DrawFrame(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
   cv::rectangle(canvas, panel.At({0, 0}), panel.At({camera.width, camera.height}), kFrame, 1);
 }
 
-using Labels = std::vector<std::pair<std::string, cv::Point>>;  // in the panel
+constexpr double kSmallText = 0.38;
+
+// Where a small text written at `at` (its left end, on the line) covers the picture.
+cv::Rect BoxOf(const std::string& text, cv::Point at) {
+  int below = 0;
+  const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kSmallText, 1, &below);
+  return {at.x - 3, at.y - size.height - 3, size.width + 6, size.height + below + 5};
+}
+
+void WriteOnBox(cv::Mat& canvas, const std::string& text, cv::Point at, const cv::Scalar& background) {
+  cv::rectangle(canvas, BoxOf(text, at), background, cv::FILLED);
+  Write(canvas, text, at, kSmallText);
+}
+
+struct Contour {
+  std::string text;
+  std::vector<cv::Point> places;  // on the canvas
+};
+
+// Lines of equal value, for each level that is passed somewhere within the panel.
+std::vector<Contour> DrawContours(cv::Mat& canvas, const Panel& panel, const cv::Mat& values,
+                                  const std::vector<std::pair<double, std::string>>& levels,
+                                  const cv::Scalar& color = kContour) {
+  std::vector<Contour> contours;
+  const cv::Rect inside_panel(panel.origin.x + 1, panel.origin.y + 1, values.cols - 2, values.rows - 2);
+  for (const auto& [level, text] : levels) {
+    Contour contour{text, {}};
+    std::vector<std::vector<cv::Point>> lines;
+    const cv::Mat inside = values < level;
+    cv::findContours(inside, lines, cv::RETR_LIST, cv::CHAIN_APPROX_NONE, panel.origin);
+    cv::drawContours(canvas, lines, -1, color, 1, cv::LINE_AA);
+    for (const auto& line : lines)
+      for (std::size_t i = 0; i < line.size(); i += 4)
+        if (inside_panel.contains(line[i])) contour.places.push_back(line[i]);
+    if (!contour.places.empty()) contours.push_back(std::move(contour));
+  }
+  // What runs along the panel's edge is no line of equal value.
+  cv::rectangle(canvas, panel.origin, panel.origin + cv::Point(values.cols, values.rows), kPaper, 2);
+  return contours;
+}
+
+// Each line's value on it, where it hides least of what is drawn there and no other value.
+void LabelContours(cv::Mat& canvas, const Panel& panel, cv::Size size, const std::vector<Contour>& contours,
+                   const cv::Mat& drawn) {
+  cv::Mat sum;
+  cv::integral(drawn / 255, sum, CV_32S);
+  const auto ink_in = [&](const cv::Rect& box) {
+    return sum.at<int>(box.y, box.x) + sum.at<int>(box.br().y, box.br().x) - sum.at<int>(box.y, box.br().x) -
+           sum.at<int>(box.br().y, box.x);
+  };
+  const cv::Rect room(panel.origin.x + 2, panel.origin.y + 2, size.width - 4, size.height - 4);
+  std::vector<cv::Rect> taken;
+  for (const Contour& contour : contours) {
+    std::optional<cv::Point> best;
+    int least = std::numeric_limits<int>::max();
+    for (const cv::Point& place : contour.places) {
+      const cv::Rect around = BoxOf(contour.text, place);
+      const cv::Point at = place - cv::Point(around.width / 2 - 3, -around.height / 2 + 3);
+      const cv::Rect box = BoxOf(contour.text, at);
+      if ((box & room) != box || std::any_of(taken.begin(), taken.end(),
+                                             [&](const cv::Rect& other) { return (box & other).area() > 0; }))
+        continue;
+      if (const int ink = ink_in(box); ink < least) {
+        least = ink;
+        best = at;
+      }
+    }
+    if (!best) continue;
+    taken.push_back(BoxOf(contour.text, *best));
+    WriteOnBox(canvas, contour.text, *best, kPaper);
+  }
+}
 
 // How far the distortion moves a point: a line for each of a few distances.
-Labels DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
+std::vector<Contour> DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
   const CameraModel plain = camera.WithoutDistortion();
   const int width = static_cast<int>(camera.width * panel.scale),
             height = static_cast<int>(camera.height * panel.scale);
@@ -45,26 +117,10 @@ Labels DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& ca
       const auto straight = ray && ray->z() > 0.05 ? plain.ImgFromCam(*ray) : std::nullopt;
       moved.at<float>(y, x) = straight ? static_cast<float>((*straight - img).norm()) : 1e4f;
     }
-  double largest = 0;
-  cv::minMaxLoc(moved, nullptr, &largest);
-  const double levels_px[] = {0.5, 1, 2, 5, 10, 20, 50, 100, 200};
-  Labels labels;
-  for (const double level : levels_px) {
-    if (level > largest) break;
-    cv::Mat inside = moved < level;
-    std::vector<std::vector<cv::Point>> lines;
-    cv::findContours(inside, lines, cv::RETR_LIST, cv::CHAIN_APPROX_NONE, panel.origin);
-    cv::drawContours(canvas, lines, -1, kContour, 1, cv::LINE_AA);
-    // The number where the contour crosses the middle row, to the right, unless another stands there.
-    for (int x = static_cast<int>(camera.cx * panel.scale); x >= 0 && x + 1 < width; ++x)
-      if ((moved.at<float>(height / 2, x) < level) != (moved.at<float>(height / 2, x + 1) < level)) {
-        if (labels.empty() || x > labels.back().second.x + 48)
-          labels.emplace_back(fmt::format("{:g} px", level), cv::Point(x, height / 2));
-        break;
-      }
-  }
-  cv::rectangle(canvas, panel.At({0, 0}), panel.At({camera.width, camera.height}), kPaper, 2);
-  return labels;
+  std::vector<std::pair<double, std::string>> levels;
+  for (const double level_px : {0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0})
+    levels.emplace_back(level_px, fmt::format("{:g} px", level_px));
+  return DrawContours(canvas, panel, moved, levels);
 }
 
 double ArrowScale(const CalibrationResult& result) {
@@ -85,7 +141,8 @@ void DrawResiduals(cv::Mat& canvas, const Panel& panel, const CalibrationResult&
     }
   }
   const cv::Point center = panel.At({result.camera.cx, result.camera.cy});
-  cv::drawMarker(canvas, center, kInk, cv::MARKER_CROSS, 14, 1, cv::LINE_AA);
+  cv::drawMarker(canvas, center, kPaper, cv::MARKER_CROSS, 20, 5);
+  cv::drawMarker(canvas, center, kInk, cv::MARKER_CROSS, 16, 2);
 }
 
 void DrawCoverage(cv::Mat& canvas, const Panel& panel, const CalibrationResult& result) {
@@ -93,20 +150,28 @@ void DrawCoverage(cv::Mat& canvas, const Panel& panel, const CalibrationResult& 
   const BoardCoverage& coverage = result.coverage;
   const int most =
       std::max(1, *std::max_element(coverage.corners_in_cell.begin(), coverage.corners_in_cell.end()));
-  for (int row = 0; row < coverage.rows; ++row)
-    for (int column = 0; column < coverage.columns; ++column) {
-      const int count = coverage.corners_in_cell[static_cast<std::size_t>(row * coverage.columns + column)];
-      const double share = std::sqrt(static_cast<double>(count) / most);
-      const cv::Scalar color = count == 0 ? cv::Scalar(170, 170, 240)
-                                          : cv::Scalar(250 - 90 * share, 250 - 30 * share, 250 - 120 * share);
-      const double w = static_cast<double>(camera.width) / coverage.columns,
-                   h = static_cast<double>(camera.height) / coverage.rows;
-      const cv::Rect cell(panel.At({column * w, row * h}), panel.At({(column + 1) * w, (row + 1) * h}));
-      cv::rectangle(canvas, cell, color, cv::FILLED);
-      Write(canvas, std::to_string(count), cell.tl() + cv::Point(4, 14), 0.38);
-    }
+  const auto each_cell = [&](const auto& draw) {
+    for (int row = 0; row < coverage.rows; ++row)
+      for (int column = 0; column < coverage.columns; ++column) {
+        const int count = coverage.corners_in_cell[static_cast<std::size_t>(row * coverage.columns + column)];
+        const double share = std::sqrt(static_cast<double>(count) / most);
+        const cv::Scalar color = count == 0
+                                     ? cv::Scalar(170, 170, 240)
+                                     : cv::Scalar(250 - 90 * share, 250 - 30 * share, 250 - 120 * share);
+        const double w = static_cast<double>(camera.width) / coverage.columns,
+                     h = static_cast<double>(camera.height) / coverage.rows;
+        draw(cv::Rect(panel.At({column * w, row * h}), panel.At({(column + 1) * w, (row + 1) * h})), color,
+             count);
+      }
+  };
+  each_cell([&](const cv::Rect& cell, const cv::Scalar& color, int) {
+    cv::rectangle(canvas, cell, color, cv::FILLED);
+  });
   for (const BoardView& view : result.views)
     for (const Vector2d& img : view.img) cv::circle(canvas, panel.At(img), 1, kInk, cv::FILLED, cv::LINE_AA);
+  each_cell([&](const cv::Rect& cell, const cv::Scalar& color, int count) {
+    WriteOnBox(canvas, std::to_string(count), cell.tl() + cv::Point(5, 14), color);
+  });
 }
 
 }  // namespace
@@ -119,13 +184,13 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
   cv::Mat canvas(top + height + kMargin, 2 * width + 3 * kMargin, CV_8UC3, kPaper);
   const Panel left{{kMargin, top}, scale}, right{{2 * kMargin + width, top}, scale};
   const double magnified = ArrowScale(result);
-  const Labels labels = DrawDistortion(canvas, left, camera);
+  const std::vector<Contour> contours = DrawDistortion(canvas, left, camera);
+  const cv::Mat before = canvas.clone();
   DrawResiduals(canvas, left, result, magnified);
-  for (const auto& [text, at] : labels) {
-    const cv::Point from = left.origin + cv::Point(std::min(at.x, width - 46) + 3, at.y);
-    cv::rectangle(canvas, from + cv::Point(-2, -11), from + cv::Point(40, 4), kPaper, cv::FILLED);
-    Write(canvas, text, from, 0.38);
-  }
+  cv::Mat drawn;
+  cv::absdiff(canvas, before, drawn);
+  cv::cvtColor(drawn, drawn, cv::COLOR_BGR2GRAY);
+  LabelContours(canvas, left, {width, height}, contours, drawn > 0);
   DrawFrame(canvas, left, camera);
   DrawCoverage(canvas, right, result);
   DrawFrame(canvas, right, camera);
@@ -147,6 +212,66 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
                     result.coverage.upper * 180 / M_PI, result.coverage.lower * 180 / M_PI),
         {2 * kMargin + width, kMargin + 14 + kTextLine});
 
+  return canvas;
+}
+
+cv::Mat DrawFlatField(const FlatFieldResult& result) {
+  const FlatField& flat = result.flat_field;
+  const double scale = 640.0 / std::max(flat.width, flat.height);
+  const int width = static_cast<int>(flat.width * scale), height = static_cast<int>(flat.height * scale);
+  const int top = kMargin + 2 * kTextLine, axis = 44;
+  cv::Mat canvas(top + height + kMargin + kTextLine, 2 * width + 3 * kMargin + axis, CV_8UC3, kPaper);
+  const Panel left{{kMargin, top}, scale};
+  cv::Mat light;
+  cv::resize(flat.Light(flat.width, flat.height), light, {width, height}, 0, 0, cv::INTER_AREA);
+  std::vector<cv::Mat> bgr;
+  cv::split(light, bgr);
+  const cv::Mat mean = (bgr[0] + bgr[1] + bgr[2]) / 3;
+
+  cv::Mat grey;
+  mean.convertTo(grey, CV_8U, 235);
+  cv::cvtColor(grey, canvas({left.origin, cv::Size(width, height)}), cv::COLOR_GRAY2BGR);
+  std::vector<std::pair<double, std::string>> levels;
+  for (int percent = 10; percent <= 130; percent += 5)
+    if (percent != 100) levels.emplace_back(0.01 * percent, fmt::format("{} %", percent));
+  const auto contours = DrawContours(canvas, left, mean, levels, kDarkContour);
+  LabelContours(canvas, left, {width, height}, contours, cv::Mat::zeros(canvas.size(), CV_8UC1));
+  cv::rectangle(canvas, {left.origin, cv::Size(width, height)}, kFrame, 1);
+
+  // Right: the light along the diagonal from the upper left, each channel in its colour.
+  const cv::Rect plot(2 * kMargin + width + axis, top, width, height);
+  double most = 0;
+  cv::minMaxLoc(light.reshape(1), nullptr, &most);
+  const double highest = 0.1 * std::ceil(10 * std::max(1.0, most) + 1e-6);
+  const auto y_of = [&](double share) {
+    return plot.br().y - static_cast<int>(std::lround(share / highest * height));
+  };
+  for (double share = 0; share <= highest + 1e-6; share += 0.2) {
+    cv::line(canvas, {plot.x, y_of(share)}, {plot.br().x, y_of(share)}, kFaint, 1);
+    Write(canvas, fmt::format("{:.0f} %", 100 * share), {plot.x - axis, y_of(share) + 4}, kSmallText);
+  }
+  const cv::Scalar colors[] = {{200, 90, 30}, {60, 150, 40}, {40, 50, 210}};
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<cv::Point> curve;
+    for (int x = 0; x < width; ++x)
+      curve.emplace_back(plot.x + x, y_of(bgr[c].at<float>(x * (height - 1) / std::max(1, width - 1), x)));
+    // Thinner from one to the next: where they agree all are seen.
+    cv::polylines(canvas, curve, false, colors[c], 7 - 3 * static_cast<int>(c), cv::LINE_AA);
+  }
+  cv::rectangle(canvas, plot, kFrame, 1);
+  Write(canvas, fmt::format("light relative to the middle, {} frames", result.frames),
+        {kMargin, kMargin + 14});
+  Write(canvas, "model: " + result.model, {kMargin, kMargin + 14 + kTextLine});
+  Write(canvas,
+        fmt::format("corners B {:.1f} %, G {:.1f} %, R {:.1f} %", 100 * result.corner_bgr[0],
+                    100 * result.corner_bgr[1], 100 * result.corner_bgr[2]),
+        {plot.x, kMargin + 14});
+  Write(canvas,
+        fmt::format("left over {:.2f} %, lighting {:.1f} % over the card, {} dark spots",
+                    100 * result.residual, 100 * result.gradient, result.dust),
+        {plot.x, kMargin + 14 + kTextLine});
+  Write(canvas, "upper left corner", {plot.x, plot.br().y + 16}, kSmallText);
+  Write(canvas, "lower right corner", {plot.br().x - 110, plot.br().y + 16}, kSmallText);
   return canvas;
 }
 

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/calibrate.h"
+#include "acquisition/calibration/flat_field.h"
 
 namespace ulf {
 
@@ -11,5 +12,8 @@ namespace ulf {
 // of the lens's distortion in pixels. Right: where corners were seen. Good residuals point everywhere; a
 // pattern (all inwards at the rim) is a lens that the model does not follow. CV_8UC3.
 cv::Mat DrawCalibration(const CalibrationResult& result);
+
+// Left: the light over the image with lines of equal share; right: along the diagonal, B, G and R. CV_8UC3.
+cv::Mat DrawFlatField(const FlatFieldResult& result);
 
 }  // namespace ulf

@@ -51,11 +51,19 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
     if (calibrated.serial != used.serial) refuse("serial", calibrated.serial, used.serial);
     return;
   }
-  // Folders of images and videos come from no camera that is known; old files name none.
-  if (used.bus == "files" || (calibrated.serial.empty() && calibrated.model.empty())) return;
+  // Folders of images and videos come from no camera that is known.
+  if (used.bus == "files") return;
   if (!calibrated.model.empty() && !used.model.empty() && calibrated.model != used.model)
     return refuse("model", calibrated.model, used.model);
-  if (calibrated.serial.empty() && calibrated.bus != used.bus)
+  if (calibrated.serial.empty() && !used.serial.empty()) {
+    warnings.push_back(fmt::format(
+        "{}: not bound to any {}, so nothing shows that it is of this one, serial '{}'. If it is, bind it: "
+        "ulf calibration FILE --serial '{}' -o NEW_FILE",
+        owner, calibrated.model.empty() ? "camera" : "single camera, only to the model", used.serial,
+        used.serial));
+    return;
+  }
+  if (calibrated.serial.empty() && !calibrated.model.empty() && calibrated.bus != used.bus)
     warnings.push_back(
         fmt::format("{}: the camera has no serial and was at {} when calibrated, now it is at {}: make "
                     "sure that it is the same one",
@@ -63,30 +71,55 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
                     used.bus.empty() ? "an unknown place" : used.bus));
 }
 
+// Which part of the sensor a calibration is of that does not say it, for a device that says its own: the
+// whole one where it is of that size; the part in use where it is of that size (and a warning, because
+// another part could have it too). Any other size could come from a region or from binning: an Error.
+SensorWindow UnsaidWindow(const CameraModel& camera, const SensorWindow& used, const std::string& owner,
+                          std::vector<std::string>& warnings) {
+  if (camera.width == used.sensor_width && camera.height == used.sensor_height)
+    return {used.sensor_width, used.sensor_height, 0, 0, used.sensor_width, used.sensor_height};
+  const std::string how =
+      fmt::format("ulf calibration FILE --sensor {}x{} --roi WIDTHxHEIGHT+X+Y --binning 1x1 -o NEW_FILE",
+                  used.sensor_width, used.sensor_height);
+  if (camera.width != used.width / used.binning_x || camera.height != used.height / used.binning_y)
+    throw Error(
+        "{}: made for {}x{}, but the camera is set to {}, and which part of the sensor the calibration is of "
+        "is not said: a region and binning would give different intrinsics. Say it ({}), or calibrate as the "
+        "camera is set",
+        owner, camera.width, camera.height, Describe(used), how);
+  warnings.push_back(
+      fmt::format("{}: does not say which part of the sensor it is of; taken for the part in use ({}). If it "
+                  "was another of the same size, the principal point is wrong: say it ({})",
+                  owner, Describe(used), how));
+  return used;
+}
+
 // A mode's calibration for the device's window, else for the frames' size.
 ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<SensorWindow>& window,
                         int width, int height, const std::string& owner) {
   ResolvedCalibration resolved{
       .camera = calibration.camera, .flat_field = calibration.flat_field, .source = owner};
-  // Without a window a calibration counts as of the whole sensor where its size is the sensor's.
-  std::optional<SensorWindow> from = calibration.window;
-  if (!from && window && calibration.camera.width == window->sensor_width &&
-      calibration.camera.height == window->sensor_height)
-    from = SensorWindow{window->sensor_width, window->sensor_height, 0, 0,
-                        window->sensor_width, window->sensor_height};
-  if (from && window) {
+  const bool any_size = width == 0;
+  if (window) {
+    const SensorWindow from = calibration.window
+                                  ? *calibration.window
+                                  : UnsaidWindow(calibration.camera, *window, owner, resolved.warnings);
     try {
-      resolved.camera = ForWindow(calibration.camera, *from, *window);
+      resolved.camera = ForWindow(calibration.camera, from, *window);
     } catch (const Error& error) {
       throw Error("{}: {}", owner, error.what());
     }
-    if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForWindow(*from, *window);
+    if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForWindow(from, *window);
+    if (!any_size && (resolved.camera.width != width || resolved.camera.height != height))
+      throw Error(
+          "{}: the frames are {}x{}, but the camera says that it sends {}: neither region nor binning "
+          "explains that; open the camera again",
+          owner, width, height, Describe(*window));
+    return resolved;
   }
-  const bool as_calibrated = width == 0;
-  if (!as_calibrated && (resolved.camera.width != width || resolved.camera.height != height)) {
+  if (!any_size && (resolved.camera.width != width || resolved.camera.height != height)) {
     resolved.camera = ForSize(resolved.camera, width, height, owner);
-    if (resolved.flat_field && !(from && window))
-      resolved.flat_field = resolved.flat_field->ForSize(width, height);
+    if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForSize(width, height);
   }
   return resolved;
 }
@@ -138,7 +171,7 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
     std::vector<std::string> warnings;
     RequireSameCamera(file.identity, identity, from, args.force, warnings);
     ResolvedCalibration resolved = Fit(ModeOf(file, mode, path.string()), window, width, height, from);
-    resolved.warnings = warnings;
+    resolved.warnings.insert(resolved.warnings.begin(), warnings.begin(), warnings.end());
     return resolved;
   };
   if (!args.calibration_path.empty())

@@ -9,13 +9,16 @@
 // stored ones: it was made with them, and is to give the same whatever is calibrated later.
 //
 // A calibration belongs to a camera: a file of another serial is an Error unless forced, also for what the
-// camera recorded. Without a serial the
-// model must be the same, and another bus path is a warning: nobody can tell two such cameras apart.
+// camera recorded. Without a serial the model must be the same, and another bus path is a warning: nobody can
+// tell two such cameras apart. A file that names no camera (one from another program) is taken with a warning
+// that says how to bind it.
 //
 // Another part of the sensor or other binning than calibrated: recomputed exactly (sensor_window.h) where
-// both are known. Where they are not, a calibration of another size is scaled when it has the same shape
-// (within half a percent), as a sensor that bins or a video that was scaled; otherwise the picture was
-// cropped, nobody knows where, and it is an Error.
+// both are known. Where the device knows its part and the file does not, a file of the sensor's own size is
+// of all of it, one of the images' size is taken for the same part with a warning, and any other is an Error.
+// Where the device does not know, a calibration of another size is scaled when it has the same shape (within
+// half a percent), as a video that was scaled; otherwise the picture was cropped, nobody knows where, and it
+// is an Error.
 #pragma once
 
 #include <filesystem>

@@ -17,7 +17,9 @@
 namespace ulf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kBoards[] = {"charuco:7x5:30:22:DICT_5X5_100", "charuco:6x8:20:15.5:DICT_4X4_50",
                                    "aruco:4x5:37.5:5:DICT_6X6_1000", "chessboard:8x6:25",
@@ -190,6 +192,9 @@ TEST(BoardCommand, WritesBothAndRefusesOthers) {
   EXPECT_TRUE(ReadWholeFile(svg).starts_with("<?xml"));
   EXPECT_EQ(test::RunUlf("board -o " + (scratch / "b.png").string()).exit_code, 2);
   EXPECT_EQ(test::RunUlf("board chessboard:90x60:20 -o " + pdf).exit_code, 2);
+  const auto unknown = test::RunUlf("board foo:1 -o " + pdf);
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, AllOf(HasSubstr("board 'foo:1'"), Not(HasSubstr("--board"))));
 }
 
 // Rendered through each lens from known places: found where the model says.

@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/calibration_report.h"
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/error.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "tests/support/test_paths.h"
@@ -16,6 +18,7 @@
 namespace ulf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // Plays frames from a simulated board; with photographs when asked, twice the size.
@@ -160,6 +163,74 @@ TEST(CalibrateCommand, FirstTryOnTheSimulatedBoard) {
   ASSERT_TRUE(with_flat.modes.at("live").flat_field);
   EXPECT_EQ(with_flat.modes.at("live").camera, written.modes.at("live").camera);
   EXPECT_EQ(test::RunUlf("calibrate --flat 'sim:card?seed=4' -o " + file).exit_code, 1) << "another serial";
+}
+
+// Where the command runs, and back.
+class WorkIn {
+ public:
+  explicit WorkIn(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
+    std::filesystem::current_path(folder);
+  }
+  ~WorkIn() { std::filesystem::current_path(before_); }
+
+ private:
+  std::filesystem::path before_;
+};
+
+// The work is never lost: without a name it is written under one that nothing has.
+TEST(CalibrateCommand, ImagesWithoutANameForTheFileAreCalibratedIntoThisFolder) {
+  const test::ScratchFolder scratch, images;
+  const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 640, 480)});
+  for (std::uint64_t i = 0; i < 8; ++i)
+    cv::imwrite((images / (std::to_string(i) + ".png")).string(), scene.Render(scene.HeldAt(i, 0), i));
+  const WorkIn here(scratch.path());
+  for (const char* name : {"calibration.json", "calibration-2.json"}) {
+    const auto result = test::RunUlf("calibrate " + images.path().string());
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.output, AllOf(HasSubstr(std::string(name) + ": written"), HasSubstr("not bound"),
+                                     HasSubstr("--serial")));
+    EXPECT_NEAR(ReadCalibration(scratch / name).fx, 0.875 * 640, 15);
+  }
+}
+
+TEST(CalibrateCommand, TheFlatFieldHasAReportAndItsPartOfTheSensor) {
+  const test::ScratchFolder scratch;
+  const std::string file = (scratch / "camera.json").string(), report = (scratch / "report").string();
+  const SensorWindow window{640, 480, 100, 60, 320, 240};
+  UpdateCalibration(
+      file, {.serial = "sim-bench-7", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
+      {.camera = ForWindow(SimulatedLens("barrel", 640, 480), {640, 480, 0, 0, 640, 480}, window),
+       .window = window});
+  const std::string before = ReadWholeFile(file);
+  // The same size elsewhere on the sensor.
+  const auto moved = test::RunUlf("calibrate --flat 'sim:card?roi=0,0,320,240' -o " + file);
+  EXPECT_EQ(moved.exit_code, 1);
+  EXPECT_THAT(moved.errors, AllOf(HasSubstr("320x240 at 100,60"), HasSubstr("320x240 at 0,0")));
+  EXPECT_EQ(ReadWholeFile(file), before);
+
+  const auto result =
+      test::RunUlf("calibrate --flat 'sim:card?roi=100,60,320,240' --report " + report + " -o " + file);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(ReadCalibrationFile(file).modes.at("live").flat_field);
+  const cv::Mat picture = cv::imread(report + "/flat_field.png");
+  EXPECT_GT(picture.cols, 1000);
+  EXPECT_THAT(ReadWholeFile(report + "/flat_field.txt"), HasSubstr("corners"));
+  const auto json = nlohmann::json::parse(ReadWholeFile(report + "/flat_field.json"));
+  EXPECT_EQ(json["frames"], 10);
+  EXPECT_GT(json["corner_light_bgr"][0].get<double>(), 0.3);
+}
+
+// Real pictures from which the principal point does not come out: that is said first.
+TEST(CalibrateCommand, WhatMakesTheResultWrongIsTheFirstWarning) {
+  ULF_NEED_TEST_DATA(webcam, "chessboard_webcam");
+  const test::ScratchFolder scratch;
+  const auto result = test::RunUlf("calibrate " + webcam.string() + " --board chessboard:8x8:25 -o " +
+                                   (scratch / "camera.json").string() + " --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto json = nlohmann::json::parse(result.output);
+  ASSERT_FALSE(json["warnings"].empty());
+  EXPECT_THAT(json["warnings"][0].get<std::string>(),
+              AllOf(HasSubstr("principal point"), HasSubstr("do not use this calibration")));
 }
 
 TEST(CalibrateCommand, RefusalsSayWhy) {

@@ -12,6 +12,7 @@
 namespace ulf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -182,6 +183,57 @@ TEST(CalibrationCommand, ConvertsThereAndBack) {
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to maya -o x").exit_code, 2);
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to ros").exit_code, 2);
   EXPECT_THAT(test::RunUlf("calibration " + ours).output, HasSubstr("S1"));
+}
+
+TEST(CalibrationCommand, TheFilesNameTellsTheFormatOrItIsAskedFor) {
+  const test::ScratchFolder scratch;
+  const std::string ours = (scratch / "camera.json").string();
+  WriteCalibration(ours, SomeCamera(Distortion::kRadialTangential), "S1", "a test");
+  const auto format_of = [&](const std::string& name) -> std::string {
+    const auto result = test::RunUlf("calibration " + ours + " -o " + (scratch / name).string());
+    if (result.exit_code != 0) return result.errors;
+    const std::string text = ReadWholeFile(scratch / name);
+    const auto format = DetectCalibrationFormat(text);
+    return format ? Name(*format) : text[0] == '{' ? "ulf" : "unknown";
+  };
+  EXPECT_EQ(format_of("a.json"), "ulf");
+  EXPECT_EQ(format_of("a.xml"), "opencv");
+  EXPECT_EQ(format_of("cameras.txt"), "colmap");
+  for (const char* name : {"a.yaml", "a.yml", "a"}) {
+    EXPECT_THAT(format_of(name), AllOf(HasSubstr("--to"), HasSubstr("kalibr"), HasSubstr("opencv"))) << name;
+    EXPECT_FALSE(std::filesystem::exists(scratch / name)) << name;
+  }
+}
+
+// A file of another program names no camera and no part of a sensor: both can be said, and then hold.
+TEST(CalibrationCommand, BindsAFileToACameraAndItsPartOfTheSensor) {
+  const test::ScratchFolder scratch;
+  const std::string theirs = (scratch / "camchain.yaml").string(), bound = (scratch / "bound.json").string();
+  WriteFileAtomically(theirs,
+                      CalibrationText(CalibrationFormat::kKalibr, SomeCamera(Distortion::kFisheye), ""));
+  const std::string start = "calibration " + theirs + " -o " + bound;
+  auto result =
+      test::RunUlf(start + " --serial S9 --model Cam --sensor 2048x1536 --roi 640x480+16+8 --binning 2x2");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const CalibrationFile file = ReadCalibrationFile(bound);
+  EXPECT_EQ(file.identity.serial, "S9");
+  EXPECT_EQ(file.identity.model, "Cam");
+  EXPECT_EQ(file.modes.at("live").window, (SensorWindow{2048, 1536, 32, 16, 1280, 960, 2, 2}));
+
+  const auto refused = [](const std::string& command) {
+    const auto answer = test::RunUlf(command);
+    EXPECT_EQ(answer.exit_code, 2) << command;
+    return answer.errors;
+  };
+  EXPECT_THAT(refused("calibration " + bound + " --serial S8 -o " + (scratch / "b.json").string()),
+              AllOf(HasSubstr("S8"), HasSubstr("S9")));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536"), HasSubstr("--roi 640x480+X+Y"));
+  EXPECT_THAT(refused(start + " --roi 640x480+0+0"), HasSubstr("--sensor"));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536 --roi 320x240+0+0"), HasSubstr("640x480"));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536 --roi 640x480+1409+0"), HasSubstr("beyond"));
+  EXPECT_THAT(refused("calibration " + theirs + " --serial S9"),
+              AllOf(HasSubstr("-o"), HasSubstr("S9.json")));
+  EXPECT_THAT(test::RunUlf("calibration " + theirs).output, HasSubstr("not bound"));
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "acquisition/atomic_file.h"
+#include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
@@ -280,6 +282,51 @@ TEST_F(RecordedIntrinsics, OfImagesNobodyKnowsTheCamera) {
       *device, {.calibration_path = WriteFile("named.json", 100), .focal_px = {}}, 640, 480);
   EXPECT_DOUBLE_EQ(resolved.camera.fx, 100);
   EXPECT_TRUE(resolved.warnings.empty());
+}
+
+// A part of the sensor that has the calibration's shape or size is not the calibrated image made smaller.
+TEST_F(Intrinsics, ASizeThatNeitherRegionNorBinningExplainsIsRefused) {
+  const auto unsaid = scratch_ / "unsaid.json";
+  UpdateCalibration(unsaid, {.serial = "S1", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
+                    {.camera = WithFocal(600)});
+  const IntrinsicsArgs args{.calibration_path = unsaid.string(), .focal_px = {}};
+  const SensorWindow part{1280, 960, 100, 60, 320, 240}, same_size{1280, 960, 100, 60, 640, 480};
+  EXPECT_THAT(ErrorOf(WindowDevice(Webcam("S1", "", ""), part), args, 320, 240),
+              AllOf(HasSubstr("640x480"), HasSubstr("--roi"), HasSubstr("--sensor 1280x960")));
+  // Of the same size: taken for the same part, and said.
+  const ResolvedCalibration taken =
+      ResolveCalibration(WindowDevice(Webcam("S1", "", ""), same_size), args, 640, 480);
+  EXPECT_EQ(taken.camera, WithFocal(600));
+  EXPECT_THAT(taken.warnings,
+              ::testing::ElementsAre(AllOf(HasSubstr("640x480 at 100,60"), HasSubstr("--roi"))));
+  // Said, a part of equal size elsewhere is recomputed, and so is its flat field.
+  FlatField flat{.width = 640, .height = 480, .powers = {{1, 0, {0.1, 0.1, 0.1}}}};
+  const SensorWindow calibrated{1280, 960, 0, 0, 640, 480};
+  UpdateCalibration(unsaid, {.serial = "S1", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
+                    {.camera = WithFocal(600), .window = calibrated, .flat_field = flat});
+  const ResolvedCalibration moved =
+      ResolveCalibration(WindowDevice(Webcam("S1", "", ""), same_size), args, 640, 480);
+  EXPECT_TRUE(moved.warnings.empty());
+  EXPECT_DOUBLE_EQ(moved.camera.cx, 320 - 100);
+  EXPECT_DOUBLE_EQ(moved.camera.cy, 240 - 60);
+  ASSERT_TRUE(moved.flat_field);
+  EXPECT_EQ(moved.flat_field->Light(640, 480).at<cv::Vec3f>(20, 30),
+            flat.Light(1280, 960).at<cv::Vec3f>(60 + 20, 100 + 30));
+  // Frames that are not what the camera says of itself.
+  EXPECT_THAT(ErrorOf(WindowDevice(Webcam("S1", "", ""), same_size), args, 320, 240),
+              AllOf(HasSubstr("320x240"), HasSubstr("640x480")));
+}
+
+TEST_F(Intrinsics, AFileThatNamesNoCameraIsTakenAndAnnounced) {
+  const auto path = scratch_ / "camchain.yaml";
+  WriteFileAtomically(path, CalibrationText(CalibrationFormat::kKalibr, WithFocal(600), ""));
+  const IntrinsicsArgs args{.calibration_path = path.string(), .focal_px = {}};
+  EXPECT_THAT(ResolveCalibration(StillDevice("S7"), args, 640, 480).warnings,
+              ::testing::ElementsAre(AllOf(HasSubstr("camchain.yaml"), HasSubstr("not bound to any camera"),
+                                           HasSubstr("ulf calibration"), HasSubstr("--serial 'S7'"))));
+  EXPECT_TRUE(
+      ResolveCalibration(WindowDevice(Webcam("S7", "", "files"), {}), args, 640, 480).warnings.empty())
+      << "recorded frames come from no camera";
 }
 
 TEST_F(Intrinsics, AnOldFileKeepsReading) {
