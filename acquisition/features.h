@@ -33,11 +33,24 @@ struct Feature {
   std::vector<std::string> selects;  // features that have one value for each value of this one
 };
 
+// What a camera can send: a pixel format in one size, or up to it.
+struct OfferedFormat {
+  std::string name = {};         // "YUYV", "BayerRG8"; of one not read here the device's own name
+  std::string code = {};         // the kernel's four letters; empty on other buses
+  int width = 0, height = 0;     // the largest where `any_size`; 0: not told
+  bool any_size = false;         // any part of the sensor, in steps of the camera's own
+  std::vector<double> fps = {};  // frames a second, or the two ends where `any_fps`; empty: not told
+  bool any_fps = false;
+  bool supported = true;  // this program reads it
+};
+
 // An open device's features. Throws Error naming the device and the feature.
 class FeatureAccess {
  public:
   virtual ~FeatureAccess() = default;
   virtual DeviceInfo Info() const = 0;
+  // Empty where the device does not tell.
+  virtual std::vector<OfferedFormat> Formats() { return {}; }
   // In the device's own order, categories together.
   virtual std::vector<Feature> List() = 0;
   // None: there is no such feature.

@@ -72,9 +72,12 @@ Json ToJson(const FeatureLoadSummary& summary) {
           {"refused", refused}};
 }
 
-[[noreturn]] void RefuseUnknown(FeatureAccess& access, const std::string& uri, const std::string& name) {
+// `to_set`: only what can be set is of help.
+[[noreturn]] void RefuseUnknown(FeatureAccess& access, const std::string& uri, const std::string& name,
+                                bool to_set) {
   std::vector<std::string> names;
-  for (const Feature& feature : access.List()) names.push_back(feature.name);
+  for (const Feature& feature : access.List())
+    if (feature.writable || !to_set) names.push_back(feature.name);
   throw UsageError("{}: has no feature '{}'; nearest are {}", uri, name,
                    fmt::join(NearestNames(name, names), ", "));
 }
@@ -93,7 +96,7 @@ std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& u
                                      const std::vector<std::pair<std::string, std::string>>& settings) {
   for (const auto& [name, value] : settings) {
     const auto feature = access.Find(name);
-    if (!feature) RefuseUnknown(access, uri, name);
+    if (!feature) RefuseUnknown(access, uri, name, true);
   }
   std::vector<SetResult> results;
   for (const auto& [name, value] : settings) {
@@ -105,6 +108,43 @@ std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& u
     results.push_back(std::move(result));
   }
   return results;
+}
+
+Json ToJson(const OfferedFormat& format) {
+  Json json{{"name", format.name}, {"supported", format.supported}};
+  if (!format.code.empty()) json["fourcc"] = format.code;
+  if (format.width > 0) {
+    json[format.any_size ? "max_width" : "width"] = format.width;
+    json[format.any_size ? "max_height" : "height"] = format.height;
+  }
+  if (!format.fps.empty() && format.any_fps)
+    json["fps_range"] = format.fps;
+  else if (!format.fps.empty())
+    json["fps"] = format.fps;
+  return json;
+}
+
+// Sizes and rates behind their format: "YUYV  640x480 at 30, 15; 1280x720 at 10".
+void PrintFormats(const std::vector<OfferedFormat>& formats) {
+  if (formats.empty()) return;
+  fmt::print("formats (size, frames a second)\n");
+  std::size_t name_width = 0;
+  const auto name_of = [](const OfferedFormat& format) {
+    return format.name + (format.code.empty() || format.code == format.name ? "" : " (" + format.code + ")");
+  };
+  for (const OfferedFormat& format : formats) name_width = std::max(name_width, name_of(format).size());
+  std::string name;
+  for (const OfferedFormat& format : formats) {
+    const std::string same = name_of(format) == name ? "" : name_of(format);
+    name = name_of(format);
+    std::string rates;
+    for (const double fps : format.fps)
+      rates += fmt::format("{}{:g}", rates.empty() ? "" : format.any_fps ? " to " : ", ", fps);
+    fmt::print("  {:<{}}  {}\n", same, name_width,
+               !format.supported ? "not read by this program"
+                                 : fmt::format("{}{}x{}{}", format.any_size ? "up to " : "", format.width,
+                                               format.height, rates.empty() ? "" : " at " + rates));
+  }
 }
 
 void PrintTree(const std::vector<Feature>& features) {
@@ -172,7 +212,7 @@ int RunFeatures(const FeaturesArgs& args) {
 
   const auto access = OpenFeatures(args.uri);
   for (const std::string& name : names)
-    if (!access->Find(name)) RefuseUnknown(*access, args.uri, name);
+    if (!access->Find(name)) RefuseUnknown(*access, args.uri, name, false);
   const DeviceInfo info = access->Info();
   Json json{{"device",
              {{"uri", info.uri},
@@ -223,11 +263,18 @@ int RunFeatures(const FeaturesArgs& args) {
     }
   json["features"] = Json::array();
   for (const Feature& feature : shown) json["features"].push_back(ToJson(feature));
+  const bool show_formats = only_listing && args.filter.empty();
+  const std::vector<OfferedFormat> formats = show_formats ? access->Formats() : std::vector<OfferedFormat>{};
+  if (show_formats) {
+    json["formats"] = Json::array();
+    for (const OfferedFormat& format : formats) json["formats"].push_back(ToJson(format));
+  }
   if (args.json) {
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
   } else if (!names.empty()) {
     for (const Feature& feature : shown) PrintInFull(feature);
   } else {
+    PrintFormats(formats);
     PrintTree(shown);
     if (shown.empty() && !args.filter.empty())
       fmt::print("No feature's name, category or description holds '{}'.\n", args.filter);
@@ -239,8 +286,8 @@ int RunFeatures(const FeaturesArgs& args) {
 
 void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<FeaturesArgs>();
-  CLI::App* command =
-      app.add_subcommand("features", "Show and set a camera's own settings by name; keep them in a file");
+  CLI::App* command = app.add_subcommand(
+      "features", "Show a camera's formats and settings; set these by name; keep them in a file");
   command->add_option("URI", args->uri, "Camera, as 'ulf devices' lists it")->required();
   command->add_option("SETTING", args->settings,
                       "NAME shows one in full, NAME=VALUE sets it (a command: NAME=execute)");

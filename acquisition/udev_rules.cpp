@@ -6,14 +6,32 @@
 #include <cctype>
 #include <fstream>
 #include <set>
+#include <utility>
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Rules are compared without spaces and in lower case; what stands behind a '#' at a line's start is no rule.
-bool CoversUsb3Vision(const fs::path& file) {
+// A whole rule, without spaces and in lower case.
+bool Covers(const std::string& rule, UdevCameraKind kind) {
+  const auto has = [&](const char* text) { return rule.find(text) != std::string::npos; };
+  if (!has("uaccess") && !has("mode=") && !has("mode:=") && !has("group=") && !has("group:=")) return false;
+  switch (kind) {
+    case UdevCameraKind::kUsb3Vision:
+      return has(":ef0500:") || has(":ef05") ||
+             (has("binterfaceclass}==\"ef\"") && has("binterfacesubclass}==\"05\""));
+    case UdevCameraKind::kVideo:
+      return has("subsystem==\"video4linux\"") || has("subsystems==\"video4linux\"");
+    case UdevCameraKind::kStill:
+      return has(":060101:") || has("id_gphoto2}=\"1\"") ||
+             (has("binterfaceclass}==\"06\"") && has("binterfacesubclass}==\"01\""));
+  }
+  return false;
+}
+
+// What stands behind a '#' at a line's start is no rule; one ends in '\\' when it goes on.
+bool Covers(const fs::path& file, UdevCameraKind kind) {
   std::ifstream rules(file);
   std::string line, joined;
   while (std::getline(rules, line)) {
@@ -26,13 +44,7 @@ bool CoversUsb3Vision(const fs::path& file) {
       joined.pop_back();
       continue;
     }
-    const bool by_list =
-        joined.find(":ef0500:") != std::string::npos || joined.find(":ef05") != std::string::npos;
-    const bool by_class = joined.find("binterfaceclass}==\"ef\"") != std::string::npos &&
-                          joined.find("binterfacesubclass}==\"05\"") != std::string::npos;
-    const bool grants = joined.find("uaccess") != std::string::npos ||
-                        joined.find("mode") != std::string::npos || joined.find("group") != std::string::npos;
-    if ((by_list || by_class) && grants) return true;
+    if (Covers(joined, kind)) return true;
     joined.clear();
   }
   return false;
@@ -45,7 +57,7 @@ std::vector<fs::path> UdevRuleFolders() {
           "/lib/udev/rules.d"};
 }
 
-std::optional<fs::path> InstalledUsb3VisionRules(const std::vector<fs::path>& folders) {
+std::optional<fs::path> InstalledUdevRules(UdevCameraKind kind, const std::vector<fs::path>& folders) {
   std::set<std::string> hidden;
   for (const fs::path& folder : folders) {
     std::error_code missing;
@@ -54,17 +66,22 @@ std::optional<fs::path> InstalledUsb3VisionRules(const std::vector<fs::path>& fo
          entry.increment(missing))
       if (entry->path().extension() == ".rules") files.insert(entry->path());
     for (const fs::path& file : files)
-      if (hidden.insert(file.filename().string()).second && CoversUsb3Vision(file)) return file;
+      if (hidden.insert(file.filename().string()).second && Covers(file, kind)) return file;
   }
   return std::nullopt;
 }
 
 std::optional<std::string> MissingUdevRulesHint(const std::vector<fs::path>& folders, bool is_root) {
-  if (is_root || InstalledUsb3VisionRules(folders)) return std::nullopt;
-  return "No udev rule lets you open USB3 Vision cameras here: install udev/70-ulf-cameras.rules (sudo cp "
-         "udev/70-ulf-cameras.rules /etc/udev/rules.d/ && sudo udevadm control --reload), then plug the "
-         "camera "
-         "out and in.";
+  if (is_root) return std::nullopt;
+  std::string missing;
+  for (const auto& [kind, name] : {std::pair(UdevCameraKind::kUsb3Vision, "USB3 Vision cameras"),
+                                   std::pair(UdevCameraKind::kVideo, "webcams"),
+                                   std::pair(UdevCameraKind::kStill, "DSLRs and other still cameras")})
+    if (!InstalledUdevRules(kind, folders)) missing += (missing.empty() ? "" : ", ") + std::string(name);
+  if (missing.empty()) return std::nullopt;
+  return "No udev rule lets you open " + missing +
+         " here: install udev/70-ulf-cameras.rules (sudo cp udev/70-ulf-cameras.rules /etc/udev/rules.d/ && "
+         "sudo udevadm control --reload), then plug the camera out and in.";
 }
 
 std::optional<std::string> MissingUdevRulesHintForThisUser() {

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "acquisition/aravis/aravis_automatics.h"
+#include "acquisition/aravis/aravis_region.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf {
@@ -34,7 +37,8 @@ class Configurator {
     Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
     configured_.format = WriteFormat(options.format);
     WriteBinning(options.binning);
-    WriteRegion(options.region);
+    limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone);
+    WriteAravisAutomatics(session_, who_, options);
     WriteExposure(options.exposure_us);
     WriteGain(options);
     WriteBlackLevel(options.black_level);
@@ -45,6 +49,12 @@ class Configurator {
     if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options);
     ReadBack(options);
     return configured_;
+  }
+
+  void ReadLightInto(AravisConfigured& configured) {
+    configured_ = configured;
+    ReadLight();
+    configured = configured_;
   }
 
  private:
@@ -73,8 +83,8 @@ class Configurator {
   void RequireChoice(const char* option, const char* enumeration, const std::string& value) {
     const std::vector<std::string> choices = Choices(enumeration);
     if (std::find(choices.begin(), choices.end(), value) == choices.end())
-      throw Error("{}: {}={}: the camera has {}", who_, option, value,
-                  choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
+      throw UsageError("{}: {}={}: the camera has {}", who_, option, value,
+                       choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
   }
 
   void SetText(const char* feature, const std::string& value) {
@@ -85,7 +95,7 @@ class Configurator {
   void LoadUserSet(const std::optional<std::string>& user_set) {
     if (!user_set) return;
     if (!Has("UserSetSelector") || !Has("UserSetLoad"))
-      throw Error("{}: the camera keeps no user sets; leave user_set out", who_);
+      throw UsageError("{}: the camera keeps no user sets; leave user_set out", who_);
     RequireChoice("user_set", "UserSetSelector", *user_set);
     SetText("UserSetSelector", *user_set);
     Must(who_, "user set " + *user_set,
@@ -94,7 +104,8 @@ class Configurator {
 
   void WriteTrigger(const AravisOptions& options) {
     if (!options.Triggered()) return;
-    if (!Has("TriggerSource")) throw Error("{}: the camera cannot be triggered; leave trigger out", who_);
+    if (!Has("TriggerSource"))
+      throw UsageError("{}: the camera cannot be triggered; leave trigger out", who_);
     const std::string source = options.SoftwareTriggered() ? "Software" : options.trigger;
     RequireChoice("trigger", "TriggerSource", source);
     Must(who_, "trigger " + source, [&](GError** e) { arv_camera_set_trigger(camera_, source.c_str(), e); });
@@ -102,7 +113,8 @@ class Configurator {
 
   void CheckRange(const char* option, double value, double low, double high) {
     if (value < low || value > high)
-      throw Error("{}: {}={} is outside what the camera can do, {} to {}", who_, option, value, low, high);
+      throw UsageError("{}: {}={} is outside what the camera can do, {} to {}", who_, option, value, low,
+                       high);
   }
 
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
@@ -124,7 +136,7 @@ class Configurator {
       return known && known->code == format->code;
     });
     if (name == offered.end())
-      throw Error("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
+      throw UsageError("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
     Must(who_, "pixel format " + *name,
          [&](GError** e) { arv_camera_set_pixel_format_from_string(camera_, name->c_str(), e); });
     return *format;
@@ -133,7 +145,7 @@ class Configurator {
   void WriteBinning(const AravisBinning& asked) {
     const bool wanted = asked.x != 1 || asked.y != 1;
     if (!Can(arv_camera_is_binning_available)) {
-      if (wanted) throw Error("{}: the camera cannot bin; leave binning out", who_);
+      if (wanted) throw UsageError("{}: the camera cannot bin; leave binning out", who_);
       return;
     }
     if (wanted) {
@@ -148,32 +160,10 @@ class Configurator {
     }
   }
 
-  void WriteRegion(const std::optional<AravisRegion>& asked) {
-    // Offsets first to zero: they limit what the sizes may be.
-    if (Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera_, e); }, false)) {
-      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetX", 0, e); });
-      Try([&](GError** e) { arv_camera_set_integer(camera_, "OffsetY", 0, e); });
-    }
-    gint low = 0, max_width = 0, max_height = 0;
-    Must(who_, "width", [&](GError** e) { arv_camera_get_width_bounds(camera_, &low, &max_width, e); });
-    Must(who_, "height", [&](GError** e) { arv_camera_get_height_bounds(camera_, &low, &max_height, e); });
-    if (!asked) {
-      Must(who_, "whole sensor",
-           [&](GError** e) { arv_camera_set_region(camera_, -1, -1, max_width, max_height, e); });
-      return;
-    }
-    if (asked->x + asked->width > max_width || asked->y + asked->height > max_height)
-      throw Error("{}: roi={}x{}+{}+{} reaches beyond the image of {}x{}", who_, asked->width, asked->height,
-                  asked->x, asked->y, max_width, max_height);
-    Must(who_, "roi", [&](GError** e) {
-      arv_camera_set_region(camera_, asked->x, asked->y, asked->width, asked->height, e);
-    });
-  }
-
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
     if (!Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera_, e); }, false))
-      throw Error("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
+      throw UsageError("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
     if (Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false))
       Must(who_, "auto exposure off",
            [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
@@ -200,7 +190,7 @@ class Configurator {
       Must(who_, "auto gain off", [&](GError** e) { arv_camera_set_gain_auto(camera_, ARV_AUTO_OFF, e); });
     const char* raw = RawGain();
     if (options.gain_raw) {
-      if (!raw) throw Error("{}: the camera has no raw gain; give gain_db", who_);
+      if (!raw) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
       gint64 low = 0, high = 0;
       Must(who_, "gain", [&](GError** e) { arv_camera_get_integer_bounds(camera_, raw, &low, &high, e); });
       CheckRange("gain_raw", *options.gain_raw, static_cast<double>(low), static_cast<double>(high));
@@ -208,11 +198,11 @@ class Configurator {
       return;
     }
     if (!HasDecibels())
-      throw Error("{}: the camera has no gain in dB{}", who_,
-                  raw ? "; it counts in units of its own: give gain_raw ('ulf features' shows its range)"
-                      : "; leave gain_db out");
+      throw UsageError("{}: the camera has no gain in dB{}", who_,
+                       raw ? "; it counts in units of its own: give gain_raw ('ulf features' shows its range)"
+                           : "; leave gain_db out");
     double low = 0, high = 0;
-    const char* name = Has("Gain") ? "Gain" : "GainAbs";
+    const char* name = DecibelName();
     Must(who_, "gain", [&](GError** e) { arv_camera_get_float_bounds(camera_, name, &low, &high, e); });
     CheckRange("gain_db", *options.gain_db, low, high);
     Must(who_, "gain", [&](GError** e) { arv_camera_set_float(camera_, name, *options.gain_db, e); });
@@ -221,7 +211,7 @@ class Configurator {
   void WriteBlackLevel(std::optional<double> black_level) {
     if (!black_level) return;
     if (!Can(arv_camera_is_black_level_available))
-      throw Error("{}: the camera's black level cannot be set; leave black_level out", who_);
+      throw UsageError("{}: the camera's black level cannot be set; leave black_level out", who_);
     if (Can(arv_camera_is_black_level_auto_available))
       Must(who_, "auto black level off",
            [&](GError** e) { arv_camera_set_black_level_auto(camera_, ARV_AUTO_OFF, e); });
@@ -236,7 +226,8 @@ class Configurator {
     if (!balance) return;
     if (balance->by_camera) {
       if (!Has("BalanceWhiteAuto"))
-        throw Error("{}: the camera does not balance colours by itself; give white_balance=RED,BLUE", who_);
+        throw UsageError("{}: the camera does not balance colours by itself; give white_balance=RED,BLUE",
+                         who_);
       RequireChoice("white_balance", "BalanceWhiteAuto", "Once");
       return;
     }
@@ -244,7 +235,7 @@ class Configurator {
                         : Has("BalanceRatioAbs") ? "BalanceRatioAbs"
                                                  : nullptr;
     if (!ratio || !Has("BalanceRatioSelector"))
-      throw Error("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
+      throw UsageError("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
     if (Has("BalanceWhiteAuto")) SetText("BalanceWhiteAuto", "Off");
     for (const auto& [colour, value] : {std::pair("Red", balance->red), std::pair("Blue", balance->blue)}) {
       RequireChoice("white_balance", "BalanceRatioSelector", colour);
@@ -259,7 +250,7 @@ class Configurator {
   // What a frame can say of itself, where the camera offers it.
   void WriteChunks(bool wanted) {
     if (!Can(arv_camera_are_chunks_available)) {
-      if (wanted) throw Error("{}: the camera adds no data to its frames; leave chunks out", who_);
+      if (wanted) throw UsageError("{}: the camera adds no data to its frames; leave chunks out", who_);
       return;
     }
     Must(who_, "chunk data", [&](GError** e) { arv_camera_set_chunk_mode(camera_, wanted, e); });
@@ -278,7 +269,7 @@ class Configurator {
   void WriteFrameRate(std::optional<double> fps) {
     if (!fps) return;
     if (!Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera_, e); }, false))
-      throw Error("{}: the camera's frame rate cannot be set; leave fps out", who_);
+      throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
     double low = 0, high = 0;
     Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
     CheckRange("fps", *fps, low, high);
@@ -331,15 +322,22 @@ class Configurator {
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    gint sensor_width = 0, sensor_height = 0;
-    Try([&](GError** e) { arv_camera_get_sensor_size(camera_, &sensor_width, &sensor_height, e); });
+    // A camera that does not tell its sensor's size tells the largest image, and sends no more than that.
+    const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int largest) {
+      const auto read = [&](const char* feature) {
+        return Has(feature)
+                   ? Maybe([&](GError** e) { return arv_camera_get_integer(camera_, feature, e); }, gint64{0})
+                   : 0;
+      };
+      const auto sensor = static_cast<int>(read(of_sensor)), image = static_cast<int>(read(of_image));
+      return sensor > 0 ? sensor : binning * (image > 0 ? image : largest);
+    };
     window.x = x * window.binning_x;
     window.y = y * window.binning_y;
     window.width = configured_.width * window.binning_x;
     window.height = configured_.height * window.binning_y;
-    // A camera that does not tell its sensor's size has at least what it sends.
-    window.sensor_width = sensor_width > 0 ? sensor_width : window.x + window.width;
-    window.sensor_height = sensor_height > 0 ? sensor_height : window.y + window.height;
+    window.sensor_width = full_size("SensorWidth", "WidthMax", window.binning_x, limits_.width);
+    window.sensor_height = full_size("SensorHeight", "HeightMax", window.binning_y, limits_.height);
   }
 
   // Of the pixel format's full scale, or a percentage where the camera says that it counts in them.
@@ -352,44 +350,93 @@ class Configurator {
     configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
   }
 
-  void ReadBack(const AravisOptions& options) {
-    ReadWindow();
+  double ReadExposure_s() {
+    return 1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
+  }
+  const char* DecibelName() { return Has("Gain") ? "Gain" : "GainAbs"; }
+  double ReadFloat(const char* feature) {
+    return Maybe([&](GError** e) { return arv_camera_get_float(camera_, feature, e); }, 0.0);
+  }
+
+  // What stands in every frame: 0 and 1 (unknown) for what an automatic is moving.
+  void ReadLight() {
     ReadBlackLevel();
-    configured_.payload_bytes =
-        Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
     const bool auto_exposure =
         Can(arv_camera_is_exposure_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
             ARV_AUTO_OFF;
-    const double exposure_s =
-        1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
-    if (!auto_exposure) configured_.exposure_s = exposure_s;
+    configured_.exposure_s = auto_exposure ? 0 : ReadExposure_s();
     const bool auto_gain =
         Can(arv_camera_is_gain_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    if (HasDecibels() && !auto_gain) {
-      const char* name = Has("Gain") ? "Gain" : "GainAbs";
-      configured_.gain = std::pow(
-          10.0, Maybe([&](GError** e) { return arv_camera_get_float(camera_, name, e); }, 0.0) / 20.0);
+    configured_.gain = HasDecibels() && !auto_gain ? std::pow(10.0, ReadFloat(DecibelName()) / 20.0) : 1;
+  }
+
+  // Told is what the camera made different by more than its own steps, and by more than 2 %.
+  void Compare(const char* option, double asked, double reads, const char* feature) {
+    const double step =
+        feature ? Maybe([&](GError** e) { return arv_camera_get_float_increment(camera_, feature, e); }, 0.0)
+                : 0;
+    const double own_steps = std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? step : 0;
+    if (std::abs(reads - asked) > std::max(1.001 * own_steps, 0.02 * std::abs(asked)))
+      configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, asked));
+  }
+
+  void CompareWhiteBalance(const AravisWhiteBalance& asked) {
+    const char* ratio = Has("BalanceRatio") ? "BalanceRatio" : "BalanceRatioAbs";
+    for (const auto& [colour, name, value] : {std::tuple("Red", "white_balance (red)", asked.red),
+                                              std::tuple("Blue", "white_balance (blue)", asked.blue)}) {
+      SetText("BalanceRatioSelector", colour);
+      Compare(name, value, ReadFloat(ratio), ratio);
     }
+  }
+
+  // Cameras that mirror or cut their image may have moved the mosaic, and say so in the format's name.
+  void ReadFormat() {
+    const auto now = PixelFormatByName(
+        Text(Maybe([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },
+                   static_cast<const char*>(nullptr))));
+    if (!now || now->code == configured_.format.code) return;
+    configured_.notes.push_back(fmt::format("sends {} in place of {}", now->name, configured_.format.name));
+    configured_.format = *now;
+  }
+
+  void ReadBack(const AravisOptions& options) {
+    ReadFormat();
+    ReadWindow();
+    ReadLight();
+    configured_.payload_bytes =
+        Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
+    const double exposure_s = ReadExposure_s();
     const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
-    const auto compare = [&](const char* option, const std::optional<double>& asked, double reads) {
-      if (asked && std::abs(reads - *asked) > 0.02 * std::abs(*asked))
-        configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, *asked));
-    };
-    compare("fps", options.fps, fps);
-    if (!auto_exposure) compare("exposure_us", options.exposure_us, 1e6 * exposure_s);
-    if (options.region &&
-        (configured_.width != options.region->width || configured_.height != options.region->height))
-      configured_.notes.push_back(fmt::format("made {}x{} of roi={}x{}", configured_.width,
-                                              configured_.height, options.region->width,
-                                              options.region->height));
+    if (options.fps) Compare("fps", *options.fps, fps, nullptr);
+    if (options.exposure_us) Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, "ExposureTime");
+    if (options.gain_db) Compare("gain_db", *options.gain_db, ReadFloat(DecibelName()), DecibelName());
+    if (options.gain_raw)
+      Compare("gain_raw", *options.gain_raw,
+              static_cast<double>(Maybe(
+                  [&](GError** e) { return arv_camera_get_integer(camera_, RawGain(), e); }, gint64{0})),
+              nullptr);
+    if (options.black_level)
+      Compare("black_level", *options.black_level,
+              Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0), "BlackLevel");
+    if (options.white_balance && !options.white_balance->by_camera)
+      CompareWhiteBalance(*options.white_balance);
+    const SensorWindow& window = configured_.window;
+    if (const auto& asked = options.region;
+        asked && (configured_.width != asked->width || configured_.height != asked->height ||
+                  window.x != asked->x * window.binning_x || window.y != asked->y * window.binning_y))
+      configured_.notes.push_back(fmt::format("made {}x{}+{}+{} of roi={}x{}+{}+{}", configured_.width,
+                                              configured_.height, window.x / window.binning_x,
+                                              window.y / window.binning_y, asked->width, asked->height,
+                                              asked->x, asked->y));
   }
 
   const AravisSession& session_;
   ArvCamera* camera_;
   std::string who_;
+  AravisImageLimits limits_;
   AravisConfigured configured_;
 };
 
@@ -398,6 +445,10 @@ class Configurator {
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options) {
   return Configurator(session, who).Write(options);
+}
+
+void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured) {
+  Configurator(session, who).ReadLightInto(configured);
 }
 
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {

@@ -28,9 +28,12 @@ struct AravisConfigured {
   std::vector<std::string> notes;   // where the camera did not do as it was told
 };
 
-// `who` names the camera in errors. Throws Error for a setting that the camera does not have or take.
+// `who` names the camera in errors. Throws UsageError for a setting that the camera does not have or take.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
+
+// Exposure, gain and black level as they are now, into `configured`.
+void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
 // Lets the camera balance its colours by itself, once. It needs frames to look at: after the start.
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who);

@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/aravis/aravis_discovery.h"
@@ -65,7 +66,9 @@ class AravisDevice : public Device {
 
   DeviceInfo Info() const override {
     const std::lock_guard lock(mutex_);
-    return info_;
+    DeviceInfo info = info_;
+    if (!held_uri_.empty()) info.uri = held_uri_;
+    return info;
   }
   bool IsLive() const override { return true; }
   std::optional<SensorWindow> Window() const override { return configured_.window; }
@@ -101,6 +104,8 @@ class AravisDevice : public Device {
   void Capture();
   std::optional<std::string> WhyLost(double silence_s);
   void Take(ArvBuffer* buffer);
+  void Freeze();
+  void SayOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
   void Fire();
   void Lose(const std::string& problem);
@@ -139,7 +144,8 @@ class AravisDevice : public Device {
   // Of the capture thread.
   bool first_of_stream_ = true;
   bool said_incomplete_ = false;
-  bool said_priority_ = false;
+  bool said_priority_ = false, said_socket_buffer_ = false;
+  std::optional<Clock::time_point> settled_at_;  // frames until then are thrown away; none: no need
   Clock::time_point asked_control_at_;
   bool control_answered_ = true;
 
@@ -150,15 +156,13 @@ class AravisDevice : public Device {
   std::uint64_t wrong_packet_ids_ = 0;
   std::vector<DeviceEvent> events_;
   Clock::time_point started_;
+  std::string held_uri_;  // with the values that automatics had reached; empty: as it was opened
 };
 
 void AravisDevice::Open(const std::string& open_by) {
-  session_ = AravisSession::Open(info_.uri, open_by);
-  if (!session_->IsController()) {
-    // A program that was killed keeps control until its heartbeat has run out, three seconds after.
-    Try([&](GError** e) { arv_gv_device_take_control(ARV_GV_DEVICE(session_->Device()), e); });
-    if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
-  }
+  session_ = AravisSession::Open(info_.uri, open_by, AravisSession::Wanted::kControl);
+  // Somebody was quicker.
+  if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
   gige_address_ = session_->GigeAddress();
   session_->Describe(info_);
 }
@@ -178,8 +182,17 @@ void AravisDevice::Start() {
     started_ = Clock::now();
   }
   first_of_stream_ = true;
-  said_priority_ = false;
+  said_priority_ = said_socket_buffer_ = false;
   trigger_out_ = false;
+  settled_at_.reset();
+  if (AnyAravisAutomaticIsOn(*session_, options_)) {
+    // A camera that waits for triggers sees nothing by itself that it could settle on.
+    if (options_.Triggered() || options_.settle_s == 0)
+      Freeze();
+    else
+      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                       std::chrono::duration<double>(options_.settle_s));
+  }
   Must(info_.uri, "start of acquisition",
        [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
   if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, info_.uri);
@@ -205,6 +218,20 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
     statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
   }
   return frame;
+}
+
+// The automatics end. From here on the camera's name says what they had reached: opened again by it, it takes
+// the same pictures.
+void AravisDevice::Freeze() {
+  const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
+  for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
+  ReadLight(*session_, info_.uri, configured_);
+  frames_->SetLight(configured_);
+  if (frozen.values.empty()) return;
+  const std::lock_guard lock(mutex_);
+  DeviceUri uri = DeviceUri::Parse(info_.uri);
+  for (const auto& [option, value] : frozen.values) uri.Set(option, value);
+  held_uri_ = uri.Text();
 }
 
 // One trigger at a time: another only when the frame of the last is there, or long overdue.
@@ -252,13 +279,24 @@ void AravisDevice::Stop() {
 void AravisDevice::Capture() {
   const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
   auto last_frame = Clock::now(), remembered = Clock::time_point{};
-  bool stalled = false;
+  bool stalled = false, frozen = false;
   asked_control_at_ = Clock::now();
   control_answered_ = true;
   while (!stop_) {
     ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), 50'000);
+    if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
+      frozen = true;
+      Freeze();
+      // What was exposed before that is on its way still.
+      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                                       configured_.period_s + configured_.exposure_s));
+    }
+    if (frozen && settled_at_ && Clock::now() >= *settled_at_) settled_at_.reset();
     if (buffer) {
-      Take(buffer);
+      if (settled_at_)
+        first_of_stream_ = false;
+      else
+        Take(buffer);
       arv_stream_push_buffer(session_->Stream(), buffer);
       if (std::exchange(stalled, false))
         Say(DeviceEventKind::kRestored,
@@ -269,12 +307,7 @@ void AravisDevice::Capture() {
       RememberTransport();
       remembered = Clock::now();
     }
-    if (!said_priority_ && stream_->PriorityGranted() == false) {
-      said_priority_ = true;
-      Say(DeviceEventKind::kNotice,
-          "the system refused the priority that was asked for; allow it with 'setcap cap_sys_nice+ep' on the "
-          "program, or an rtprio line in /etc/security/limits.conf");
-    }
+    SayOnce();
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
     if (silence_s > stall_s && !std::exchange(stalled, true))
@@ -286,6 +319,19 @@ void AravisDevice::Capture() {
     }
   }
   RememberTransport();
+}
+
+// What the system did not grant, when it is known.
+void AravisDevice::SayOnce() {
+  if (!said_priority_ && stream_->PriorityGranted() == false) {
+    said_priority_ = true;
+    Say(DeviceEventKind::kNotice,
+        "the system refused the priority that was asked for; allow it with 'setcap cap_sys_nice+ep' on the "
+        "program, or an rtprio line in /etc/security/limits.conf");
+  }
+  if (said_socket_buffer_ || first_of_stream_) return;
+  said_socket_buffer_ = true;
+  if (const auto words = stream_->WhySocketBufferIsSmall()) Say(DeviceEventKind::kNotice, *words);
 }
 
 // The library hears of a broken control channel from its own heartbeat, up to five seconds after. While no

@@ -10,10 +10,15 @@
 //   gain_raw           the same for a camera that counts in units of its own
 //   black_level        in the camera's unit; its automatic is switched off    else: as the camera is
 //   white_balance      RED,BLUE as ratios to green, or auto: by the camera, once at each start
+//   auto_exposure, auto_gain, auto_white_balance, auto_black_level
+//                      on: continuous; off: at once    else: what is on settles, then is switched off and
+//                      held
+//   settle             seconds that automatics get for that                   else: 1
 //   fps                frame rate                                             else: as the camera is
 //   format             PFNC name                        else: the best supported one (pixel_format.h)
 //   binning            2x2                                                    else: none
-//   roi                WxH+X+Y in pixels of the image, after binning          else: the whole sensor
+//   roi                WxH+X+Y in pixels of the image, after binning, in the camera's steps, of a mosaic
+//                      with even offsets                                      else: the whole sensor
 //   trigger            software, or the camera's name for a line (Line0)      else: free, without one
 //   chunks             on: exposure, gain, number and time of each frame from the camera itself, if offered
 //   packet_size        GigE Vision bytes a packet                 else: negotiated; 7800 on this computer
@@ -30,7 +35,12 @@
 // and black level are read back and stand in every frame; gain is linear, 10^(dB/20), and 1 where the camera
 // counts in units of its own; exposure is 0 (unknown) while the camera's auto exposure is on; the black level
 // is taken for counts of the pixel format unless the camera calls it a percentage. What the camera made
-// different is a kNotice.
+// different is a kNotice, and so is an automatic that was switched off: from then on Info().uri names what it
+// had reached, so that the camera opened again by it takes the same pictures (aravis_automatics.h).
+//
+// A camera that another program controls is waited for until a killed program's control would have ended,
+// after a word on the log that says whose it is; then it is an Error. A URI that asks for what the camera
+// cannot do is a UsageError.
 //
 // trigger=software: Next() fires one when nothing waits, and no other before its frame is there (or is a
 // second overdue). So each call gets a frame of its own, taken after the call.

@@ -1,7 +1,9 @@
 #include "acquisition/aravis/aravis_features.h"
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <set>
 
@@ -9,6 +11,7 @@
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/error.h"
+#include "acquisition/pixel_format.h"
 
 namespace ulf {
 namespace {
@@ -73,7 +76,8 @@ class AravisFeatures : public FeatureAccess {
     if (!uri.options.empty())
       throw UsageError("'{}': features are set by name here; leave the options behind '?' out", uri.Text());
     info_.uri = uri.Text();
-    session_ = AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path));
+    session_ =
+        AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path), AravisSession::Wanted::kReading);
     session_->Describe(info_);
     genicam_ = arv_device_get_genicam(session_->Device());
     arv_device_set_range_check_policy(session_->Device(), ARV_RANGE_CHECK_POLICY_ENABLE);
@@ -85,6 +89,37 @@ class AravisFeatures : public FeatureAccess {
   }
 
   DeviceInfo Info() const override { return info_; }
+
+  std::vector<OfferedFormat> Formats() override {
+    ArvCamera* camera = session_->Camera();
+    // As it is binned; offsets make the width's own limit smaller, the largest image they do not.
+    const auto largest = [&](const char* of_image, void (*bounds)(ArvCamera*, gint*, gint*, GError**)) {
+      gint low = 0, high = 0;
+      Try([&](GError** e) { bounds(camera, &low, &high, e); });
+      const auto feature = Read(of_image, "");
+      return feature && feature->readable ? std::max(high, std::atoi(feature->value.c_str())) : high;
+    };
+    OfferedFormat common{.width = largest("WidthMax", arv_camera_get_width_bounds),
+                         .height = largest("HeightMax", arv_camera_get_height_bounds),
+                         .any_size = true};
+    double slowest = 0, fastest = 0;
+    if (Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera, e); }, false))
+      Try([&](GError** e) { arv_camera_get_frame_rate_bounds(camera, &slowest, &fastest, e); });
+    common.any_fps = fastest > 0 && fastest < 1e9;
+    if (common.any_fps) common.fps = {slowest, fastest};
+    guint count = 0;
+    const char** names = Maybe(
+        [&](GError** e) { return arv_camera_dup_available_pixel_formats_as_strings(camera, &count, e); },
+        static_cast<const char**>(nullptr));
+    std::vector<OfferedFormat> formats;
+    for (guint i = 0; names && i < count; ++i) {
+      formats.push_back(common);
+      formats.back().name = names[i];
+      formats.back().supported = PixelFormatByName(names[i]).has_value();
+    }
+    g_free(names);
+    return formats;
+  }
 
   std::vector<Feature> List() override {
     std::vector<Feature> features;

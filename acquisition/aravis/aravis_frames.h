@@ -23,6 +23,12 @@ class AravisFrames {
   // kIncomplete when pixels are missing or it is not the image that was configured; then the picture is what
   // arrived over what the buffer held before.
   Frame Read(ArvBuffer* buffer);
+  // Of the frames from here on.
+  void SetLight(const AravisConfigured& now) {
+    configured_.exposure_s = now.exposure_s;
+    configured_.gain = now.gain;
+    configured_.black_level = now.black_level;
+  }
   // What is wrong with what the camera sends, once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 

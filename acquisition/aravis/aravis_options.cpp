@@ -65,6 +65,17 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
   throw UsageError("'{}': priority must be normal, high or realtime", uri.Text());
 }
 
+// Either an automatic or a value of what it moves.
+std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
+                                   std::initializer_list<const char*> moves) {
+  if (!uri.Option(key)) return std::nullopt;
+  const bool on = OnOrOff(uri, key, false);
+  for (const char* value : moves)
+    if (on && uri.Option(value))
+      throw UsageError("'{}': {}=on would change {} again; give one of them", uri.Text(), key, value);
+  return on;
+}
+
 }  // namespace
 
 AravisOptions AravisOptionsOf(const DeviceUri& uri) {
@@ -77,6 +88,11 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
                  "roi",
                  "binning",
                  "white_balance",
+                 "auto_exposure",
+                 "auto_gain",
+                 "auto_white_balance",
+                 "auto_black_level",
+                 "settle",
                  "trigger",
                  "user_set",
                  "chunks",
@@ -105,6 +121,13 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   if (const auto text = uri.Option("roi")) options.region = ParseRegion(uri, *text);
   if (const auto text = uri.Option("binning")) options.binning = ParseBinning(uri, *text);
   if (const auto text = uri.Option("white_balance")) options.white_balance = ParseWhiteBalance(uri, *text);
+  options.auto_exposure = ParseAutomatic(uri, "auto_exposure", {"exposure_us"});
+  options.auto_gain = ParseAutomatic(uri, "auto_gain", {"gain_db", "gain_raw"});
+  options.auto_white_balance = ParseAutomatic(uri, "auto_white_balance", {"white_balance"});
+  options.auto_black_level = ParseAutomatic(uri, "auto_black_level", {"black_level"});
+  options.settle_s = uri.Number("settle").value_or(1);
+  if (options.settle_s < 0 || options.settle_s > 60)
+    throw UsageError("'{}': settle must be from 0 to 60 seconds", uri.Text());
   if (const auto text = uri.Option("trigger")) options.trigger = *text;
   options.chunks = OnOrOff(uri, "chunks", false);
 

@@ -33,6 +33,9 @@ struct AravisOptions {
   std::optional<AravisRegion> region;
   AravisBinning binning;
   std::optional<AravisWhiteBalance> white_balance;
+  // Continuous automatics; none: those that are on run for settle_s and are then switched off.
+  std::optional<bool> auto_exposure, auto_gain, auto_white_balance, auto_black_level;
+  double settle_s = 1;
   std::string trigger = "free";  // "free", "software", or the camera's name for a line
   bool chunks = false;
 

@@ -1,7 +1,12 @@
 #include "acquisition/aravis/aravis_session.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
+#include <map>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #include "acquisition/aravis/gige_vision_probe.h"
 
@@ -9,28 +14,69 @@ namespace ulf {
 namespace {
 
 using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
 
-}  // namespace
+// Longer than a camera goes on obeying a program that was killed (its heartbeat, three seconds where nobody
+// changed it), and than a session of our own takes to be closed.
+constexpr milliseconds kControlEnds(3500);
+constexpr milliseconds kWithoutAWord(400);
 
-std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const std::string& open_by) {
-  // The library waits out retries of seconds, both for an address where nobody answers and for a camera that
-  // somebody controls. The latter may be a session of our own that is just being closed.
-  if (g_hostname_is_ip_address(open_by.c_str())) {
-    GigeControl control = GigeControl::kNoAnswer;
-    for (int attempt = 0; attempt < 10; ++attempt) {
-      control = AskGigeControl(open_by, milliseconds(400));
-      if (control != GigeControl::kControlled) break;
-      std::this_thread::sleep_for(milliseconds(50));
-    }
+std::string Controller(const std::string& address) {
+  const std::string who = AskGigeController(address);
+  return "another program controls this camera" + (who.empty() ? "" : ", from " + who);
+}
+
+std::string HowToFree(const std::string& address) {
+  return Controller(address) + "; close it (its control ends some seconds later), then try again";
+}
+
+// Not at every attempt of a long search for a camera.
+void WarnNowAndThen(const std::string& text) {
+  static std::mutex mutex;
+  static std::map<std::string, Clock::time_point> said;
+  const std::lock_guard lock(mutex);
+  const auto [entry, is_new] = said.try_emplace(text, Clock::now());
+  if (!is_new && Clock::now() - entry->second < std::chrono::minutes(1)) return;
+  entry->second = Clock::now();
+  spdlog::warn("{}", text);
+}
+
+// Waits for a camera that another program controls. The library itself would wait out retries of seconds
+// without a word, both for that and for an address where nobody answers.
+void WaitForControl(const std::string& who, const std::string& address, AravisSession::Wanted wanted) {
+  const auto begin = Clock::now();
+  bool said = false;
+  for (;;) {
+    const GigeControl control = AskGigeControl(address, milliseconds(400));
     if (control == GigeControl::kNoAnswer) {
       const std::string elsewhere =
-          WrongNetworkText({.address = open_by, .netmask = "0.0.0.0"}, NetworkInterfaces());
+          WrongNetworkText({.address = address, .netmask = "0.0.0.0"}, NetworkInterfaces());
       throw Error(
           "{}: nothing answers as a GigE Vision camera at {}; check power, cable and firewall (UDP port "
           "3956){}",
-          who, open_by, elsewhere.empty() ? "" : ". Perhaps the " + elsewhere);
+          who, address, elsewhere.empty() ? "" : ". Perhaps the " + elsewhere);
     }
+    if (control == GigeControl::kFree) return;
+    const auto waited = Clock::now() - begin;
+    if (waited > kWithoutAWord && !std::exchange(said, true)) {
+      if (wanted == AravisSession::Wanted::kReading) {
+        WarnNowAndThen(
+            fmt::format("{}: {}: its settings can be read, not written", who, Controller(address)));
+        return;
+      }
+      WarnNowAndThen(fmt::format("{}: {}; waiting {:.1f} s for its control to end", who, Controller(address),
+                                 1e-3 * static_cast<double>((kControlEnds - kWithoutAWord).count())));
+    }
+    if (waited > kControlEnds) throw Error("{}: {}", who, HowToFree(address));
+    std::this_thread::sleep_for(milliseconds(50));
   }
+}
+
+}  // namespace
+
+std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const std::string& open_by,
+                                                   Wanted wanted) {
+  if (g_hostname_is_ip_address(open_by.c_str())) WaitForControl(who, open_by, wanted);
   return std::make_unique<AravisSession>(
       Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
            [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
@@ -60,13 +106,7 @@ bool AravisSession::IsController() const {
   return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
 }
 
-std::string AravisSession::WhoControls() const {
-  const std::string who = AskGigeController(GigeAddress());
-  return fmt::format(
-      "another program controls this camera{}; close it (its control ends some seconds later), then try "
-      "again",
-      who.empty() ? "" : ", from " + who);
-}
+std::string AravisSession::WhoControls() const { return HowToFree(GigeAddress()); }
 
 std::string AravisSession::GigeAddress() const {
   if (!ARV_IS_GV_DEVICE(Device())) return "";

@@ -18,8 +18,13 @@ namespace ulf {
 
 class AravisSession {
  public:
-  // `open_by` as ResolveAravis() gives it; `who` names the camera in errors. Does not insist on control.
-  static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by);
+  // To be controlled, or only to be read where another program controls it.
+  enum class Wanted { kControl, kReading };
+  // `open_by` as ResolveAravis() gives it; `who` names the camera in errors. Where another program controls
+  // the camera that is said at once (on the log), and waited for: a program that was killed keeps control for
+  // some seconds.
+  static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by,
+                                             Wanted wanted);
   explicit AravisSession(ArvCamera* camera);
   AravisSession(const AravisSession&) = delete;
   AravisSession& operator=(const AravisSession&) = delete;

@@ -1,8 +1,12 @@
 #include "acquisition/aravis/aravis_stream.h"
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <array>
-#include <fstream>
+#include <cstdlib>
+#include <filesystem>
 
 namespace ulf {
 namespace {
@@ -37,10 +41,22 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", "bytes ignored"},
 };
 
-std::size_t LargestReceiveBuffer() {
-  std::size_t allowed = 0;
-  std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
-  return allowed;
+// The library keeps its socket to itself; among this process's own it is the one at the stream's port.
+int SocketAtUdpPort(int port) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const int fd = std::atoi(entry->path().filename().c_str());
+    sockaddr_in at{};
+    socklen_t size = sizeof at;
+    int type = 0;
+    socklen_t type_size = sizeof type;
+    if (getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0 && at.sin_family == AF_INET &&
+        ntohs(at.sin_port) == port && getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 &&
+        type == SOCK_DGRAM)
+      return fd;
+  }
+  return -1;
 }
 
 }  // namespace
@@ -65,7 +81,6 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
                  static_cast<gint>(socket_buffer_bytes_), "packet-resend",
                  options.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  nullptr);
-    socket_buffer_bytes_ = std::min(socket_buffer_bytes_, LargestReceiveBuffer());
     if (options.packet_timeout_ms)
       g_object_set(stream, "packet-timeout", static_cast<guint>(1000 * *options.packet_timeout_ms), nullptr);
     if (options.frame_retention_ms)
@@ -95,6 +110,24 @@ std::optional<bool> AravisStream::PriorityGranted() const {
   return granted != 0;
 }
 
+std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
+  if (!ARV_IS_GV_STREAM(session_.Stream())) return std::nullopt;
+  const int fd = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(session_.Stream())));
+  int bytes = 0;
+  socklen_t size = sizeof bytes;
+  if (fd < 0 || getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, &size) != 0) return std::nullopt;
+  return static_cast<std::size_t>(bytes / 2);  // the kernel counts its own notes besides, as much again
+}
+
+std::optional<std::string> AravisStream::WhySocketBufferIsSmall() const {
+  const auto granted = GrantedSocketBuffer();
+  if (!granted || *granted >= socket_buffer_bytes_) return std::nullopt;
+  return fmt::format(
+      "the system gave a receive buffer of {} bytes, {} were asked for: packets of large frames may be lost; "
+      "'sysctl net.core.rmem_max={}' as root lets more wait",
+      *granted, socket_buffer_bytes_, socket_buffer_bytes_);
+}
+
 std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   std::vector<std::pair<std::string, double>> shown;
   ArvStream* stream = session_.Stream();
@@ -118,7 +151,9 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   shown.emplace_back("resend on", options_.resend);
   shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);
   shown.emplace_back("frame retention (ms)", 1e-3 * frame_retention_us);
-  shown.emplace_back("socket buffer (bytes)", static_cast<double>(socket_buffer_bytes_));
+  shown.emplace_back("socket buffer asked for (bytes)", static_cast<double>(socket_buffer_bytes_));
+  if (const auto granted = GrantedSocketBuffer())
+    shown.emplace_back("socket buffer (bytes)", static_cast<double>(*granted));
   return shown;
 }
 

@@ -23,6 +23,9 @@ class AravisStream {
 
   // False: the system refused the priority that was asked for; none: not yet known, or none asked for.
   std::optional<bool> PriorityGranted() const;
+  // Where the system gave a smaller receive buffer than was asked for, with the way out; none: it did not.
+  // Known when the first packets are there.
+  std::optional<std::string> WhySocketBufferIsSmall() const;
   // To be called by the thread that pops buffers, or with that thread at rest.
   std::vector<std::pair<std::string, double>> Transport() const;
 
@@ -38,8 +41,11 @@ class AravisStream {
   AravisOptions options_;
   AravisConfigured configured_;
   std::shared_ptr<Thread> thread_;
+  // What the kernel really gave the stream's socket; none where it cannot be found.
+  std::optional<std::size_t> GrantedSocketBuffer() const;
+
   std::size_t buffers_ = 0;
-  std::size_t socket_buffer_bytes_ = 0;
+  std::size_t socket_buffer_bytes_ = 0;  // asked for
 };
 
 }  // namespace ulf

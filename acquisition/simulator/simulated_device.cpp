@@ -1,5 +1,7 @@
 #include "acquisition/simulator/simulated_device.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,6 +11,7 @@
 #include "acquisition/error.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/simulator/noise.h"
+#include "acquisition/simulator/scene.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 
@@ -162,6 +165,11 @@ class SimulatedDevice : public Device {
 
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri) {
   if (uri.path == "board" || uri.path == "card") return OpenSimulatedBoard(uri);
+  const std::vector<std::string> scenes = Scene::Names();
+  if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
+    throw UsageError(
+        "'{}': there is no '{}' to simulate; there are the scenes {}, and for calibration board and card",
+        uri.Text(), uri.path, fmt::join(scenes, ", "));
   return std::make_unique<SimulatedDevice>(uri);
 }
 

@@ -5,6 +5,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/v4l2/v4l2_controls.h"
+#include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
 
 namespace ulf {
@@ -18,6 +19,10 @@ FeatureType TypeOf(const V4l2Control& control) {
 
 const char* UnitOf(const V4l2Control& control) {
   if (control.id == V4L2_CID_EXPOSURE_ABSOLUTE) return "100 us";
+  // No standard says what one step of it is.
+  if (control.id == V4L2_CID_GAIN || control.id == V4L2_CID_ANALOGUE_GAIN ||
+      control.id == V4L2_CID_DIGITAL_GAIN)
+    return "driver units";
   return control.id == V4L2_CID_WHITE_BALANCE_TEMPERATURE ? "K" : "";
 }
 
@@ -31,6 +36,20 @@ class V4l2Features : public FeatureAccess {
   }
 
   DeviceInfo Info() const override { return camera_.info; }
+
+  std::vector<OfferedFormat> Formats() override {
+    std::vector<OfferedFormat> formats;
+    for (const V4l2Mode& mode : V4l2Modes(node_))
+      formats.push_back({.name = std::string(mode.format.name),
+                         .code = FourccText(mode.fourcc),
+                         .width = mode.width,
+                         .height = mode.height,
+                         .fps = mode.fps,
+                         .any_fps = mode.any_fps});
+    for (const std::uint32_t code : UnreadV4l2Formats(node_))
+      formats.push_back({.name = FourccText(code), .code = FourccText(code), .supported = false});
+    return formats;
+  }
 
   std::vector<Feature> List() override {
     std::vector<Feature> features;
@@ -48,7 +67,8 @@ class V4l2Features : public FeatureAccess {
     const auto control = FindControl(name);
     if (!control) {
       std::vector<std::string> names;
-      for (const V4l2Control& known : V4l2Controls(node_)) names.push_back(known.name);
+      for (const V4l2Control& known : V4l2Controls(node_))
+        if (!(known.flags & V4L2_CTRL_FLAG_READ_ONLY)) names.push_back(known.name);
       std::string list;
       for (const std::string& near : NearestNames(name, names)) list += (list.empty() ? "" : ", ") + near;
       throw UsageError("{}: there is no control '{}'; the nearest are {}", camera_.info.uri, name, list);

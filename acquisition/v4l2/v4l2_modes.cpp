@@ -152,15 +152,27 @@ bool V4l2Mode::Offers(double wanted) const {
                      [&](double offered) { return std::abs(offered - wanted) <= kSameFps * wanted; });
 }
 
-std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<Size> also) {
-  std::vector<V4l2Mode> modes;
+namespace {
+
+std::vector<v4l2_fmtdesc> OfferedFormats(const V4l2Node& node) {
+  std::vector<v4l2_fmtdesc> list;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     v4l2_fmtdesc offered{};
     offered.index = i;
     offered.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (node.Call(VIDIOC_ENUM_FMT, &offered) != 0) break;
+    if (!(offered.flags & V4L2_FMT_FLAG_EMULATED)) list.push_back(offered);
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<Size> also) {
+  std::vector<V4l2Mode> modes;
+  for (const v4l2_fmtdesc& offered : OfferedFormats(node)) {
     const auto format = PixelFormatOfFourcc(offered.pixelformat);
-    if (!format || offered.flags & V4L2_FMT_FLAG_EMULATED) continue;
+    if (!format) continue;
     for (const auto& [width, height] : SizesOf(node, offered.pixelformat, also)) {
       V4l2Mode mode{offered.pixelformat, *format, width, height, {}};
       FillFps(node, mode);
@@ -168,6 +180,13 @@ std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<Size> also) 
     }
   }
   return modes;
+}
+
+std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node) {
+  std::vector<std::uint32_t> codes;
+  for (const v4l2_fmtdesc& offered : OfferedFormats(node))
+    if (!PixelFormatOfFourcc(offered.pixelformat)) codes.push_back(offered.pixelformat);
+  return codes;
 }
 
 V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all, const V4l2Wish& wish) {

@@ -36,6 +36,9 @@ struct V4l2Wish {
 // Every supported mode. Where a driver takes any size within limits, the usual sizes within them and `also`.
 std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<std::pair<int, int>> also = {});
 
+// Kernel's codes of what the camera sends and this program does not read.
+std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node);
+
 // What was not wished for: the largest picture up to 1920x1080 that comes at 24 frames a second or more (or
 // at the rate wished for), then the best format (PreferredPixelFormat). Throws UsageError listing what there
 // is when a wish cannot be met.

@@ -10,6 +10,7 @@
 #include "acquisition/error.h"
 #include "acquisition/frame_id_counter.h"
 #include "tests/acquisition/aravis_fixture.h"
+#include "tests/support/test_paths.h"
 
 namespace ulf::test {
 namespace {
@@ -110,13 +111,41 @@ TEST_F(AravisFaults, ABusyCameraNamesItsController) {
   StartFullCamera();
   const auto first = OpenDriver(kSmall);
   std::this_thread::sleep_for(100ms);
+  const auto asked = Clock::now();
   EXPECT_THAT(ErrorOf(kSmall),
               AllOf(HasSubstr("another program"), HasSubstr("127.0.0.1"), HasSubstr("45678")));
+  EXPECT_LT(SecondsSince(asked), 6);
   const auto devices = ListDevices();
   EXPECT_FALSE(devices.at(0).available);
   EXPECT_EQ(devices.at(0).serial, "F1");
   EXPECT_THAT(devices.at(0).problem,
               AllOf(HasSubstr("another program"), HasSubstr("this computer"), HasSubstr("UDP port 45678")));
+}
+
+// Every command says at once who has the camera, and does not wait in silence.
+TEST_F(AravisFaults, ABusyCameraIsSaidAtOnceByEveryCommand) {
+  StartFullCamera();
+  const auto first = OpenDriver(kSmall);
+  const char* binary = std::getenv("ULF_BINARY");
+  ASSERT_TRUE(binary) << "run through ctest";
+  const ScratchFolder scratch;
+  const std::string light_field = (scratch / "out").string();
+  for (const std::string& command :
+       {"record '" + std::string(kSmall) + "' -o " + light_field,
+        "capture '" + std::string(kSmall) + "' --focal-px 300 -o " + light_field + "2"}) {
+    ChildProcess program({"/bin/sh", "-c", std::string(binary) + " " + command + " 2>&1"});
+    const auto started = Clock::now();
+    EXPECT_THAT(program.ReadUntil("waiting 3.1 s", 10),
+                AllOf(HasSubstr("another program controls this camera, from 127.0.0.1"), HasSubstr("45678"),
+                      HasSubstr("waiting 3.1 s")))
+        << command;
+    EXPECT_LT(SecondsSince(started), 3) << command;
+    EXPECT_THAT(program.ReadUntil("close it", 10), AllOf(HasSubstr("ulf: aravis:"), HasSubstr("45678")))
+        << command;
+  }
+  const auto features = RunUlf("features aravis:127.0.0.1 Gain");
+  EXPECT_EQ(features.exit_code, 0);
+  EXPECT_THAT(features.errors, AllOf(HasSubstr("45678"), HasSubstr("can be read, not written")));
 }
 
 TEST_F(AravisFaults, NobodyAtTheAddressIsKnownSoon) {

@@ -6,9 +6,11 @@
 #include <map>
 #include <thread>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/features.h"
 #include "tests/acquisition/aravis_fixture.h"
+#include "tests/support/test_paths.h"
 
 namespace ulf::test {
 namespace {
@@ -18,16 +20,17 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class AravisSettings : public CameraInNamespace {};
 
 std::string ErrorOf(const std::string& options) {
   try {
     OpenDriver("aravis:127.0.0.1?" + options);
-  } catch (const Error& error) {
+  } catch (const UsageError& error) {
     return error.what();
   }
-  ADD_FAILURE() << options << ": no error";
+  ADD_FAILURE() << options << ": no usage error";
   return "";
 }
 
@@ -61,7 +64,8 @@ TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
       EXPECT_DOUBLE_EQ(frame.exposure_s, 0.004);
       EXPECT_NEAR(frame.gain, std::pow(10, 12 / 20.0), 1e-9);
       EXPECT_NEAR(frame.black_level, 8 / 255.0, 1e-9);
-      if (frame.status != FrameStatus::kComplete) continue;  // nothing is asked for again: a busy machine loses
+      if (frame.status != FrameStatus::kComplete)
+        continue;  // nothing is asked for again: a busy machine loses
       ++complete;
       EXPECT_EQ(frame.image.pixels.at<std::uint8_t>(5, 7),
                 static_cast<std::uint8_t>(3 * (16 + 7) + 5 * (8 + 5)));
@@ -172,8 +176,9 @@ TEST_F(AravisSettings, WhatTheCameraHasNotIsAnErrorThatSaysSo) {
 }
 
 TEST_F(AravisSettings, WhatMakesNoSenseIsWrongUsage) {
-  for (const char* options : {"binning=2", "white_balance=warm", "resend=yes", "priority=top",
-                              "packet_delay_ns=-1", "buffers=1", "gain_db=1&gain_raw=1", "chunks=1"})
+  for (const char* options :
+       {"binning=2", "white_balance=warm", "resend=yes", "priority=top", "packet_delay_ns=-1", "buffers=1",
+        "gain_db=1&gain_raw=1", "chunks=1", "auto_gain=yes", "auto_exposure=on&exposure_us=5", "settle=-1"})
     EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), UsageError) << options;
 }
 
@@ -227,6 +232,124 @@ TEST_F(AravisSettings, WhatIsRefusedOrMissingIsSaidOnce) {
     return text.find("priority") != std::string::npos;
   });
   EXPECT_EQ(told, granted != 0 ? 0 : 1);
+}
+
+// The region is checked against the camera's limits and steps before anything is written.
+TEST_F(AravisSettings, ARegionBetweenTheCamerasStepsIsRefusedWithTheNearest) {
+  StartFullCamera();
+  EXPECT_THAT(ErrorOf("format=Mono8&roi=321x241+0+0"),
+              AllOf(HasSubstr("nearest is roi=320x242+0+0"), HasSubstr("in steps of 4")));
+  EXPECT_THAT(ErrorOf("format=Mono8&roi=320x240+18+9"), HasSubstr("nearest is roi=320x240+20+10"));
+  EXPECT_THAT(ErrorOf("format=Mono8&roi=320x240+2000+0"), HasSubstr("nearest is roi=320x240+1728+0"));
+  EXPECT_THAT(ErrorOf("format=Mono8&roi=8x8+0+0"), HasSubstr("nearest is roi=16x16+0+0"));
+  EXPECT_THAT(ErrorOf("format=Mono8&binning=2x2&roi=1028x1024+0+0"),
+              HasSubstr("nearest is roi=1024x1024+0+0"));
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1?format=Mono8&roi=320x242+20+10")->Window()->x, 20);
+}
+
+// An odd offset would exchange a mosaic's colours: refused, also where the camera itself would take it.
+TEST_F(AravisSettings, AMosaicKeepsItsColoursInEveryRegion) {
+  StartCamera();
+  EXPECT_EQ(OpenDriver("aravis:127.0.0.1?format=Mono8&roi=64x64+17+9")->Window()->x, 17);
+  EXPECT_THAT(ErrorOf("format=BayerRG8&roi=64x64+17+9"),
+              AllOf(HasSubstr("nearest is roi=64x64+18+10"), HasSubstr("mosaic")));
+  for (const char* region : {"64x64+0+0", "64x64+18+10", "65x63+2+0"}) {
+    const auto device = OpenDriver("aravis:127.0.0.1?format=BayerRG8&fps=30&roi=" + std::string(region));
+    device->Start();
+    const auto frames = Take(*device, 2);
+    ASSERT_EQ(frames.size(), 2u);
+    // The camera's red sites send 200, its green ones 120, its blue ones 40.
+    const auto middle = Demosaiced(frames.back().image).pixels.at<cv::Vec3w>(30, 30);
+    EXPECT_EQ(middle, cv::Vec3w(40 * 257, 120 * 257, 200 * 257)) << region;
+  }
+}
+
+TEST_F(AravisSettings, WithoutTheSensorsSizeTheLargestImageTellsIt) {
+  const ScratchFolder scratch;
+  std::string description = ReadWholeFile(FULL_CAMERA);
+  for (const std::string name : {"SensorWidth", "SensorHeight"})
+    for (std::size_t at = 0; (at = description.find(name, at)) != std::string::npos;)
+      description.replace(at, name.size(), "Unnamed" + name.substr(6));
+  WriteFileAtomically(scratch / "camera.xml", description);
+  StartCamera("W1", "0", "127.0.0.1", (scratch / "camera.xml").string());
+  const SensorWindow window = *OpenDriver("aravis:127.0.0.1?binning=2x2&roi=512x256+64+32")->Window();
+  EXPECT_EQ(window, (SensorWindow{2048, 2048, 128, 64, 1024, 512, 2, 2}));
+}
+
+TEST_F(AravisSettings, WhatTheCameraMadeDifferentIsSaid) {
+  StartFullCamera();
+  // It keeps gain in tenths of a decibel, black level in quarters, ratios in thousandths.
+  const auto device =
+      OpenDriver("aravis:127.0.0.1?gain_db=0.17&black_level=1.1&white_balance=0.0125,2.25&exposure_us=4000");
+  EXPECT_THAT(Said(*device, DeviceEventKind::kNotice),
+              ::testing::UnorderedElementsAre(HasSubstr("made 0.1 of gain_db=0.17"),
+                                              HasSubstr("made 1 of black_level=1.1"),
+                                              HasSubstr("made 0.012 of white_balance (red)=0.0125")));
+}
+
+// What the last program left on runs until it has settled, and ends before the first picture.
+TEST_F(AravisSettings, AutomaticsAreSwitchedOffUnlessAskedFor) {
+  StartFullCamera();
+  const auto leave_on = [] {
+    const auto access = OpenFeatures("aravis:127.0.0.1");
+    access->Set("ExposureAuto", "Off");
+    access->Set("ExposureTime", "3000");
+    access->Set("Gain", "6");
+    access->Set("BalanceRatioSelector", "Red");
+    access->Set("BalanceRatio", "1.5");
+    access->Set("BalanceRatioSelector", "Blue");
+    access->Set("BalanceRatio", "2.25");
+    for (const char* automatic : {"ExposureAuto", "GainAuto", "BalanceWhiteAuto"})
+      access->Set(automatic, "Continuous");
+  };
+  const std::string uri = "aravis:127.0.0.1?format=Mono8&roi=64x64+0+0&fps=50&settle=0.3";
+  leave_on();
+  {
+    const auto device = OpenDriver(uri);
+    device->Start();
+    const auto begun = Clock::now();
+    for (const Frame& frame : Take(*device, 5)) {
+      EXPECT_DOUBLE_EQ(frame.exposure_s, 0.003);
+      EXPECT_NEAR(frame.gain, std::pow(10, 6 / 20.0), 1e-6);
+    }
+    EXPECT_GT(SecondsSince(begun), 0.3) << "they were given time to settle";
+    EXPECT_THAT(Said(*device, DeviceEventKind::kNotice),
+                AllOf(Contains(HasSubstr("auto_exposure off, held at exposure_us=3000")),
+                      Contains(HasSubstr("auto_gain off, held at gain_db=6")),
+                      Contains(HasSubstr("auto_white_balance off, held at white_balance=1.5,2.25"))));
+    // Opened again by this name it goes on as it was.
+    EXPECT_THAT(device->Info().uri, AllOf(HasSubstr("exposure_us=3000"), HasSubstr("gain_db=6"),
+                                          HasSubstr("white_balance=1.5,2.25")));
+  }
+  for (const char* automatic : {"ExposureAuto", "GainAuto", "BalanceWhiteAuto"})
+    EXPECT_EQ(ValueOf(*OpenFeatures("aravis:127.0.0.1"), automatic), "Off");
+
+  leave_on();
+  const auto device = OpenDriver(uri + "&auto_exposure=on&auto_gain=off&auto_white_balance=on");
+  device->Start();
+  for (const Frame& frame : Take(*device, 5)) EXPECT_EQ(frame.exposure_s, 0) << "unknown: the camera chooses";
+  EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), Not(Contains(HasSubstr("auto_"))));
+  const auto access = OpenFeatures("aravis:127.0.0.1");
+  EXPECT_EQ(ValueOf(*access, "ExposureAuto"), "Continuous");
+  EXPECT_EQ(ValueOf(*access, "GainAuto"), "Off");
+  EXPECT_EQ(ValueOf(*access, "BalanceWhiteAuto"), "Continuous");
+}
+
+// What the kernel gave is read from the socket, not computed.
+TEST_F(AravisSettings, AReceiveBufferThatTheSystemCutsIsSaid) {
+  StartCamera();
+  const auto device =
+      OpenDriver("aravis:127.0.0.1?socket_buffer=900000000&roi=320x240+0+0&fps=50&format=Mono8");
+  device->Start();
+  Take(*device, 10);
+  std::this_thread::sleep_for(250ms);
+  const auto transport = Transport(*device);
+  EXPECT_EQ(transport.at("socket buffer asked for (bytes)"), 900000000);
+  ASSERT_TRUE(transport.count("socket buffer (bytes)"));
+  EXPECT_LT(transport.at("socket buffer (bytes)"), 900000000);
+  EXPECT_GT(transport.at("socket buffer (bytes)"), 50000);
+  EXPECT_THAT(Said(*device, DeviceEventKind::kNotice),
+              Contains(AllOf(HasSubstr("900000000 were asked for"), HasSubstr("net.core.rmem_max"))));
 }
 
 TEST_F(AravisSettings, FormatsMayChangeFromStreamToStream) {

@@ -89,7 +89,7 @@ TEST_F(Features, TheTreeTellsWhatTheCameraTells) {
   std::map<std::string, Feature> tree;
   for (const Feature& feature : list) tree[feature.name] = feature;
   ASSERT_EQ(tree.size(), list.size()) << "none twice";
-  EXPECT_EQ(tree.size(), 34u);
+  EXPECT_EQ(tree.size(), 35u);
 
   const Feature& exposure = tree.at("ExposureTime");
   EXPECT_EQ(exposure.category, "AcquisitionControl");
@@ -154,6 +154,10 @@ TEST_F(Features, TheCommandSetsShowsAndRefuses) {
   EXPECT_THAT(unknown.errors, AllOf(HasSubstr("'ExposureTme'"), HasSubstr("ExposureTime")));
   EXPECT_THAT(RunUlf(command + " Gain").output, HasSubstr("6 dB"))
       << "nothing was set beside an unknown name";
+  // What cannot be set is no help to who wants to set; to who wants to see it is.
+  EXPECT_THAT(RunUlf(command + " SensorWidt=3").errors, Not(HasSubstr("SensorWidth")));
+  EXPECT_THAT(RunUlf(command + " SensorWidt").errors, HasSubstr("SensorWidth"));
+  EXPECT_THAT(RunUlf(command).output, AllOf(HasSubstr("BayerRG8"), HasSubstr("up to 2048x2048")));
   const auto read_only = RunUlf(command + " SensorWidth=3");
   EXPECT_EQ(read_only.exit_code, 2);
   EXPECT_THAT(read_only.errors, AllOf(HasSubstr("read-only"), HasSubstr("Width")));

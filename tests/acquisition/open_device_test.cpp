@@ -24,6 +24,11 @@ TEST(OpenDevice, UnknownSchemesSayWhatThereIs) {
     EXPECT_THAT(UsageErrorOf(uri), AllOf(HasSubstr("replay:PATH"), HasSubstr("aravis:ID"))) << uri;
 }
 
+TEST(OpenDevice, WhatCannotBeSimulatedSaysWhatCan) {
+  EXPECT_THAT(UsageErrorOf("sim:nonsense"), AllOf(HasSubstr("'nonsense'"), HasSubstr("studio"),
+                                                  HasSubstr("wall"), HasSubstr("board"), HasSubstr("card")));
+}
+
 TEST(OpenDevice, TetheredOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
   EXPECT_THAT(UsageErrorOf("gphoto2:usb:001,004?zoom=2"), HasSubstr("shutter"));
   EXPECT_THAT(UsageErrorOf("gphoto2:usb:001,004?target=disk"), HasSubstr("card or ram"));

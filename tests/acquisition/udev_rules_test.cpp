@@ -148,28 +148,46 @@ TEST(UdevRules, LeaveEverythingElseAlone) {
 }
 
 TEST(UdevRules, MissingOnesAreNoticed) {
+  using enum UdevCameraKind;
   ScratchFolder scratch;
   const fs::path etc = scratch / "etc", lib = scratch / "lib";
   const std::vector<fs::path> folders{etc, scratch / "absent", lib};
-  EXPECT_FALSE(InstalledUsb3VisionRules(folders));
+  for (const auto kind : {kUsb3Vision, kVideo, kStill}) EXPECT_FALSE(InstalledUdevRules(kind, folders));
   ASSERT_TRUE(MissingUdevRulesHint(folders));
   EXPECT_THAT(*MissingUdevRulesHint(folders),
-              AllOf(HasSubstr("70-ulf-cameras.rules"), HasSubstr("/etc/udev/rules.d")));
+              AllOf(HasSubstr("70-ulf-cameras.rules"), HasSubstr("/etc/udev/rules.d"),
+                    HasSubstr("USB3 Vision cameras, webcams, DSLRs")));
   EXPECT_FALSE(MissingUdevRulesHint(folders, /*is_root=*/true));
 
   Write(lib / "60-other.rules",
         "# :ef0500: in a comment grants nothing, GROUP=\"x\"\nSUBSYSTEM==\"usb\", TAG+=\"uaccess\"\n");
-  EXPECT_FALSE(InstalledUsb3VisionRules(folders));
+  EXPECT_FALSE(InstalledUdevRules(kUsb3Vision, folders));
   Write(lib / "65-names.rules", "ENV{ID_USB_INTERFACES}==\"*:ef0500:*\", SYMLINK+=\"camera\"\n");
-  EXPECT_FALSE(InstalledUsb3VisionRules(folders)) << "a name is not a permission";
+  EXPECT_FALSE(InstalledUdevRules(kUsb3Vision, folders)) << "a name is not a permission";
+
+  // What a system has of its own is not asked for again, and what is missing is named.
+  Write(lib / "50-udev-default.rules", "SUBSYSTEM==\"video4linux\", GROUP=\"video\"\n");
+  EXPECT_THAT(*MissingUdevRulesHint(folders),
+              AllOf(HasSubstr("USB3 Vision cameras, DSLRs"), Not(HasSubstr("webcams"))));
+  Write(lib / "70-uaccess.rules", "ENV{ID_GPHOTO2}==\"?*\", TAG+=\"uaccess\"\n");
+  EXPECT_FALSE(InstalledUdevRules(kStill, folders)) << "somebody must say which they are";
+  Write(lib / "60-libgphoto2.rules",
+        "ENV{ID_USB_INTERFACES}==\"*:060101:*\", ENV{ID_GPHOTO2}=\"1\", MODE=\"0664\", GROUP=\"plugdev\"\n");
+  EXPECT_THAT(*MissingUdevRulesHint(folders), AllOf(HasSubstr("open USB3 Vision cameras here"),
+                                                    Not(HasSubstr("DSLR")), Not(HasSubstr("webcams"))));
 
   Write(lib / "70-ulf-cameras.rules", Read(fs::path(ULF_SOURCE_DIR) / "udev/70-ulf-cameras.rules"));
-  EXPECT_EQ(InstalledUsb3VisionRules(folders), lib / "70-ulf-cameras.rules");
+  EXPECT_EQ(InstalledUdevRules(kUsb3Vision, folders), lib / "70-ulf-cameras.rules");
   EXPECT_FALSE(MissingUdevRulesHint(folders));
+  for (const auto kind : {kUsb3Vision, kVideo, kStill}) {
+    ScratchFolder ours;
+    fs::copy_file(lib / "70-ulf-cameras.rules", ours / "70-ulf-cameras.rules");
+    EXPECT_TRUE(InstalledUdevRules(kind, {ours.path()})) << static_cast<int>(kind);
+  }
 
   fs::create_directories(etc);
   fs::create_symlink("/dev/null", etc / "70-ulf-cameras.rules");
-  EXPECT_FALSE(InstalledUsb3VisionRules(folders)) << "masked by an empty file of the same name";
+  EXPECT_FALSE(InstalledUdevRules(kUsb3Vision, folders)) << "masked by an empty file of the same name";
 }
 
 // Rules of others for the same cameras are as good: by the list of interfaces or by one interface's
@@ -180,7 +198,7 @@ TEST(UdevRules, EquivalentOnesCount) {
                            "ATTRS{bInterfaceSubClass}==\"05\", MODE:=\"0666\"\n"}) {
     ScratchFolder scratch;
     Write(scratch / "lib/80-aravis.rules", rule);
-    EXPECT_TRUE(InstalledUsb3VisionRules({scratch / "lib"})) << rule;
+    EXPECT_TRUE(InstalledUdevRules(UdevCameraKind::kUsb3Vision, {scratch / "lib"})) << rule;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <thread>
@@ -199,6 +200,7 @@ TEST_F(V4l2, ControlsAreFeatures) {
   features->Set("exposure", "50");
   EXPECT_EQ(features->Find("exposure_time_absolute")->value, "50");
   EXPECT_TRUE(features->Find("exposure")->writable);
+  EXPECT_EQ(features->Find("gain")->unit, "driver units") << "no standard says what a step is";
   features->Set("auto_focus", "false");
   EXPECT_EQ(camera.Control(V4L2_CID_FOCUS_AUTO), 0);
   EXPECT_THAT(ErrorOf([&] { features->Set("exposure", "9999"); }), HasSubstr("3 to 2047"));
@@ -516,6 +518,26 @@ TEST(V4l2Node, BusyNamesTheProgramThatHasItOpen) {
   const std::string text = V4l2Problem(node, EBUSY);
   EXPECT_THAT(text, HasSubstr("another program streams from " + node));
   EXPECT_THAT(text, HasSubstr(fmt::format("(process {})", other.Pid())));
+}
+
+TEST_F(V4l2, ProgramListsFormatsSizesAndRates) {
+  const EmulatedV4l2Camera camera({.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}},
+                                             {V4L2_PIX_FMT_YUYV, 1280, 720, {10}},
+                                             {V4L2_PIX_FMT_GREY, 640, 480, {60}},
+                                             {V4L2_PIX_FMT_H264, 1920, 1080, {30}}},
+                                   .controls = test::UsualControls()});
+  const auto shown = test::RunUlf("features v4l2:/dev/video0");
+  ASSERT_EQ(shown.exit_code, 0) << shown.errors;
+  EXPECT_THAT(shown.output,
+              AllOf(HasSubstr("YUYV"), HasSubstr("640x480 at 30, 15"), HasSubstr("1280x720 at 10"),
+                    HasSubstr("Mono8 (GREY)"), HasSubstr("640x480 at 60"), HasSubstr("H264"),
+                    HasSubstr("not read by this program")));
+  const auto json = nlohmann::json::parse(test::RunUlf("features v4l2:/dev/video0 --json").output);
+  ASSERT_EQ(json["formats"].size(), 4u);
+  EXPECT_EQ(json["formats"][1]["fourcc"], "YUYV");
+  EXPECT_EQ(json["formats"][1]["width"], 1280);
+  EXPECT_EQ(json["formats"][1]["fps"], std::vector<double>{10});
+  EXPECT_EQ(json["formats"][3]["supported"], false);
 }
 
 // The program itself, which knows nothing of emulation.

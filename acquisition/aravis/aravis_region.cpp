@@ -1,0 +1,104 @@
+#include "acquisition/aravis/aravis_region.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+namespace ulf {
+namespace {
+
+struct Steps {
+  std::int64_t low = 0, high = 0, step = 1;
+
+  std::int64_t Nearest(std::int64_t value) const {
+    const std::int64_t most = low + std::max<std::int64_t>(0, high - low) / step * step;
+    return std::clamp(low + (std::max<std::int64_t>(0, value - low) + step / 2) / step * step, low, most);
+  }
+};
+
+Steps StepsOf(const AravisSession& session, const std::string& who, const char* feature) {
+  gint64 low = 0, high = 0;
+  Must(who, feature,
+       [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
+  const gint64 step = Maybe(
+      [&](GError** e) { return arv_camera_get_integer_increment(session.Camera(), feature, e); }, gint64{1});
+  return {low, high, std::max<gint64>(1, step)};
+}
+
+std::string Text(const AravisRegion& region) {
+  return fmt::format("{}x{}+{}+{}", region.width, region.height, region.x, region.y);
+}
+
+std::string Text(const Steps& steps) {
+  return fmt::format("{} to {}{}", steps.low, steps.high,
+                     steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
+}
+
+bool operator==(const AravisRegion& a, const AravisRegion& b) {
+  return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y;
+}
+
+}  // namespace
+
+AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
+                                    const std::optional<AravisRegion>& asked, bool is_mosaic) {
+  ArvCamera* camera = session.Camera();
+  const bool has_offsets =
+      Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera, e); }, false);
+  const auto set = [&](const char* feature, std::int64_t value) {
+    Must(who, fmt::format("{}={}", feature, value),
+         [&](GError** e) { arv_camera_set_integer(camera, feature, value, e); });
+  };
+  // Offsets first to zero: they limit what the sizes may be.
+  if (has_offsets)
+    for (const char* offset : {"OffsetX", "OffsetY"})
+      Try([&](GError** e) { arv_camera_set_integer(camera, offset, 0, e); });
+  const Steps widths = StepsOf(session, who, "Width"), heights = StepsOf(session, who, "Height");
+  const AravisImageLimits limits{static_cast<int>(widths.high), static_cast<int>(heights.high)};
+  if (!asked) {
+    set("Width", widths.Nearest(widths.high));
+    set("Height", heights.Nearest(heights.high));
+    return limits;
+  }
+  // The limits of offsets as they will be with that size; the camera's own of now are those of the last one.
+  AravisRegion nearest{static_cast<int>(widths.Nearest(asked->width)),
+                       static_cast<int>(heights.Nearest(asked->height)), 0, 0};
+  Steps xs, ys;
+  if (has_offsets) {
+    xs = StepsOf(session, who, "OffsetX");
+    ys = StepsOf(session, who, "OffsetY");
+    xs.high = widths.high - nearest.width;
+    ys.high = heights.high - nearest.height;
+    if (is_mosaic) {
+      xs.step = std::lcm(xs.step, std::int64_t{2});
+      ys.step = std::lcm(ys.step, std::int64_t{2});
+    }
+    nearest.x = static_cast<int>(xs.Nearest(asked->x));
+    nearest.y = static_cast<int>(ys.Nearest(asked->y));
+  }
+  const auto refuse = [&](const AravisRegion& instead) {
+    throw UsageError(
+        "{}: roi={} is nothing the camera can send; nearest is roi={} (width {}, height {}, offsets {} and "
+        "{}{})",
+        who, Text(*asked), Text(instead), Text(widths), Text(heights), Text(xs), Text(ys),
+        is_mosaic ? "; even ones, because an odd one would exchange the mosaic's colours" : "");
+  };
+  if (!(nearest == *asked)) refuse(nearest);
+  set("Width", asked->width);
+  set("Height", asked->height);
+  if (!has_offsets) return limits;
+  // Some cameras limit them further.
+  for (const auto& [feature, steps, value] :
+       {std::tuple("OffsetX", &xs, &nearest.x), std::tuple("OffsetY", &ys, &nearest.y)}) {
+    const Steps now = StepsOf(session, who, feature);
+    steps->low = std::max(steps->low, now.low);
+    steps->high = std::min(steps->high, now.high);
+    *value = static_cast<int>(steps->Nearest(*value));
+  }
+  if (!(nearest == *asked)) refuse(nearest);
+  set("OffsetX", asked->x);
+  set("OffsetY", asked->y);
+  return limits;
+}
+
+}  // namespace ulf
