@@ -52,9 +52,12 @@ class Configurator {
   }
 
   void ReadLightInto(AravisConfigured& configured) {
-    configured_ = configured;
+    configured_.format = configured.format;
     ReadLight();
-    configured = configured_;
+    // Nothing else is touched: other threads read it.
+    configured.exposure_s = configured_.exposure_s;
+    configured.gain = configured_.gain;
+    configured.black_level = configured_.black_level;
   }
 
  private:

@@ -121,7 +121,11 @@ std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
 
 std::optional<std::string> AravisStream::WhySocketBufferIsSmall() const {
   const auto granted = GrantedSocketBuffer();
-  if (!granted || *granted >= socket_buffer_bytes_) return std::nullopt;
+  // More than one frame is room to spare, unless it was asked for by name.
+  const std::size_t needed = options_.socket_buffer_bytes
+                                 ? socket_buffer_bytes_
+                                 : std::min(socket_buffer_bytes_, configured_.payload_bytes);
+  if (!granted || *granted >= needed) return std::nullopt;
   return fmt::format(
       "the system gave a receive buffer of {} bytes, {} were asked for: packets of large frames may be lost; "
       "'sysctl net.core.rmem_max={}' as root lets more wait",
