@@ -4,17 +4,87 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <memory>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "acquisition/error.h"
 
 namespace ulf {
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kBlock = 4096;          // what writing past the page cache must be a multiple of
+constexpr std::size_t kStaged = 4 << 20;      // copied, then written, at a time
+constexpr std::size_t kDirectFrom = 1 << 18;  // smaller files gain nothing
+
+// One a thread, kept: memory that is new costs more than the copy into it.
+std::span<char> Staging() {
+  struct Free {
+    void operator()(char* memory) const { std::free(memory); }
+  };
+  thread_local const std::unique_ptr<char, Free> memory(
+      static_cast<char*>(std::aligned_alloc(kBlock, kStaged)));
+  if (!memory) throw std::bad_alloc();
+  return {memory.get(), kStaged};
+}
+
+fs::path TemporaryOf(const fs::path& path) { return path.string() + std::string(kTemporaryEnding); }
+
+fs::path FolderOf(const fs::path& path) {
+  return path.parent_path().empty() ? fs::path(".") : path.parent_path();
+}
+
+// -1: the disk refused, errno says why.
+int OpenForWriting(const fs::path& path, bool direct) {
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+  const int descriptor = direct ? open(path.c_str(), kFlags | O_DIRECT, 0644) : -1;
+  return descriptor >= 0 ? descriptor : open(path.c_str(), kFlags, 0644);
+}
+
+bool LeaveDirect(int descriptor) {
+  const int flags = fcntl(descriptor, F_GETFL);
+  return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
+}
+
+// False: the disk refused, errno says why.
+bool WriteAll(int descriptor, const char* bytes, std::size_t size) {
+  while (size > 0) {
+    const ssize_t written = write(descriptor, bytes, size);
+    if (written < 0 && errno == EINTR) continue;
+    // A file system that opens files this way may still not write them so.
+    if (written < 0 && errno == EINVAL && LeaveDirect(descriptor)) continue;
+    if (written <= 0) return false;
+    if (static_cast<std::size_t>(written) % kBlock != 0) LeaveDirect(descriptor);
+    bytes += written;
+    size -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+bool WriteContent(int descriptor, const FileContent& content, bool direct) {
+  const std::span<char> staging = Staging();
+  for (std::uint64_t done = 0; done < content.size; done += staging.size()) {
+    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(staging.size(), content.size - done));
+    content.copy(done, staging.first(size));
+    const std::size_t whole_blocks = direct ? (size + kBlock - 1) / kBlock * kBlock : size;
+    std::fill(staging.begin() + static_cast<std::ptrdiff_t>(size),
+              staging.begin() + static_cast<std::ptrdiff_t>(whole_blocks), '\0');
+    if (!WriteAll(descriptor, staging.data(), whole_blocks)) return false;
+  }
+  return !direct || ftruncate(descriptor, static_cast<off_t>(content.size)) == 0;
+}
+
+}  // namespace
 
 void SyncFolder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -23,30 +93,88 @@ void SyncFolder(const fs::path& folder) {
   close(descriptor);
 }
 
-void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
-  const fs::path temporary = path.string() + std::string(kTemporaryEnding);
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+FileContent ContentOf(std::string_view bytes) {
+  return {bytes.size(), [bytes](std::uint64_t offset, std::span<char> out) {
+            std::memcpy(out.data(), bytes.data() + offset, out.size());
+          }};
+}
+
+FileBatch::~FileBatch() {
+  if (!committed_) TakeBack();
+}
+
+void FileBatch::TakeBack() { TakeBackFrom(0); }
+
+void FileBatch::TakeBackFrom(std::size_t first) {
+  for (; files_.size() > first; files_.pop_back()) {
+    const File& file = files_.back();
+    if (file.descriptor >= 0) close(file.descriptor);
+    unlink((file.renamed ? file.path : TemporaryOf(file.path)).c_str());
+  }
+}
+
+void FileBatch::Write(std::span<const std::pair<fs::path, FileContent>> files) {
+  if (std::exchange(committed_, false)) files_.clear();
+  const std::size_t before = files_.size();
+  try {
+    for (const auto& [path, content] : files) Write(path, content);
+  } catch (...) {
+    TakeBackFrom(before);
+    throw;
+  }
+}
+
+void FileBatch::Write(const fs::path& path, const FileContent& content) {
+  if (std::exchange(committed_, false)) files_.clear();
+  const fs::path temporary = TemporaryOf(path);
+  const bool direct = content.size >= kDirectFrom;
+  const int descriptor = OpenForWriting(temporary, direct);
   if (descriptor < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
-  const auto fail = [&](const char* what) {
-    const int reason = errno;
+  const auto take_back = [&] {
     close(descriptor);
     unlink(temporary.c_str());
-    ThrowDiskError(reason, fmt::format("{}: {}", path.string(), what));
   };
-  while (!bytes.empty()) {
-    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail("writing failed");
-    bytes.remove_prefix(static_cast<std::size_t>(written));
+  bool written = false;
+  try {
+    written = WriteContent(descriptor, content, direct);
+  } catch (...) {
+    take_back();
+    throw;
   }
-  if (fsync(descriptor) != 0) fail("syncing to disk failed");
-  close(descriptor);
-  if (rename(temporary.c_str(), path.c_str()) != 0) {
+  if (!written) {
     const int reason = errno;
-    unlink(temporary.c_str());
-    ThrowDiskError(reason, fmt::format("{}: cannot be renamed into place", path.string()));
+    take_back();
+    ThrowDiskError(reason, fmt::format("{}: writing failed", path.string()));
   }
-  SyncFolder(path.parent_path().empty() ? fs::path(".") : path.parent_path());
+  files_.push_back({path, descriptor, false});
+}
+
+void FileBatch::Commit() {
+  const auto fail = [&](const File& file, const char* what) {
+    const int reason = errno;
+    const std::string path = file.path.string();
+    TakeBack();
+    ThrowDiskError(reason, fmt::format("{}: {}", path, what));
+  };
+  for (File& file : files_) {
+    if (fsync(file.descriptor) != 0) fail(file, "syncing to disk failed");
+    close(std::exchange(file.descriptor, -1));
+  }
+  std::set<fs::path> folders;
+  for (File& file : files_) {
+    if (rename(TemporaryOf(file.path).c_str(), file.path.c_str()) != 0)
+      fail(file, "cannot be renamed into place");
+    file.renamed = true;
+    folders.insert(FolderOf(file.path));
+  }
+  for (const fs::path& folder : folders) SyncFolder(folder);
+  committed_ = true;
+}
+
+void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
+  FileBatch batch;
+  batch.Write(path, ContentOf(bytes));
+  batch.Commit();
 }
 
 void ThrowDiskError(int reason, const std::string& what_failed) {

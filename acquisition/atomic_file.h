@@ -3,14 +3,59 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace ulf {
 
 // Writes to a temporary name beside `path`, syncs it, renames it, syncs the folder. Throws DiskFullError or
 // Error (no permission) and leaves nothing behind then.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+
+// What a file is to hold: bytes that are there, or that are made while they are written, so that a large
+// picture need not be in memory twice.
+struct FileContent {
+  std::uint64_t size = 0;
+  // Copies what stands from `offset` on; `out` never reaches past the end.
+  std::function<void(std::uint64_t offset, std::span<char> out)> copy;
+};
+// The bytes are not copied: they must stay where they are.
+FileContent ContentOf(std::string_view bytes);
+
+// Files that come to the disk together: a disk takes one wait for many files in the time of one wait for one.
+// Large ones go past the page cache where the file system allows it (twice as fast, and a day of capture
+// does not push everything else out of memory).
+class FileBatch {
+ public:
+  FileBatch() = default;
+  FileBatch(const FileBatch&) = delete;
+  FileBatch& operator=(const FileBatch&) = delete;
+  ~FileBatch();  // removes what was not committed
+
+  // Under a temporary name. Throws DiskFullError or Error; then nothing of this file stays.
+  void Write(const std::filesystem::path& path, const FileContent& content);
+  // The same for files that belong together: all, or none of them stays.
+  void Write(std::span<const std::pair<std::filesystem::path, FileContent>> files);
+  // Syncs all files, gives them their names, syncs their folders; the next Write() begins a new batch. Throws
+  // as Write() does; then nothing of the whole batch stays.
+  void Commit();
+  // Removes the files, committed or not: for when what was to name them could not be written.
+  void TakeBack();
+
+ private:
+  struct File {
+    std::filesystem::path path;
+    int descriptor;
+    bool renamed;
+  };
+  void TakeBackFrom(std::size_t first);
+  std::vector<File> files_;
+  bool committed_ = false;
+};
 
 void SyncFolder(const std::filesystem::path& folder);
 

@@ -110,7 +110,8 @@ class Device {
   // None: unknown; then an image is taken for the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
   virtual void Start() = 0;
-  // The next frame, or none within the timeout; then State() says whether to go on asking.
+  // The next frame, or none within the timeout; then State() says whether to go on asking. Its pixels may be
+  // shared and kept: no device writes into them again.
   virtual std::optional<Frame> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
   virtual DeviceState State() const = 0;

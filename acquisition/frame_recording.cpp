@@ -9,7 +9,6 @@
 #include <deque>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <thread>
 #include <utility>
 
@@ -18,6 +17,7 @@
 #include "acquisition/frame_recording_json.h"
 #include "acquisition/gphoto2/jpeg_file.h"
 #include "acquisition/json_fields.h"
+#include "acquisition/tiff_file.h"
 
 namespace ulf {
 namespace {
@@ -44,13 +44,8 @@ class OpenFile {
       : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
     if (descriptor_ < 0) ThrowDiskError(errno, path.string() + ": cannot be written");
   }
-  OpenFile(OpenFile&& other) noexcept
-      : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-  OpenFile& operator=(OpenFile&& other) noexcept {
-    std::swap(path_, other.path_);
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
   ~OpenFile() {
     if (descriptor_ >= 0) close(descriptor_);
   }
@@ -65,9 +60,6 @@ class OpenFile {
   void Sync() {
     if (fsync(descriptor_) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
   }
-  // So that the disk is at work while the next frame is made ready.
-  void StartSync() { sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
-  const fs::path& path() const { return path_; }
   off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
   void CutAt(off_t size) {
     if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
@@ -80,13 +72,17 @@ class OpenFile {
 
 bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }
 
-// The file of a frame; none of a photograph that has a raw file only.
-std::optional<EncodedImage> Encoded(const Frame& frame) {
-  if (frame.encoded && IsJpeg(frame.encoded->extension)) return *frame.encoded;
+struct FrameFile {
+  std::string extension;
+  FileContent content;
+};
+
+// None of a photograph that has a raw file only.
+std::optional<FrameFile> ImageFile(const Frame& frame) {
+  if (frame.encoded && IsJpeg(frame.encoded->extension))
+    return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
   if (frame.image.empty()) return std::nullopt;
-  std::vector<unsigned char> bytes;
-  cv::imencode(".tif", frame.image.pixels, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
-  return EncodedImage{".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
+  return FrameFile{".tif", TiffContent(frame.image.pixels)};
 }
 
 std::size_t BytesOf(const Frame& frame) {
@@ -116,7 +112,7 @@ struct FrameRecorder::State {
   FrameRecorderSummary summary;
 
   // The writing thread's.
-  std::vector<OpenFile> unsynced;
+  FileBatch files;
   std::string lines;
   std::uint64_t frames_in_batch = 0, bytes_in_batch = 0, next_name = 1;
   Clock::time_point batch_began;
@@ -160,57 +156,42 @@ void FrameRecorder::State::Write(Item item) {
     return;
   }
   const auto start = Clock::now();
-  std::vector<EncodedImage> files;
-  try {
-    if (auto image = Encoded(*item.frame)) files.push_back(std::move(*image));
-  } catch (const std::exception& error) {  // OpenCV's, or no memory left
-    Refused(Error("frame {}: cannot be encoded: {}", item.frame->id, error.what()), 1);
-    return;
-  }
-  const double encode_s = SecondsSince(start);
-  const bool has_image = !files.empty();
-  if (item.frame->raw) files.push_back(*item.frame->raw);
-  std::vector<std::string> names;
+  const Frame& frame = *item.frame;
+  std::string image_name, raw_name;
   std::uint64_t needed = 0;
-  for (const EncodedImage& file : files) {
-    names.push_back(fmt::format("{}/{:08}{}", kFolder, next_name, file.extension));
-    needed += file.bytes->size();
-  }
-  const std::size_t unsynced_before = unsynced.size();
   try {
-    const auto start_disk = Clock::now();
+    std::vector<std::pair<fs::path, FileContent>> wanted;
+    const auto want = [&](const std::string& extension, FileContent content) {
+      std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, extension);
+      needed += content.size;
+      wanted.emplace_back(dir / name, std::move(content));
+      return name;
+    };
+    if (auto image = ImageFile(frame)) image_name = want(image->extension, std::move(image->content));
+    if (frame.raw) raw_name = want(frame.raw->extension, ContentOf(*frame.raw->bytes));
     if (FreeBytes(dir) < needed + kIndexReserve)
-      ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), item.frame->id));
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      OpenFile file(dir / names[i], O_WRONLY | O_CREAT | O_TRUNC);
-      file.Write(*files[i].bytes);
-      file.StartSync();
-      unsynced.push_back(std::move(file));
-    }
+      ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
+    files.Write(wanted);
     const std::lock_guard lock(mutex);
-    summary.encode_s += encode_s;
-    summary.disk_s += SecondsSince(start_disk);
+    summary.disk_s += SecondsSince(start);
   } catch (const Error& error) {
-    std::error_code gone;
-    for (const std::string& name : names) fs::remove(dir / name, gone);
-    unsynced.erase(unsynced.begin() + static_cast<std::ptrdiff_t>(unsynced_before), unsynced.end());
     Refused(error, 1);
+    return;
+  } catch (const std::exception& error) {  // no memory left
+    Refused(Error("frame {}: cannot be recorded: {}", frame.id, error.what()), 1);
     return;
   }
   ++next_name;
   ++frames_in_batch;
   bytes_in_batch += needed;
-  lines +=
-      FrameToJson(*item.frame, has_image ? names.front() : "", item.frame->raw ? names.back() : "").dump() +
-      "\n";
+  lines += FrameToJson(frame, image_name, raw_name).dump() + "\n";
 }
 
 void FrameRecorder::State::EndBatch() {
   const auto start = Clock::now();
   const off_t before = index->Size();
   try {
-    for (OpenFile& file : unsynced) file.Sync();
-    if (!unsynced.empty()) SyncFolder(dir / kFolder);
+    files.Commit();
     index->Write(lines);
     index->Sync();
     const std::lock_guard lock(mutex);
@@ -220,11 +201,9 @@ void FrameRecorder::State::EndBatch() {
     pause.clear();
   } catch (const Error& error) {
     index->CutAt(before);
-    std::error_code gone;  // what is not named must not lie about
-    for (const OpenFile& file : unsynced) fs::remove(file.path(), gone);
+    files.TakeBack();  // what is not named must not lie about
     Refused(error, frames_in_batch);
   }
-  unsynced.clear();
   lines.clear();
   frames_in_batch = bytes_in_batch = 0;
 }
@@ -270,7 +249,12 @@ FrameRecorder::~FrameRecorder() {
 }
 
 bool FrameRecorder::TryAdd(const Frame& frame) {
-  const std::size_t bytes = BytesOf(frame);
+  Frame kept = frame;
+  if (frame.kind == FrameKind::kStill && frame.encoded)
+    kept.image.pixels.release();  // its file is all that is written of it
+  else if (!kept.image.pixels.u)
+    kept.image.pixels = frame.image.pixels.clone();  // somebody else's memory
+  const std::size_t bytes = BytesOf(kept);
   {
     const std::lock_guard lock(state_->mutex);
     // One frame may always wait, however large it is, and every photograph.
@@ -285,10 +269,6 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
       return false;
     }
   }
-  Frame kept = frame;
-  // A device may use its buffers again; a photograph's file is all that is written of it.
-  const bool is_file = frame.kind == FrameKind::kStill && frame.encoded;
-  kept.image.pixels = is_file ? cv::Mat() : frame.image.pixels.clone();
   {
     const std::lock_guard lock(state_->mutex);
     state_->waiting.push_back({std::move(kept), ""});

@@ -46,10 +46,10 @@ struct RecordingHeader {
 
 struct FrameRecorderSummary {
   std::uint64_t written = 0;
-  std::uint64_t left_out = 0;       // the disk was behind or full
-  std::uint64_t bytes = 0;          // of files
-  double encode_s = 0, disk_s = 0;  // of the writing thread
-  std::string problem;              // what the disk said last; empty: nothing
+  std::uint64_t left_out = 0;  // the disk was behind or full
+  std::uint64_t bytes = 0;     // of files
+  double disk_s = 0;           // the writing thread was at work
+  std::string problem;         // what the disk said last; empty: nothing
 };
 
 // Throws Error when DIR holds something already: to be asked before the work begins.
@@ -64,7 +64,7 @@ class FrameRecorder {
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
 
-  // The pixels are copied. False when the frame was left out.
+  // The pixels are shared, not copied. False when the frame was left out.
   bool TryAdd(const Frame& frame);
   // A line for whoever reads the recording: a fault, a gap.
   void Note(const std::string& text);

@@ -118,6 +118,14 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   }
 }
 
+bool NothingWholeFollows(const std::string& bytes, std::size_t begin) {
+  for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1)
+    if (json::accept(bytes.begin() + static_cast<std::ptrdiff_t>(begin),
+                     bytes.begin() + static_cast<std::ptrdiff_t>(end)))
+      return false;
+  return true;
+}
+
 }  // namespace
 
 JournalContents ReadJournal(const fs::path& file) {
@@ -132,9 +140,9 @@ JournalContents ReadJournal(const fs::path& file) {
     try {
       object = json::parse(line);
     } catch (const json::exception&) {
-      // Blocks of a file can reach the disk out of order: the last line may be damaged though its end is
-      // there.
-      if (end + 1 == bytes.size()) break;
+      // Blocks of a file can reach the disk out of order: what was written last may be damaged though its
+      // end is there.
+      if (NothingWholeFollows(bytes, end + 1)) break;
       throw Error(
           "{}: damaged; restore the file from a copy, or cut it before this line to keep what came before",
           where);
@@ -173,8 +181,8 @@ Journal::~Journal() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-void Journal::Append(const std::string& line) {
-  const std::string text = line + "\n";
+void Journal::Append(const std::string& lines) {
+  const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   // A part of a line must not stay: the next one would be written behind it.
   const auto take_back = [&](const char* what) {
@@ -211,13 +219,18 @@ void Journal::Header(const LightField& light_field) {
   Append(event.dump());
 }
 
-void Journal::AddView(const View& view) {
-  json event = ViewToJson(view);
-  event["event"] = "view";
-  event["image"] = view.image_path;
-  event["camera"] = view.camera;
-  event["cam_from_world"] = PoseToJson(view.cam_from_world);
-  Append(event.dump());
+void Journal::AddViews(std::span<const View> views) {
+  std::string lines;
+  for (const View& view : views) {
+    json event = ViewToJson(view);
+    event["event"] = "view";
+    event["image"] = view.image_path;
+    event["camera"] = view.camera;
+    event["cam_from_world"] = PoseToJson(view.cam_from_world);
+    if (!lines.empty()) lines += '\n';
+    lines += event.dump();
+  }
+  if (!lines.empty()) Append(lines);
 }
 
 void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {

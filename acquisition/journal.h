@@ -5,13 +5,14 @@
 //   exposure, gain, quality, bound} pose_update {poses {id: [7]}}   subject {center, radius}   up {up}   gap
 //   {from_s, to_s, reason}   remove {id} close {capture_s, reasons}
 //
-// Each line is synced before the call returns; one that the disk refuses is taken back whole (DiskFullError,
-// Error). A last line without its end was being written when the process
-// died: readers ignore it, the next writer cuts it off.
+// What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
+// Error). A damaged end (a last line without its end, or lines after which none is whole) was being written
+// when the process died: readers ignore it, the next writer cuts it off.
 #pragma once
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 
 #include "acquisition/light_field.h"
@@ -42,7 +43,7 @@ class Journal {
   void CutAt(std::size_t whole_bytes);
 
   void Header(const LightField& light_field);
-  void AddView(const View& view);
+  void AddViews(std::span<const View> views);  // a line each
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
@@ -51,7 +52,7 @@ class Journal {
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons);
 
  private:
-  void Append(const std::string& line);
+  void Append(const std::string& lines);
 
   std::filesystem::path file_;
   int descriptor_ = -1;

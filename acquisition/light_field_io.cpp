@@ -7,7 +7,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/colmap_text.h"
@@ -15,6 +14,7 @@
 #include "acquisition/journal.h"
 #include "acquisition/point_ply.h"
 #include "acquisition/transforms_json.h"
+#include "acquisition/view_files.h"
 
 namespace ulf {
 namespace {
@@ -38,9 +38,11 @@ bool DerivedFilesAreOlder(const fs::path& dir) {
   return missing || derived < fs::last_write_time(dir / kJournal);
 }
 
+// A photograph that the master holds, too, is not missing.
 void RequireImages(const LightField& light_field) {
   for (const View& view : light_field.views)
-    if (!fs::is_regular_file(light_field.root / view.image_path))
+    if (!fs::is_regular_file(light_field.root / view.image_path) &&
+        !(PictureFollowsFromMaster(view) && fs::is_regular_file(light_field.root / view.master_path)))
       throw Error(
           "{}: the image '{}' of view {} is missing; restore it, or take the view out with a journal "
           "'remove'",
@@ -61,54 +63,26 @@ void RemoveLeftovers(const fs::path& dir) {
   }
 }
 
-std::string EncodePng(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", pixels, bytes);
-  return {bytes.begin(), bytes.end()};
-}
-
-EncodedImage Png(const cv::Mat& pixels) {
-  return {".png", std::make_shared<const std::string>(EncodePng(pixels))};
-}
-
-// Not compressed: compressing a master takes ten times as long as writing it.
-EncodedImage Tiff(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".tif", pixels, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
-  return {".tif", std::make_shared<const std::string>(bytes.begin(), bytes.end())};
-}
-
-bool IsPlain8BitSrgb(const Image& image) {
-  return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
-}
-
-// For every tool: 8-bit sRGB. A camera's own JPEG is kept byte for byte.
-EncodedImage ForEveryTool(const Frame& frame) {
-  if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
-    return *frame.encoded;
-  if (frame.image.empty()) {  // a photograph that could not be decoded: as it came
-    if (const auto& file = frame.encoded ? frame.encoded : frame.raw) return *file;
-    throw Error("a frame without pixels or a file cannot be kept");
-  }
-  return Png(Srgb8(frame.image));
-}
-
-// What the camera gave beyond that, if it did.
-std::optional<EncodedImage> Master(const Frame& frame, bool keep_mosaics, View& view) {
-  view.master_transfer.reset();
-  view.master_mosaic = Mosaic::kNone;
-  if (frame.raw) return frame.raw;
-  if (IsPlain8BitSrgb(frame.image)) return std::nullopt;
-  const Image master = keep_mosaics ? frame.image : Demosaiced(frame.image);
-  view.master_transfer = master.transfer;
-  view.master_mosaic = master.mosaic;
-  return Tiff(master.pixels);
-}
-
 void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path& path) {
   if (image.width() != camera.width || image.height() != camera.height)
     throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
                 path.string(), image.width(), image.height(), camera.width, camera.height);
+}
+
+// What a capture that was killed had not come to, as far as there is room.
+void MakeMissingPictures(const LightField& light_field) {
+  std::size_t made = 0;
+  try {
+    for (const View& view : light_field.views) {
+      if (!PictureFollowsFromMaster(view) || fs::exists(light_field.root / view.image_path)) continue;
+      if (made++ == 0)
+        spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
+                     light_field.root.string());
+      WritePictureFromMaster(light_field.root, view);
+    }
+  } catch (const Error& error) {
+    spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
+  }
 }
 
 // They can be made again from the journal at any time: no room for them is no reason not to work.
@@ -134,14 +108,18 @@ LightField ReadLightField(const fs::path& path) {
   }
   LightField light_field = ReadJournalWithPoints(path).light_field;
   RequireImages(light_field);
-  if (DerivedFilesAreOlder(path) && !IsBeingWritten(path / kJournal) && access(path.c_str(), W_OK) == 0)
-    DeriveOrWarn(light_field);
+  if (access(path.c_str(), W_OK) == 0 && !IsBeingWritten(path / kJournal)) {
+    MakeMissingPictures(light_field);
+    if (DerivedFilesAreOlder(path)) DeriveOrWarn(light_field);
+  }
   return light_field;
 }
 
 Image ReadRecordedImage(const LightField& light_field, const View& view) {
-  const fs::path path = light_field.root / view.image_path;
-  Image image{ReadImageFile(path.string()), Transfer::kSrgb};
+  const bool from_master = PictureFollowsFromMaster(view) && !fs::exists(light_field.root / view.image_path);
+  const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
+  const Image image = from_master ? PictureFromMaster(light_field.root, view)
+                                  : Image{ReadImageFile(path.string()), Transfer::kSrgb};
   RequireSizeOf(light_field.CameraOf(view), image, path);
   return image;
 }
@@ -184,7 +162,7 @@ void WriteLightField(const LightField& light_field) {
   journal.Header(light_field);
   if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
   if (light_field.subject) journal.SetSubject(*light_field.subject);
-  for (const View& view : light_field.views) journal.AddView(view);
+  journal.AddViews(light_field.views);
   journal.Close(light_field.capture_s, light_field.reasons);
   WriteDerivedFiles(light_field);
 }
@@ -242,42 +220,58 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   state->light_field = std::move(contents.light_field);
   state->next_view_id = contents.next_view_id;
   MakeFolder(dir / "images");
+  MakeMissingPictures(state->light_field);
   DeriveOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }
 
 void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
 
+ViewFiles LightFieldWriter::Files(const Frame& frame, MakePictures pictures) const {
+  return MakeViewFiles(frame, state_->keep_mosaics, pictures);
+}
+
 View LightFieldWriter::AddView(const Frame& frame, View view) {
+  const NewView added{frame, std::move(view), Files(frame, MakePictures::kNow)};
+  return AddViews({&added, 1}).front();
+}
+
+std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   const fs::path& root = state_->light_field.root;
-  view.id = state_->next_view_id;
-  const std::string name = fmt::format("{:06}", view.id);
-  const EncodedImage image = ForEveryTool(frame);
-  const std::optional<EncodedImage> master = Master(frame, state_->keep_mosaics, view);
-  view.image_path = "images/" + name + image.extension;
-  view.master_path = master ? "masters/" + name + master->extension : "";
-  view.f_number = frame.f_number;
-  view.device_time_s = frame.device_time_s;
-  view.host_time_s = frame.host_time_s;
-  view.exposure_s = frame.exposure_s;
-  view.gain = frame.gain;
-  view.black_level = frame.black_level;
-  try {
-    if (master) {
+  std::vector<View> views;
+  for (const NewView& add : added) {
+    View& view = views.emplace_back(add.view);
+    view.id = state_->next_view_id + static_cast<int>(views.size()) - 1;
+    const std::string name = fmt::format("{:06}", view.id);
+    view.image_path = "images/" + name + add.files.image_extension;
+    view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
+    view.master_transfer = add.files.master_transfer;
+    view.master_mosaic = add.files.master_mosaic;
+    view.f_number = add.frame.f_number;
+    view.device_time_s = add.frame.device_time_s;
+    view.host_time_s = add.frame.host_time_s;
+    view.exposure_s = add.frame.exposure_s;
+    view.gain = add.frame.gain;
+    view.black_level = add.frame.black_level;
+  }
+  FileBatch batch;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (added[i].files.master) {
       MakeFolder(root / "masters");
-      WriteFileAtomically(root / view.master_path, *master->bytes);
+      batch.Write(root / views[i].master_path, added[i].files.master->content);
     }
-    WriteFileAtomically(root / view.image_path, *image.bytes);
-    state_->journal.AddView(view);
+    if (added[i].files.image) batch.Write(root / views[i].image_path, added[i].files.image->content);
+  }
+  batch.Commit();
+  try {
+    state_->journal.AddViews(views);
   } catch (...) {
-    std::error_code gone;  // a photograph without its journal line is half a view
-    if (master) fs::remove(root / view.master_path, gone);
-    fs::remove(root / view.image_path, gone);
+    batch.TakeBack();  // a photograph without its journal line is half a view
     throw;
   }
-  ++state_->next_view_id;
-  state_->light_field.views.push_back(view);
-  return view;
+  state_->next_view_id += static_cast<int>(views.size());
+  state_->light_field.views.insert(state_->light_field.views.end(), views.begin(), views.end());
+  return views;
 }
 
 void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {
@@ -313,6 +307,7 @@ void LightFieldWriter::RemoveView(int view_id) {
                                  [view_id](const View& candidate) { return candidate.id == view_id; });
   if (view == light_field.views.end())
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
+  if (PictureFollowsFromMaster(*view)) WritePictureFromMaster(light_field.root, *view);
   state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
   const fs::path unposed = light_field.root / "unposed";
   MakeFolder(unposed);
@@ -332,15 +327,15 @@ void LightFieldWriter::RemoveView(int view_id) {
 void LightFieldWriter::KeepUnposed(const Frame& frame) {
   const fs::path folder = state_->light_field.root / "unposed";
   MakeFolder(folder);
-  const EncodedImage image = ForEveryTool(frame);
+  const ViewFiles files = Files(frame, MakePictures::kNow);
   fs::path path;
-  do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, image.extension);
+  do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, files.image_extension);
   while (fs::exists(path));
-  WriteFileAtomically(path, *image.bytes);
-  if (frame.image.empty() && !frame.encoded) return;  // the raw file alone
-  View unused;
-  if (const auto master = Master(frame, state_->keep_mosaics, unused))
-    WriteFileAtomically(folder / (path.stem().string() + ".master" + master->extension), *master->bytes);
+  FileBatch batch;
+  batch.Write(path, files.image->content);
+  if (files.master && (!frame.image.empty() || frame.encoded))  // else the raw file is there already
+    batch.Write(folder / (path.stem().string() + ".master" + files.master->extension), files.master->content);
+  batch.Commit();
 }
 
 void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {

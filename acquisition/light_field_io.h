@@ -5,20 +5,25 @@
 //
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  points.ply  unposed/  cache/
 //
-// A view is written to a temporary name, synced, renamed, the folder synced, then the journal line appended
-// and synced: a process killed at any moment loses at most the view being written, and a torn last line is
-// ignored.
+// A view's files are written to temporary names, synced, renamed, the folders synced, then the journal line
+// appended and synced; several views may go through each of these steps together. A process killed at any
+// moment loses at most the views being written, and a torn end of the journal is ignored.
+//
+// Where there is a master, the photograph in images/ may come after the journal line: it follows from the
+// master, and is made from it by whoever opens the light field next, should the process be killed before.
 #pragma once
 
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "acquisition/frame.h"
 #include "acquisition/light_field.h"
+#include "acquisition/view_files.h"
 
 namespace ulf {
 
@@ -67,6 +72,16 @@ class LightFieldWriter {
   // id of `view` are given here; what was written is returned. When the disk refuses (DiskFullError, Error)
   // nothing of the view stays behind, and it can be added again.
   View AddView(const Frame& frame, View view);
+  // Several in one wait for the disk, in this order; all of them or, when the disk refuses, none. A
+  // photograph that is not among the files is to follow by WritePictureFromMaster().
+  struct NewView {
+    Frame frame;
+    View view;
+    ViewFiles files;
+  };
+  std::vector<View> AddViews(std::span<const NewView> views);
+  // The files for a frame; may be called beside everything else but KeepMosaics().
+  ViewFiles Files(const Frame& frame, MakePictures pictures) const;
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);

@@ -101,8 +101,8 @@ int RunRecord(const RecordArgs& args) {
   if (args.json) {
     nlohmann::ordered_json json{{"frames", summary.written}, {"left_out", summary.left_out},
                                 {"bytes", summary.bytes},    {"seconds", run.seconds},
-                                {"mb_per_s", mb_per_s},      {"encode_s", summary.encode_s},
-                                {"disk_s", summary.disk_s},  {"problem", summary.problem}};
+                                {"mb_per_s", mb_per_s},      {"disk_s", summary.disk_s},
+                                {"problem", summary.problem}};
     json["device"] = ToJson(run.device);
     fmt::print("{}\n", json.dump());
   } else {

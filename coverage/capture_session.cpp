@@ -387,6 +387,9 @@ void Session::Close() {
   CorrectPoses(true);
   if (device_gap_) NoteDeviceGap(device_gap_->from_s + device_gap_->HostSeconds());
   if (last_time_s_) EndPause(*last_time_s_, true);
+  if (const std::size_t following = spool_.PicturesWaiting(); following > 10 && hooks_.say)
+    hooks_.say(
+        fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
   LightFieldWriter writer = spool_.Finish();
   summary_.unwritten = spool_.Unwritten();
   if (const auto failure = spool_.Failure()) {

@@ -1,5 +1,9 @@
 #include "coverage/view_spool.h"
 
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -14,6 +18,9 @@ namespace {
 // For the journal's next lines and the derived files of a light field.
 constexpr std::uint64_t kClosingBytes = 256 << 10;
 constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
+// That go to the disk together: a wait of the disk is a few milliseconds, a kill loses no more than these.
+constexpr std::size_t kViewsTogether = 8;
+constexpr int kPictureNiceness = 10;
 // Nothing tells when room appears on a disk: it is asked for.
 constexpr std::chrono::milliseconds kRetryAfter(300);
 
@@ -24,11 +31,14 @@ bool Differ(const Rigid3& a, const Rigid3& b) {
          b_from_a.translation.norm() > 1e-5 * (1 + a.translation.norm());
 }
 
-// At most: photograph and master as they are in memory.
+// At most: the photograph as it is in memory, and the master.
+std::uint64_t PictureBytes(const Frame& frame) { return 3 * frame.image.pixels.total(); }
 std::uint64_t BytesInMemory(const Frame& frame) {
-  const std::uint64_t pixels = frame.image.pixels.total();
-  return 3 * pixels + frame.image.pixels.elemSize() * pixels + (frame.raw ? frame.raw->bytes->size() : 0);
+  return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
+         (frame.raw ? frame.raw->bytes->size() : 0);
 }
+
+std::size_t Processors() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 4); }
 
 std::string Megabytes(std::uint64_t bytes) {
   return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
@@ -43,7 +53,12 @@ ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threade
     journaled_.push_back(view.cam_from_world);
   }
   views_on_disk_ = view_ids_.size();
-  if (threaded_) thread_ = std::thread([this] { Loop(); });
+  if (!threaded_) return;
+  threads_.emplace_back([this] { Loop(); });
+  for (std::size_t i = 0; i < Processors(); ++i) {
+    threads_.emplace_back([this] { EncodeLoop(); });
+    threads_.emplace_back([this] { PictureLoop(); });
+  }
 }
 
 ViewSpool::~ViewSpool() {
@@ -52,14 +67,15 @@ ViewSpool::~ViewSpool() {
     finishing_ = true;
   }
   changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
 }
 
-ViewSpool::Outcome ViewSpool::Write(const Task& task) {
+ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write) {
   std::string problem;
   bool full = false;
   try {
-    task.write(writer_);
+    write();
     return Outcome::kWritten;
   } catch (const DiskFullError& error) {
     problem = error.what();
@@ -72,38 +88,144 @@ ViewSpool::Outcome ViewSpool::Write(const Task& task) {
   return full ? Outcome::kNoRoom : Outcome::kFailed;
 }
 
+// Either one line or views.
+ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
+  if (tasks.front().write) return Try([&] { tasks.front().write(writer_); });
+  return Try([&] {
+    std::vector<LightFieldWriter::NewView> added;
+    for (const Task& task : tasks) {
+      if (!threaded_ && task.view->state == PendingView::kWaiting) {
+        task.view->view.files = writer_.Files(task.view->view.frame, MakePictures::kNow);
+        task.view->state = PendingView::kEncoded;
+      }
+      if (task.view->problem) std::rethrow_exception(task.view->problem);
+      added.push_back(task.view->view);
+    }
+    const std::vector<View> views = writer_.AddViews(added);
+    views_on_disk_ += views.size();
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      view_ids_.push_back(views[i].id);
+      journaled_.push_back(views[i].cam_from_world);
+      if (!added[i].files.image) pictures_.push_back(views[i]);
+    }
+  });
+}
+
+// Tasks at the front that can be written in one go; 0: the first is still being encoded.
+std::size_t ViewSpool::NextTogether(std::size_t most_views) const {
+  if (!tasks_.empty() && !tasks_.front().view) return 1;
+  std::size_t count = 0;
+  while (count < tasks_.size() && count < most_views && tasks_[count].view &&
+         tasks_[count].view->state == PendingView::kEncoded)
+    ++count;
+  return count;
+}
+
 void ViewSpool::Loop() {
   std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [&] { return finishing_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
+  for (std::size_t most = kViewsTogether;;) {
+    changed_.wait(lock, [&] { return (finishing_ && tasks_.empty()) || NextTogether(most) > 0; });
+    if (tasks_.empty()) break;
+    const std::size_t count = NextTogether(most);
     if (!failure_) {
-      const Task& task = tasks_.front();  // others only append
+      const std::vector<Task> tasks(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(count));
       lock.unlock();
-      const Outcome outcome = Write(task);
+      const Outcome outcome = Write(tasks);
       lock.lock();
+      if (outcome == Outcome::kNoRoom && most > 1) {
+        most = 1;  // there may be room for one
+        continue;
+      }
       if (outcome == Outcome::kNoRoom && !finishing_) {
         changed_.wait_for(lock, kRetryAfter, [&] { return finishing_; });
         continue;  // the same again
       }
       if (outcome == Outcome::kNoRoom) failure_ = no_room_;
-      if (outcome == Outcome::kWritten) no_room_.reset();
+      if (outcome == Outcome::kWritten) {
+        no_room_.reset();
+        most = kViewsTogether;
+      }
     }
-    if (tasks_.front().is_view) {
-      --views_waiting_;
-      if (failure_) ++unwritten_;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (tasks_.front().is_photograph) {
+        --views_waiting_;
+        if (failure_) ++unwritten_;
+      }
+      tasks_.pop_front();
     }
-    tasks_.pop_front();
     if (tasks_.size() <= capacity_ / 2) behind_ = false;
     changed_.notify_all();
   }
+  all_written_ = true;
+  changed_.notify_all();
+}
+
+// Whatever the disk says, for as long as there are views that wait for it.
+void ViewSpool::EncodeLoop() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    std::shared_ptr<PendingView> next;
+    const auto find = [&] {
+      const auto found = std::find_if(tasks_.begin(), tasks_.end(), [](const Task& task) {
+        return task.view && task.view->state == PendingView::kWaiting;
+      });
+      if (found != tasks_.end()) next = found->view;
+      return next != nullptr;
+    };
+    changed_.wait(lock, [&] { return find() || finishing_; });
+    if (!next) return;
+    next->state = PendingView::kBeingEncoded;
+    lock.unlock();
+    try {
+      next->view.files = writer_.Files(next->view.frame, MakePictures::kLater);
+    } catch (...) {
+      next->problem = std::current_exception();
+    }
+    lock.lock();
+    next->state = PendingView::kEncoded;
+    changed_.notify_all();
+  }
+}
+
+void ViewSpool::PictureLoop() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kPictureNiceness);  // of this thread alone
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return !pictures_.empty() || all_written_; });
+    if (pictures_.empty() || failure_) return;
+    const View view = std::move(pictures_.front());
+    pictures_.pop_front();
+    ++pictures_being_made_;
+    lock.unlock();
+    const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); });
+    lock.lock();
+    --pictures_being_made_;
+    if (outcome == Outcome::kWritten) {
+      no_room_.reset();
+      continue;
+    }
+    pictures_.push_front(view);
+    if (outcome == Outcome::kFailed || all_written_) return;
+    changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
+  }
+}
+
+std::size_t ViewSpool::ViewsWaiting() const {
+  const std::lock_guard lock(mutex_);
+  return views_waiting_;
+}
+
+std::size_t ViewSpool::PicturesWaiting() const {
+  const std::lock_guard lock(mutex_);
+  return pictures_.size() + pictures_being_made_;
 }
 
 // What did not fit before comes first.
 bool ViewSpool::WriteHere(Task task, bool only_if_room) {
   tasks_.push_back(std::move(task));
   while (!tasks_.empty() && !Failure()) {
-    if (Write(tasks_.front()) == Outcome::kNoRoom) {
+    if (Write({&tasks_.front(), 1}) == Outcome::kNoRoom) {
       if (!only_if_room) return true;  // kept
       tasks_.pop_back();
       return false;
@@ -124,7 +246,7 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
       behind_ = true;
       if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
     }
-    views_waiting_ += task.is_view;
+    views_waiting_ += task.is_photograph;
     tasks_.push_back(std::move(task));
   }
   changed_.notify_all();
@@ -132,7 +254,8 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
 }
 
 std::uint64_t ViewSpool::NeededBytes(std::uint64_t views) const {
-  return views * largest_view_bytes_ + kClosingBytes + kClosingBytesPerView * (views_on_disk_ + views);
+  return views * largest_view_bytes_ + (pictures_.size() + pictures_being_made_) * largest_picture_bytes_ +
+         kClosingBytes + kClosingBytesPerView * (views_on_disk_ + views);
 }
 
 std::optional<std::string> ViewSpool::Pause() {
@@ -148,12 +271,10 @@ std::optional<std::string> ViewSpool::Pause() {
 
 ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
   largest_view_bytes_ = std::max<std::uint64_t>(largest_view_bytes_, BytesInMemory(frame));
-  return {[this, frame, view](LightFieldWriter& writer) {
-            view_ids_.push_back(writer.AddView(frame, view).id);
-            journaled_.push_back(view.cam_from_world);
-            ++views_on_disk_;
-          },
-          true};
+  largest_picture_bytes_ = std::max<std::uint64_t>(largest_picture_bytes_, PictureBytes(frame));
+  auto pending = std::make_shared<PendingView>();
+  pending->view = {frame, view, {}};
+  return {{}, std::move(pending), true};
 }
 
 bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
@@ -165,27 +286,28 @@ bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
 void ViewSpool::AddView(const Frame& frame, const View& view) { Submit(Adding(frame, view), false); }
 
 void ViewSpool::KeepUnposed(const Frame& frame) {
-  Submit({[frame](LightFieldWriter& writer) { writer.KeepUnposed(frame); }, true}, false);
+  Submit({[frame](LightFieldWriter& writer) { writer.KeepUnposed(frame); }, nullptr, true}, false);
 }
 
 bool ViewSpool::TryUpdatePoses(std::vector<Rigid3> cam_from_world) {
   return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter& writer) {
-                  std::map<int, Rigid3> changed;
-                  for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
-                    if (Differ(poses[i], journaled_[i])) changed[view_ids_[i]] = poses[i];
-                  writer.UpdatePoses(changed);
-                  for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
-                    if (changed.count(view_ids_[i])) journaled_[i] = poses[i];
-                }},
+                   std::map<int, Rigid3> changed;
+                   for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
+                     if (Differ(poses[i], journaled_[i])) changed[view_ids_[i]] = poses[i];
+                   writer.UpdatePoses(changed);
+                   for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
+                     if (changed.count(view_ids_[i])) journaled_[i] = poses[i];
+                 },
+                 nullptr},
                 true);
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {
-  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }}, false);
+  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }, nullptr}, false);
 }
 
 void ViewSpool::NoteGap(double from_s, double to_s, const std::string& reason) {
-  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }}, false);
+  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }, nullptr}, false);
 }
 
 std::optional<std::string> ViewSpool::Failure() const {
@@ -199,12 +321,16 @@ LightFieldWriter ViewSpool::Finish() {
     finishing_ = true;
   }
   changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
   if (!threaded_)
     for (; !tasks_.empty(); tasks_.pop_front()) {
-      if (!failure_ && Write(tasks_.front()) == Outcome::kNoRoom) failure_ = no_room_;
-      if (failure_ && tasks_.front().is_view) ++unwritten_;
+      if (!failure_ && Write({&tasks_.front(), 1}) == Outcome::kNoRoom) failure_ = no_room_;
+      if (failure_ && tasks_.front().is_photograph) ++unwritten_;
     }
+  if (!failure_ && !pictures_.empty())
+    spdlog::warn("{} photographs of images/ had no room; they are made from masters/ when there is",
+                 pictures_.size());
   return std::move(writer_);
 }
 

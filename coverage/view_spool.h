@@ -1,19 +1,28 @@
-// Recorded views on their way to disk: a bounded spool and the one thread that writes.
+// Recorded views on their way to disk: a bounded spool, threads that encode, and one that writes.
 //
-// What was taken is written, whatever the disk does. While it is behind (the spool is full) or full (no room
-// for what waits and for closing), nothing more is taken, and Pause() says why; what the disk refused is
-// tried again until there is room. Room is looked at before a view is taken, so that all that was taken
-// normally fits. Anything else that the disk says no to (permissions, a folder that is gone) is a Failure(),
-// after which nothing is written.
+// What was taken is written, whatever the disk does, in the order in which it was taken. While it is behind
+// (the spool is full) or full (no room for what waits and for closing), nothing more is taken, and Pause()
+// says why; what the disk refused is tried again until there is room. Room is looked at before a view is
+// taken, so that all that was taken normally fits. Anything else that the disk says no to (permissions, a
+// folder that is gone) is a Failure(), after which nothing is written.
+//
+// Views that wait together go to the disk together (LightFieldWriter::AddViews). A view with a master is
+// recorded when the master and its journal line are on disk: that is as fast as the disk. Its photograph in
+// images/ takes the processor ten times as long and follows, made from the master by threads that give way to
+// everything else; Finish() waits for them, and after a kill the next to open the light field makes what is
+// missing.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -25,7 +34,7 @@ namespace ulf {
 
 class ViewSpool {
  public:
-  // Without a thread every write happens inside the call.
+  // Without threads every write happens inside the call, photographs included.
   ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded);
   ~ViewSpool();
   ViewSpool(const ViewSpool&) = delete;
@@ -47,23 +56,37 @@ class ViewSpool {
   std::optional<std::string> Pause();
   // What the disk said no to for good, if it did.
   std::optional<std::string> Failure() const;
+  // Not yet recorded.
+  std::size_t ViewsWaiting() const;
+  // Photographs that are to follow their masters.
+  std::size_t PicturesWaiting() const;
   // Writes what is left, without waiting for room, and hands the writer back. Failure() then says what did
-  // not fit.
+  // not fit; a photograph that did not is made when the light field is next opened.
   LightFieldWriter Finish();
   // Views that were taken but could not be written; after Finish().
   std::size_t Unwritten() const { return unwritten_; }
 
  private:
+  struct PendingView {
+    LightFieldWriter::NewView view;
+    enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;
+    std::exception_ptr problem;  // of encoding
+  };
   struct Task {
-    std::function<void(LightFieldWriter&)> write;
-    bool is_view = false;
+    std::function<void(LightFieldWriter&)> write;  // none for a view
+    std::shared_ptr<PendingView> view;
+    bool is_photograph = false;  // counted when it cannot be written
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };
   Task Adding(const Frame& frame, const View& view);
   bool Submit(Task task, bool only_if_room);
   bool WriteHere(Task task, bool only_if_room);
-  Outcome Write(const Task& task);
+  Outcome Write(std::span<const Task> tasks);
+  Outcome Try(const std::function<void()>& write);
   void Loop();
+  void EncodeLoop();
+  void PictureLoop();
+  std::size_t NextTogether(std::size_t most_views) const;
   std::uint64_t NeededBytes(std::uint64_t views) const;
 
   LightFieldWriter writer_;
@@ -72,18 +95,21 @@ class ViewSpool {
   const bool threaded_;
   std::vector<int> view_ids_;      // in order of adding; the writing thread's
   std::vector<Rigid3> journaled_;  // as the journal has them; the writing thread's
-  std::atomic<std::uint64_t> largest_view_bytes_{0}, views_on_disk_{0};
+  std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};
 
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  std::deque<Task> tasks_;  // the first one is being written
+  std::deque<Task> tasks_;     // the first ones are being written
+  std::deque<View> pictures_;  // on disk with their masters alone
+  std::size_t pictures_being_made_ = 0;
   std::size_t views_waiting_ = 0;
   bool finishing_ = false;
+  bool all_written_ = false;            // no more pictures will come
   bool behind_ = false;                 // since the spool was full, until half of it is written
   std::optional<std::string> no_room_;  // what the disk said when it was full
   std::optional<std::string> failure_;
   std::size_t unwritten_ = 0;
-  std::thread thread_;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace ulf

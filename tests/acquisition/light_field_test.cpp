@@ -303,6 +303,109 @@ TEST(LightFieldOnDisk, AnOpenJournalIsReadAndItsDerivedFilesAreMade) {
   EXPECT_EQ(ReadTransformsJson(scratch / "lf/transforms.json").views.size(), 2u);
 }
 
+// ---- Photographs that follow their masters. ----
+
+// Of every kind that has a master made by us.
+std::vector<Frame> FramesWithMasters() {
+  std::vector<Frame> frames;
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC3}) {
+    frames.push_back(NoiseFrame(static_cast<int>(frames.size()), Transfer::kLinear, type));
+    cv::Mat& pixels = frames.back().image.pixels;
+    if (pixels.depth() == CV_16U) pixels *= 257;
+    if (pixels.depth() == CV_32F) pixels /= 255;
+  }
+  frames.push_back(frames[2]);
+  frames.back().image.mosaic = Mosaic::kGrbg;
+  frames.push_back(NoiseFrame(9, Transfer::kSrgb, CV_16UC3));
+  return frames;
+}
+
+void AddAll(LightFieldWriter& writer, const std::vector<Frame>& frames, MakePictures pictures) {
+  std::vector<LightFieldWriter::NewView> added;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    added.push_back({frames[i], ViewNumber(static_cast<int>(i)), writer.Files(frames[i], pictures)});
+  writer.AddViews(added);
+}
+
+std::size_t FilesIn(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+TEST(LightFieldOnDisk, SeveralViewsAtOnceAreTheSameAsOneByOne) {
+  for (const bool keep_mosaics : {false, true}) {
+    ScratchFolder scratch;
+    const std::vector<Frame> frames = FramesWithMasters();
+    LightFieldWriter together = LightFieldWriter::Create(scratch / "together", Header()),
+                     single = LightFieldWriter::Create(scratch / "single", Header());
+    together.KeepMosaics(keep_mosaics);
+    single.KeepMosaics(keep_mosaics);
+    AddAll(together, frames, MakePictures::kNow);
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      single.AddView(frames[i], ViewNumber(static_cast<int>(i)));
+    EXPECT_EQ(ReadWholeFile(scratch / "together/journal.jsonl"),
+              ReadWholeFile(scratch / "single/journal.jsonl"));
+    for (const View& view : single.Contents().views)
+      for (const std::string& path : {view.image_path, view.master_path})
+        EXPECT_EQ(ReadWholeFile(scratch / "together" / path), ReadWholeFile(scratch / "single" / path))
+            << path;
+  }
+}
+
+TEST(LightFieldOnDisk, APhotographThatAKillPreventedIsMadeFromItsMaster) {
+  for (const bool keep_mosaics : {false, true}) {
+    ScratchFolder scratch;
+    const std::vector<Frame> frames = FramesWithMasters();
+    LightFieldWriter whole = LightFieldWriter::Create(scratch / "whole", Header());
+    whole.KeepMosaics(keep_mosaics);
+    AddAll(whole, frames, MakePictures::kNow);
+    const auto same_as_whole = [&](const View& view) {
+      return ReadWholeFile(scratch / "killed" / view.image_path) ==
+             ReadWholeFile(scratch / "whole" / view.image_path);
+    };
+    {
+      LightFieldWriter killed = LightFieldWriter::Create(scratch / "killed", Header());
+      killed.KeepMosaics(keep_mosaics);
+      AddAll(killed, frames, MakePictures::kLater);
+      const LightField open = ReadLightField(scratch / "killed");
+      ASSERT_EQ(open.views.size(), frames.size());
+      EXPECT_EQ(FilesIn(scratch / "killed/images"), 0u) << "somebody is writing: hands off";
+      for (const View& view : open.views)
+        EXPECT_EQ(cv::norm(ReadViewImage(open, view).pixels, ReadViewImage(whole.Contents(), view).pixels,
+                           cv::NORM_INF),
+                  0)
+            << view.id;
+    }
+    for (const View& view : ReadLightField(scratch / "killed").views)
+      EXPECT_TRUE(same_as_whole(view)) << view.id;
+    fs::remove(scratch / "killed/images/000003.png");
+    LightFieldWriter resumed = LightFieldWriter::Resume(scratch / "killed");
+    EXPECT_TRUE(same_as_whole(resumed.Contents().views[2])) << "who goes on with it makes it, too";
+    fs::remove(scratch / "killed/images/000004.png");
+    resumed.RemoveView(4);
+    EXPECT_TRUE(fs::exists(scratch / "killed/unposed/000004.png"));
+  }
+}
+
+TEST(LightFieldOnDisk, WithoutItsMasterAMissingPhotographIsAnError) {
+  ScratchFolder scratch;
+  AddAll(*std::make_unique<LightFieldWriter>(LightFieldWriter::Create(scratch / "lf", Header())),
+         FramesWithMasters(), MakePictures::kLater);
+  fs::remove(scratch / "lf/masters/000002.tif");
+  EXPECT_THAT([&] { ReadLightField(scratch / "lf"); }, ThrowsMessage<Error>(HasSubstr("000002.png")));
+}
+
+// What was appended last can be damaged in several lines when the power fails.
+TEST(LightFieldOnDisk, ADamagedEndOfTheJournalIsIgnored) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 3);
+  const std::string whole = ReadWholeFile(scratch / "lf/journal.jsonl");
+  std::ofstream(scratch / "lf/journal.jsonl", std::ios::app)
+      << std::string(300, '\0') << "\n{\"event\": \"view\", \"id\n{\"event\": \"vi";
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), 3u);
+  LightFieldWriter::Resume(scratch / "lf");
+  EXPECT_EQ(ReadWholeFile(scratch / "lf/journal.jsonl"), whole);
+}
+
 // Twenty captures killed at a random moment: what the journal names is whole, and the capture goes on.
 TEST(LightFieldOnDisk, SurvivesSigkillAtAnyMoment) {
   ScratchFolder scratch;

@@ -1,0 +1,173 @@
+// The spool: order, masters before photographs, full disks and kills.
+#include "coverage/view_spool.h"
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <random>
+
+#include "acquisition/atomic_file.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+const cv::Size kSize(320, 240);
+
+CaptureHeader Header(cv::Size size = kSize) {
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(size.width, size.height, 400);
+  return header;
+}
+
+// Even numbers have a master (a mosaic of 16 bits), odd ones are 8-bit sRGB and are encoded before they are
+// recorded.
+Frame FrameNumber(int i, bool with_master, cv::Size size = kSize) {
+  Frame frame;
+  frame.image.pixels.create(size, with_master ? CV_16UC1 : CV_8UC3);
+  cv::RNG random(static_cast<std::uint64_t>(i) + 1);
+  random.fill(frame.image.pixels, cv::RNG::UNIFORM, 0, with_master ? 65536 : 256);
+  if (with_master) frame.image.transfer = Transfer::kLinear, frame.image.mosaic = Mosaic::kRggb;
+  frame.device_time_s = i;
+  return frame;
+}
+Frame FrameNumber(int i) { return FrameNumber(i, i % 2 == 0); }
+
+void Add(ViewSpool& spool, const Frame& frame) {
+  while (!spool.TryAddView(frame, {})) std::this_thread::sleep_for(1ms);
+}
+
+LightFieldWriter Fill(const fs::path& dir, int views, bool threaded) {
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  writer.KeepMosaics(true);
+  ViewSpool spool(std::move(writer), 16, threaded);
+  for (int i = 0; i < views; ++i) {
+    Add(spool, FrameNumber(i));
+    if (i % 5 == 4) spool.NoteGap(i, i + 0.5, "between");
+  }
+  return spool.Finish();
+}
+
+// Also that what is encoded in several threads is recorded in order, and that lines stay where they were.
+TEST(ViewSpool, ThreadsWriteTheSameBytesAsNone) {
+  const ScratchFolder scratch;
+  constexpr int kViews = 40;
+  const LightFieldWriter with = Fill(scratch / "with", kViews, true),
+                         without = Fill(scratch / "without", kViews, false);
+  EXPECT_EQ(ReadWholeFile(scratch / "with/journal.jsonl"), ReadWholeFile(scratch / "without/journal.jsonl"));
+  ASSERT_EQ(with.Contents().views.size(), static_cast<std::size_t>(kViews));
+  for (const View& view : without.Contents().views) {
+    EXPECT_EQ(view.device_time_s, view.id - 1) << "in order";
+    EXPECT_EQ(ReadWholeFile(scratch / "with" / view.image_path),
+              ReadWholeFile(scratch / "without" / view.image_path))
+        << view.image_path;
+    if (view.master_path.empty()) continue;
+    EXPECT_EQ(ReadWholeFile(scratch / "with" / view.master_path),
+              ReadWholeFile(scratch / "without" / view.master_path))
+        << view.master_path;
+  }
+}
+
+TEST(ViewSpool, AViewIsRecordedBeforeItsPhotographIsMade) {
+  const ScratchFolder scratch;
+  const cv::Size kLarge(2400, 1800);  // a photograph takes a quarter of a second
+  constexpr std::size_t kViews = 8;
+  ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header(kLarge)), 16, true);
+  const Frame frame = FrameNumber(0, true, kLarge);
+  for (std::size_t i = 0; i < kViews; ++i) Add(spool, frame);
+  while (spool.ViewsWaiting() > 0) std::this_thread::sleep_for(1ms);
+  EXPECT_GT(spool.PicturesWaiting(), 0u) << "photographs came as fast as masters: the test shows nothing";
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), kViews);
+  const LightFieldWriter done = spool.Finish();
+  for (const View& view : done.Contents().views)
+    EXPECT_NO_THROW(ReadImageFile((scratch / "lf" / view.image_path).string())) << view.id;
+}
+
+std::size_t FilesIn(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+// Views and photographs wait for room, and are all there when it comes.
+TEST(ViewSpool, WhatWasTakenIsWrittenWhenThereIsRoomAgain) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 64 << 20)) GTEST_SKIP() << *problem;
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+  ViewSpool spool(std::move(writer), 64, true);
+  FillDisk(scratch / "ballast");
+  for (int i = 0; i < 12; ++i) spool.AddView(FrameNumber(i), {});  // photographs are taken though it is full
+  std::this_thread::sleep_for(500ms);
+  EXPECT_TRUE(spool.Pause());
+  EXPECT_FALSE(spool.Failure());
+  EXPECT_EQ(spool.ViewsWaiting(), 12u);
+  EXPECT_FALSE(spool.TryAddView(FrameNumber(12), {}));
+  fs::remove(scratch / "ballast");
+  const LightFieldWriter done = spool.Finish();
+  EXPECT_FALSE(spool.Failure());
+  EXPECT_EQ(spool.Unwritten(), 0u);
+  EXPECT_EQ(done.Contents().views.size(), 12u);
+  EXPECT_EQ(FilesIn(scratch / "lf/images"), 12u);
+}
+
+// Room for some of those that wait: these are recorded, the others are counted.
+TEST(ViewSpool, OnADiskThatStaysFullWhatFitsIsRecordedAndTheRestCounted) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
+  const cv::Size kLarge(1200, 800);  // a master has 5.8 MB, a photograph about half of that
+  ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header(kLarge)), 64, true);
+  for (int i = 0; i < 6; ++i) spool.AddView(FrameNumber(i, true, kLarge), {});
+  {
+    const LightFieldWriter done = spool.Finish();
+    ASSERT_TRUE(spool.Failure());
+    EXPECT_GE(done.Contents().views.size(), 1u);
+    EXPECT_EQ(done.Contents().views.size() + spool.Unwritten(), 6u);
+  }
+  const LightField light_field = ReadLightField(scratch / "lf");
+  for (const View& view : light_field.views) EXPECT_NO_THROW(ReadViewImage(light_field, view)) << view.id;
+  for (const char* folder : {"images", "masters"})
+    for (const auto& entry : fs::directory_iterator(scratch / "lf" / folder))
+      EXPECT_NE(entry.path().extension(), kTemporaryEnding) << entry.path();
+}
+
+// What the journal names is whole after a kill at any moment, photographs included.
+TEST(ViewSpool, SurvivesSigkillAtAnyMoment) {
+  std::mt19937 random(5);
+  std::size_t total = 0;
+  for (int round = 0; round < 12; ++round) {
+    const ScratchFolder scratch;
+    const fs::path dir = scratch / "lf";
+    const pid_t child = fork();
+    if (child == 0) {
+      ViewSpool spool(LightFieldWriter::Create(dir, Header()), 16, true);
+      for (int i = 0;; ++i) Add(spool, FrameNumber(i));
+    }
+    while (!fs::exists(dir / "journal.jsonl") || fs::file_size(dir / "journal.jsonl") == 0) usleep(500);
+    usleep(std::uniform_int_distribution<useconds_t>(0, 300000)(random));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status)) << "round " << round;
+    const LightField killed = ReadLightField(dir);
+    for (std::size_t i = 0; i < killed.views.size(); ++i) {
+      const View& view = killed.views[i];
+      EXPECT_EQ(view.device_time_s, static_cast<double>(i))
+          << "round " << round << ": none is missing between";
+      EXPECT_NO_THROW(ReadImageFile((dir / view.image_path).string()))
+          << "round " << round << ", " << view.id;
+      EXPECT_NO_THROW(ReadViewMaster(killed, view)) << "round " << round << ", " << view.id;
+    }
+    total += killed.views.size();
+  }
+  EXPECT_GT(total, 60u) << "the kills came before anything was recorded: the test shows nothing";
+}
+
+}  // namespace
+}  // namespace ulf::test
