@@ -1,15 +1,18 @@
 // How fast frames and views come to the disk, against dd in the same folder and run, and how soon and at what
-// cost a frame reaches the tracker.
+// cost a frame reaches the tracker. Targets: 0.6 of dd for frames, and for masters through the spool.
 //
-//   ratio        bytes written a second / what `dd conv=fsync` of as many bytes does, medians of five
-//   encode_MBps  pixels a second through the encoder alone, one thread
+//   ratio            bytes written a second / what `dd conv=fsync` of as many bytes does, in turns, median of
+//                    the turns' ratios. dd writes one file and syncs once; we write one a frame, and sync
+//                    every file, its folder and the journal.
+//   dd_direct_MBps   `dd oflag=direct conv=fsync`: what the disk does without the page cache (for comparison)
+//   tiff_MBps, png_MBps   pixels a second through the encoder alone, one thread
+//   pictures_MBps    the photographs of images/ that follow the masters, pixels a second, all threads
+//   png_share        bytes of such a file / of its pixels
 //
 // The folder is ULF_BENCHMARK_DIR, else the system's temporary one: a tmpfs says nothing about a disk.
 #include <benchmark/benchmark.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -22,7 +25,9 @@
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
+#include "acquisition/tiff_file.h"
 #include "coverage/view_spool.h"
+#include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"
 #include "tracking/tracker.h"
@@ -31,11 +36,6 @@ namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 fs::path Folder() {
   const char* chosen = std::getenv("ULF_BENCHMARK_DIR");
@@ -50,13 +50,14 @@ class Scratch {
 };
 
 // MB/s of dd with as many bytes, synced at its end.
-double Dd(std::uint64_t bytes) {
+double Dd(std::uint64_t bytes, const char* flags = "") {
   const fs::path file = Folder() / "dd.bin";
-  const std::string command = fmt::format("dd if=/dev/zero of={} bs=1M count={} conv=fsync 2>/dev/null",
-                                          file.string(), std::max<std::uint64_t>(1, bytes >> 20));
+  const std::uint64_t megabytes = std::max<std::uint64_t>(1, bytes >> 20);
+  const std::string command = fmt::format("dd if=/dev/zero of={} bs=1M count={} conv=fsync {} 2>/dev/null",
+                                          file.string(), megabytes, flags);
   const auto start = Clock::now();
   if (std::system(command.c_str()) != 0) throw Error("dd failed in {}", Folder().string());
-  const double rate = 1e-6 * static_cast<double>(bytes) / SecondsSince(start);
+  const double rate = 1e-6 * static_cast<double>(megabytes << 20) / SecondsSince(start);
   fs::remove(file);
   return rate;
 }
@@ -90,94 +91,122 @@ double Megabytes(const cv::Mat& pixels) {
   return 1e-6 * static_cast<double>(pixels.total() * pixels.elemSize());
 }
 
-double EncodeRate(const cv::Mat& pixels, const char* kind, const std::vector<int>& options) {
-  std::vector<unsigned char> bytes;
+// Pixels a second, one thread.
+template <typename Encode>
+double EncodeRate(const cv::Mat& pixels, Encode&& encode) {
   const auto start = Clock::now();
   int rounds = 0;
-  for (; rounds < 3 || SecondsSince(start) < 0.3; ++rounds) cv::imencode(kind, pixels, bytes, options);
+  for (; rounds < 3 || SecondsSince(start) < 0.3; ++rounds) encode();
   return rounds * Megabytes(pixels) / SecondsSince(start);
 }
 
-// A disk's rate changes from second to second: rounds of ours and dd's in turn, medians of both.
-constexpr int kRounds = 5;
-
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0
-                        : values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+double TiffRate(const cv::Mat& pixels) {
+  std::vector<char> staged(4 << 20);
+  return EncodeRate(pixels, [&] {
+    const FileContent content = TiffContent(pixels);
+    for (std::uint64_t done = 0; done < content.size; done += staged.size())
+      content.copy(done,
+                   std::span(staged).first(std::min<std::uint64_t>(staged.size(), content.size - done)));
+    benchmark::DoNotOptimize(staged.data());
+  });
 }
+
+// A disk's rate changes from second to second: ours and dd's in turn, and the median of what they come to.
+constexpr int kRounds = 7;
+constexpr std::uint64_t kBytes = 400 << 20;
+
+struct Rounds {
+  std::vector<double> ours, dd, dd_direct, ratios;
+  void Add(double rate) {
+    ours.push_back(rate);
+    dd.push_back(Dd(kBytes));
+    dd_direct.push_back(Dd(kBytes, "oflag=direct"));
+    ratios.push_back(ours.back() / dd.back());
+  }
+  void Tell(benchmark::State& state) const {
+    state.counters["MBps"] = Median(ours);
+    state.counters["dd_MBps"] = Median(dd);
+    state.counters["dd_direct_MBps"] = Median(dd_direct);
+    state.counters["ratio"] = Median(ratios);
+    state.counters["ratio_least"] = Quantile(ratios, 0);
+    state.counters["ratio_most"] = Quantile(ratios, 1);
+  }
+};
 
 // Every frame of a camera: ulf record, capture --keep-frames.
 void RecordFrames(benchmark::State& state, int width, int height, int type) {
   const cv::Mat picture = Picture(width, height, type);
-  const int count = static_cast<int>(400 / Megabytes(picture));
+  const int count = static_cast<int>(1e-6 * kBytes / Megabytes(picture));
   for (auto _ : state) {
-    std::vector<double> rates, dd;
+    Rounds rounds;
     double seconds = 0;
     for (int round = 0; round < kRounds; ++round) {
       const Scratch scratch;
-      dd.push_back(Dd(400 << 20));
       const auto start = Clock::now();
       FrameRecorder recorder(Folder() / "frames", {});
       for (int i = 0; i < count; ++i)
         while (!recorder.TryAdd(FrameOf(picture, static_cast<std::uint64_t>(i))))
           std::this_thread::sleep_for(std::chrono::milliseconds(1));  // only here: all shall be written
       const FrameRecorderSummary summary = recorder.Finish();
-      rates.push_back(1e-6 * static_cast<double>(summary.bytes) / SecondsSince(start));
-      seconds += SecondsSince(start);
+      const double round_s = SecondsSince(start);
+      seconds += round_s;
+      rounds.Add(1e-6 * static_cast<double>(summary.bytes) / round_s);
     }
     state.SetIterationTime(seconds / kRounds);
-    state.counters["MBps"] = Quantile(rates, 0.5);
-    state.counters["dd_MBps"] = Quantile(dd, 0.5);
-    state.counters["ratio"] = Quantile(rates, 0.5) / Quantile(dd, 0.5);
-    state.counters["fps"] = Quantile(rates, 0.5) / Megabytes(picture);
-    state.counters["encode_MBps"] = EncodeRate(picture, ".tif", {cv::IMWRITE_TIFF_COMPRESSION, 1});
+    rounds.Tell(state);
+    state.counters["fps"] = Median(rounds.ours) / Megabytes(picture);
+    state.counters["tiff_MBps"] = TiffRate(picture);
   }
 }
 
-// Recorded views: photograph, master and journal line, each synced.
+// Recorded views. With a master: from the first view to the last one's journal line, all masters on disk; the
+// photographs that follow are timed apart. Without: photograph and journal line.
 void RecordViews(benchmark::State& state, int width, int height, int type) {
   const cv::Mat picture = Picture(width, height, type);
-  constexpr int kViews = 24;
+  const cv::Mat shown = Srgb8(FrameOf(picture, 0).image);
+  const bool with_master = type != CV_8UC1;
+  const int views = static_cast<int>(1e-6 * kBytes / Megabytes(picture)) / (with_master ? 1 : 4);
   for (auto _ : state) {
-    const Scratch scratch;
-    CaptureHeader header;
-    header.camera = CameraModel::Pinhole(width, height, width);
-    LightFieldWriter writer = LightFieldWriter::Create(Folder() / "lf", header);
-    writer.KeepMosaics(true);
-    const auto start = Clock::now();
-    ViewSpool spool(std::move(writer), 16, true);
-    for (int i = 0; i < kViews; ++i)
-      while (!spool.TryAddView(FrameOf(picture, static_cast<std::uint64_t>(i)), {}))
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    const LightFieldWriter done = spool.Finish();
-    const double seconds = SecondsSince(start);
-    state.SetIterationTime(seconds);
-    std::uint64_t masters = 0, images = 0;
-    for (const View& view : done.Contents().views) {
-      images += fs::file_size(Folder() / "lf" / view.image_path);
-      if (!view.master_path.empty()) masters += fs::file_size(Folder() / "lf" / view.master_path);
+    Rounds rounds;
+    std::vector<double> pictures_MBps, views_per_s;
+    double seconds = 0, png_share = 0;
+    for (int round = 0; round < (with_master ? 5 : 3); ++round) {
+      const Scratch scratch;
+      CaptureHeader header;
+      header.camera = CameraModel::Pinhole(width, height, width);
+      LightFieldWriter writer = LightFieldWriter::Create(Folder() / "lf", header);
+      writer.KeepMosaics(true);
+      const auto start = Clock::now();
+      ViewSpool spool(std::move(writer), 16, true);
+      for (int i = 0; i < views; ++i)
+        while (!spool.TryAddView(FrameOf(picture, static_cast<std::uint64_t>(i)), {}))
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      while (spool.ViewsWaiting() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      const double recorded_s = SecondsSince(start);
+      const std::size_t following = spool.PicturesWaiting();
+      const LightFieldWriter done = spool.Finish();
+      const double following_s = SecondsSince(start) - recorded_s;
+      std::uint64_t bytes = 0, images = 0;
+      for (const View& view : done.Contents().views) {
+        images += fs::file_size(Folder() / "lf" / view.image_path);
+        bytes += fs::file_size(Folder() / "lf" / (with_master ? view.master_path : view.image_path));
+      }
+      seconds += recorded_s;
+      rounds.Add(1e-6 * static_cast<double>(bytes) / recorded_s);
+      views_per_s.push_back(views / recorded_s);
+      if (with_master)
+        pictures_MBps.push_back(static_cast<double>(following) * Megabytes(shown) / following_s);
+      png_share = 1e-6 * static_cast<double>(images) / (views * Megabytes(shown));
     }
-    std::vector<double> rates;
-    for (int round = 0; round < kRounds; ++round) rates.push_back(Dd(masters + images));
-    const double dd = Quantile(rates, 0.5);
-    state.counters["master_MBps"] = 1e-6 * static_cast<double>(masters) / seconds;
-    state.counters["all_MBps"] = 1e-6 * static_cast<double>(masters + images) / seconds;
-    state.counters["dd_MBps"] = dd;
-    state.counters["ratio"] = 1e-6 * static_cast<double>(masters + images) / seconds / dd;
-    state.counters["views_per_s"] = kViews / seconds;
-    state.counters["png_encode_MBps"] = EncodeRate(Srgb8({picture}), ".png", {});
-    state.counters["tiff_encode_MBps"] = EncodeRate(picture, ".tif", {cv::IMWRITE_TIFF_COMPRESSION, 1});
+    state.SetIterationTime(seconds / static_cast<double>(rounds.ours.size()));
+    rounds.Tell(state);
+    state.counters["views_per_s"] = Median(views_per_s);
+    state.counters["pictures_MBps"] = Median(pictures_MBps);
+    state.counters["png_share"] = png_share;
+    std::vector<unsigned char> png;
+    state.counters["png_MBps"] = EncodeRate(shown, [&] { cv::imencode(".png", shown, png); });
+    state.counters["tiff_MBps"] = TiffRate(picture);
   }
-}
-
-double CpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 // From the camera's own time of a frame (start of exposure) to the moment the tracker gets it, and to the
@@ -204,10 +233,7 @@ void LatencyToTracker(benchmark::State& state, int width, int height, double fps
     while (frames < kWarm + kFrames && SecondsSince(start) < 120) {
       const auto frame = device->Next(std::chrono::milliseconds(200));
       if (!frame || frame->status != FrameStatus::kComplete) continue;
-      const auto now_s = [] {
-        return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-      };
-      const double arrived_s = now_s();
+      const double arrived_s = EpochSeconds();
       if (!tracker)
         tracker.emplace(
             CameraModel::Pinhole(frame->image.width(), frame->image.height(), frame->image.width()),
@@ -216,7 +242,7 @@ void LatencyToTracker(benchmark::State& state, int width, int height, double fps
       if (++frames == kWarm) cpu_from_s = CpuSeconds();
       if (frames <= kWarm) continue;
       arrival_ms.push_back(1e3 * (arrived_s - frame->device_time_s));
-      pose_ms.push_back(1e3 * (now_s() - frame->device_time_s));
+      pose_ms.push_back(1e3 * (EpochSeconds() - frame->device_time_s));
     }
     state.SetIterationTime(SecondsSince(start));
     state.counters["to_tracker_ms_median"] = Quantile(arrival_ms, 0.5);
@@ -243,4 +269,11 @@ BENCHMARK_CAPTURE(RecordViews, mono8_1280x1024, 1280, 1024, CV_8UC1)->Iterations
 }  // namespace
 }  // namespace ulf
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  std::vector<ulf::Target> targets;
+  for (const char* run :
+       {"RecordFrames/mono8_1280x1024", "RecordFrames/mosaic16_2048x2048", "RecordFrames/bgr8_2048x2048"})
+    targets.push_back({run, "ratio", 0.6, "bytes of frames a second / dd"});
+  targets.push_back({"RecordViews/mosaic16_2048x2048", "ratio", 0.6, "bytes of masters a second / dd"});
+  return ulf::RunBenchmarks(argc, argv, targets);
+}

@@ -1,0 +1,77 @@
+#include "tests/benchmarks/figures.h"
+
+#include <benchmark/benchmark.h>
+#include <fmt/core.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace ulf {
+namespace {
+
+// Prints as ever, and keeps what was printed.
+class Keeper : public benchmark::ConsoleReporter {
+ public:
+  Keeper() : ConsoleReporter(OO_Tabular) {}
+  void ReportRuns(const std::vector<Run>& runs) override {
+    ConsoleReporter::ReportRuns(runs);
+    runs_.insert(runs_.end(), runs.begin(), runs.end());
+  }
+  const std::vector<Run>& runs() const { return runs_; }
+
+ private:
+  std::vector<Run> runs_;
+};
+
+}  // namespace
+
+int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  Keeper keeper;
+  benchmark::RunSpecifiedBenchmarks(&keeper);
+  int missed = 0;
+  for (const Target& target : targets)
+    for (const auto& run : keeper.runs()) {
+      if (!run.benchmark_name().starts_with(target.run)) continue;
+      const auto counter = run.counters.find(target.counter);
+      const bool measured = !run.error_occurred && counter != run.counters.end();
+      const double value = measured ? static_cast<double>(counter->second) : 0;
+      const bool reached = measured && value >= target.at_least;
+      missed += !reached;
+      fmt::print("target {}: {} >= {:g}: {}\n", target.run, target.what, target.at_least,
+                 measured ? fmt::format("{:.3g}, {}", value, reached ? "reached" : "missed")
+                          : "not measured, missed");
+    }
+  std::fflush(stdout);
+  return missed > 0 ? 1 : 0;
+}
+
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(values.size() - 1)));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double CpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double EpochSeconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace ulf

@@ -1,0 +1,33 @@
+// Figures and what is asked of them. A benchmark says which of its counters have to reach what; after the
+// runs one line per target says whether they did, and the program's exit status is 1 when one was missed.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace ulf {
+
+struct Target {
+  std::string run;      // the beginning of the run's name, as printed
+  std::string counter;  // as printed
+  double at_least = 0;
+  std::string what;  // for people: what is counted, with its unit
+};
+
+// Google Benchmark's own output, then the targets'. Runs that a filter left out are not judged; one that was
+// skipped with an error is missed.
+int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets);
+
+// The value below which a share of the values lies (nearest rank); 0 of none.
+double Quantile(std::vector<double> values, double share);
+inline double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
+
+using Clock = std::chrono::steady_clock;
+double SecondsSince(Clock::time_point start);
+// Of this process, all threads, user and system.
+double CpuSeconds();
+// The computer's clock, since the epoch.
+double EpochSeconds();
+
+}  // namespace ulf
