@@ -96,10 +96,10 @@ Turn Measure(Next&& next, std::size_t frames_wanted) {
 }
 
 Turn Ours(const Size& size, double fps, std::size_t frames_wanted) {
-  const char* more = std::getenv("ULF_BENCHMARK_OPTIONS");  // to try some, as "&priority=high"
-  const auto device = OpenDevice(
-      fmt::format("aravis:{}?format=Mono8&roi={}x{}+0+0&packet_size={}&fps={:g}&buffers={}&queue={}{}",
-                  kAddress, size.width, size.height, kPacketBytes, fps, kSlack, kSlack, more ? more : ""));
+  const char* more = std::getenv("ULF_BENCHMARK_OPTIONS");  // to try some, as "buffers=24&priority=high&"
+  const auto device = OpenDevice(fmt::format(
+      "aravis:{}?{}format=Mono8&roi={}x{}+0+0&packet_size={}&fps={:g}&buffers={}&queue={}", kAddress,
+      more ? more : "", size.width, size.height, kPacketBytes, fps, kSlack, kSlack));
   device->Start();
   Turn turn = Measure(
       [&](double& device_time_s) {
