@@ -1,5 +1,6 @@
 #include "acquisition/gphoto2/gphoto_camera.h"
 
+#include <gphoto2/gphoto2-port-log.h>
 #include <gphoto2/gphoto2.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <string_view>
 
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
@@ -44,6 +46,19 @@ class WithoutSigpipe {
   sigset_t pipe_, before_;
   bool was_pending_ = false;
 };
+
+// An answer that comes too late leaves a PTP/IP connection out of step: it is taken for the next question's,
+// and so on for ever; photographs come without names, settings are another's. The library (2.5.30) says so in
+// its log alone. That an answer refuses what was asked is no such case.
+thread_local bool answers_are_out_of_step = false;
+
+void OnLibraryError(GPLogLevel /*level*/, const char* function, const char* text, void* /*none*/) {
+  const std::string_view words(text);
+  const bool is_closed = words.starts_with("End of stream");  // which results do say
+  if (std::string_view(function).starts_with("ptp_ptpip_") && !is_closed &&
+      !words.starts_with("Unexpected ptp response"))
+    answers_are_out_of_step = true;
+}
 
 template <typename T, auto Release>
 struct Releaser {
@@ -217,10 +232,12 @@ bool GphotoResult::LinkIsGone() const {
 }
 
 struct GphotoCamera::State {
+  const bool is_ptpip;
   Context context;
   Camera* camera = nullptr;
   PtpipDescriptors descriptors;
   std::string said;  // by the driver, since the last call began
+  bool out_of_step = false;
 
   static void OnError(GPContext* /*context*/, const char* text, void* self) {
     std::string& said = static_cast<State*>(self)->said;
@@ -228,7 +245,10 @@ struct GphotoCamera::State {
     said += Text(text);
   }
 
-  explicit State(const std::string& port) : context(gp_context_new()), descriptors(port) {
+  explicit State(const std::string& port)
+      : is_ptpip(port.starts_with("ptpip:")), context(gp_context_new()), descriptors(port) {
+    static const int listening = gp_log_add_func(GP_LOG_ERROR, OnLibraryError, nullptr);
+    static_cast<void>(listening);
     gp_context_set_error_func(context.get(), &State::OnError, this);
     gp_camera_new(&camera);
   }
@@ -246,8 +266,10 @@ struct GphotoCamera::State {
   GphotoResult Do(Call&& call) {
     const WithoutSigpipe guard;
     said.clear();
+    answers_are_out_of_step = false;
     GphotoResult result;
     result.code = call(camera, context.get());
+    out_of_step |= is_ptpip && (answers_are_out_of_step || result.code == GP_ERROR_TIMEOUT);
     if (result.code < 0) {
       result.text = Text(gp_result_as_string(result.code));
       if (!said.empty()) result.text += ": " + said;
@@ -315,6 +337,8 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
 }
 
 GphotoCamera::~GphotoCamera() = default;
+
+bool GphotoCamera::OutOfStep() const { return state_->out_of_step; }
 
 std::optional<GphotoSetting> GphotoCamera::Setting(const std::string& name) {
   CameraWidget* raw = nullptr;

@@ -83,6 +83,8 @@ class GphotoCamera {
   GphotoResult WaitForEvent(int timeout_ms, GphotoEvent& event);
   GphotoResult Download(const GphotoFile& file, std::string& bytes);
   GphotoResult Delete(const GphotoFile& file);
+  // Answers of a network camera no longer belong to the questions, whatever results say: to be opened anew.
+  bool OutOfStep() const;
   GphotoResult Storages(std::vector<GphotoStorage>& storages);  // asks the camera itself: also a sign of life
 
  private:

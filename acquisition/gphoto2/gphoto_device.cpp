@@ -190,6 +190,7 @@ class GphotoDevice : public Device {
       if (!lost_) Download();
       Deliver(false);
       if (!lost_ && Clock::now() >= next_watch_) Watch();
+      if (!lost_) OutOfStep();
     }
   }
 
@@ -202,6 +203,8 @@ class GphotoDevice : public Device {
     }
     if (const std::string names = downloads_.GiveUpAll(); !names.empty()) Notice(names);
     if (!lost_) return;
+    if (released_at_)
+      Notice("a photograph was asked for and has not come: if it was taken, it is in the camera");
     inbox_->Close();
     state_ = DeviceState::kLost;
   }
@@ -295,6 +298,7 @@ class GphotoDevice : public Device {
     while (!lost_) {
       GphotoEvent event;
       const GphotoResult result = camera_->WaitForEvent(timeout_ms, event);
+      if (OutOfStep()) return;
       if (!result.ok()) {
         if (result.Busy() || result.NotSupported()) return;
         if (!Gone(result))
@@ -386,20 +390,10 @@ class GphotoDevice : public Device {
     PhotographPairing asks(0);
     asks.ExpectFormat(format);
     if (asks.ExpectsJpeg() || std::exchange(said_raw_only_, true)) return;
-    const auto names = {"imageformat", "imagequality"};
-    std::string with_jpeg;
-    for (const char* name : names)
-      if (const auto setting = camera_->Setting(name)) {
-        for (const std::string& choice : setting->choices) {
-          asks.ExpectFormat(choice);
-          if (asks.ExpectsJpeg()) with_jpeg += (with_jpeg.empty() ? "" : ", ") + choice;
-        }
-        break;
-      }
     Notice(fmt::format(
         "the image format is '{}': its photographs are kept in unposed/ but cannot be used, raw is "
         "not decoded here; set imageformat= to one of {}",
-        format, with_jpeg));
+        format, FormatsWithJpeg(*camera_)));
   }
 
   void WatchBatteryAndCard() {
@@ -422,6 +416,7 @@ class GphotoDevice : public Device {
   // Whether the camera is out of reach after this failure; asks it for a sign of life where the code alone
   // does not tell.
   bool Gone(const GphotoResult& result) {
+    if (OutOfStep()) return true;
     bool gone = result.LinkIsGone();
     if (!gone && watches_storage_) {
       std::vector<GphotoStorage> ignored;
@@ -436,6 +431,12 @@ class GphotoDevice : public Device {
                       "battery charged",
                       result.text));
     return gone;
+  }
+
+  bool OutOfStep() {
+    if (camera_->OutOfStep())
+      Lose("an answer of the camera came too late: the connection has to be opened anew");
+    return lost_;
   }
 
   void Lose(const std::string& problem) {

@@ -15,9 +15,10 @@
 //
 // Times are the host's clock: these cameras have none that can be read to better than a second. A live
 // frame's is its arrival. A photograph's is the moment at which the shutter was asked to open, plus
-// `shutter_lag_ms` where that is given (Frame::requested_s is the request itself); where it was released on the body, the moment at which the camera announced it. A live
-// frame's exposure and gain are unknown (0 and 1): live view has its own. A photograph's come from its Exif,
-// else from the camera's settings; gain 1 is ISO 100.
+// `shutter_lag_ms` where that is given (Frame::requested_s is the request itself); where it was released on
+// the body, the moment at which the camera announced it. A live frame's exposure and gain are unknown (0 and
+// 1): live view has its own. A photograph's come from its Exif, else from the camera's settings; gain 1 is
+// ISO 100.
 #pragma once
 
 #include <memory>

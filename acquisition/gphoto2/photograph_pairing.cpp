@@ -3,6 +3,8 @@
 #include <cctype>
 #include <utility>
 
+#include "acquisition/gphoto2/gphoto_camera.h"
+
 namespace ulf {
 namespace {
 
@@ -19,6 +21,21 @@ std::string ExtensionOf(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');
   const std::string extension = dot == std::string::npos ? "" : Lower(file_name.substr(dot));
   return extension == ".jpeg" || extension == ".jpe" ? ".jpg" : extension;
+}
+
+std::string FormatsWithJpeg(GphotoCamera& camera) {
+  for (const char* name : {"imageformat", "imagequality"}) {
+    const auto setting = camera.Setting(name);
+    if (!setting) continue;
+    std::string with_jpeg;
+    for (const std::string& choice : setting->choices) {
+      PhotographPairing asks(0);
+      asks.ExpectFormat(choice);
+      if (asks.ExpectsJpeg()) with_jpeg += (with_jpeg.empty() ? "" : ", ") + choice;
+    }
+    return with_jpeg;
+  }
+  return "";
 }
 
 void PhotographPairing::ExpectFormat(const std::string& image_format) {

@@ -1,5 +1,5 @@
 // From files, as a camera announces them, to photographs: a JPEG and the raw file beside it share a stem and
-// may come in either order, seconds apart. Pure: files and times in, photographs out.
+// may come in either order, seconds apart. Files and times in, photographs out.
 #pragma once
 
 #include <map>
@@ -25,6 +25,11 @@ struct DownloadedPhotograph {
 std::string StemOf(const std::string& file_name);
 // ".jpg" for every spelling of JPEG's.
 std::string ExtensionOf(const std::string& file_name);
+
+class GphotoCamera;
+
+// The image formats that the camera offers and that come with a JPEG, for people.
+std::string FormatsWithJpeg(GphotoCamera& camera);
 
 class PhotographPairing {
  public:

@@ -176,6 +176,7 @@ class StillCaptureTest : public ::testing::Test {
   ScratchFolder scratch_;
 };
 
+#ifndef ULF_LINK_FAULTS
 TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
   TetheredHand hand;
   std::uint64_t body_releases = 0;
@@ -186,9 +187,9 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
                // A finger comes before an answer that is awaited: both are kept.
                {100, [&] { hand.Body().PressBeforeNextRelease(), ++body_releases; }},
                {91, [&] { hand.SpoilPhotograph(hand.Body().Releases() + 3); }}},
-              220);
+              160);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kFrames);
-  EXPECT_GE(summary.frames, 220u);
+  EXPECT_GE(summary.frames, 160u);
   EXPECT_EQ(hand.Body().BusyAnswers(), 2);
   const StillCounts& counts = summary.stills;
   EXPECT_EQ(counts.arrived, hand.Shots().size());
@@ -231,11 +232,13 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
   EXPECT_GT(TetheredHand::kLagS * Simulated(1, 1).speed, 0.03);
 }
 
+#endif
+#ifdef ULF_LINK_FAULTS
 TEST_F(StillCaptureTest, ALinkThatDropsLeavesEverythingThatWasRecorded) {
   TetheredHand hand;
   std::size_t taken_before = 0;
   const CaptureSummary summary = Capture(hand,
-                                         {{130,
+                                         {{90,
                                            [&] {
                                              taken_before = hand.Shots().size();
                                              hand.Body().Refuse(true);
@@ -243,8 +246,8 @@ TEST_F(StillCaptureTest, ALinkThatDropsLeavesEverythingThatWasRecorded) {
                                            }}},
                                          100'000, "&reconnect_s=0");
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kDeviceLost);
-  EXPECT_GE(summary.frames, 130u);
-  EXPECT_LT(summary.frames, 140u);
+  EXPECT_GE(summary.frames, 90u);
+  EXPECT_LT(summary.frames, 100u);
   ASSERT_GE(taken_before, 3u);
   const LightField light_field = ReadLightField(Dir());
   EXPECT_EQ(light_field.views.size(), summary.recorded);
@@ -263,7 +266,7 @@ TEST_F(StillCaptureTest, ALinkThatComesBackGoesOn) {
                                              taken_before = hand.Body().Releases();
                                              hand.Body().DropLink();
                                            }}},
-                                         190);
+                                         130);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kFrames);
   EXPECT_EQ(summary.device.reconnects, 1u) << summary.problem;
   EXPECT_GT(hand.Body().Releases(), taken_before) << "and photographs are taken again";
@@ -272,6 +275,8 @@ TEST_F(StillCaptureTest, ALinkThatComesBackGoesOn) {
   EXPECT_EQ(BytesIn(Dir() / "images").size() + BytesIn(Dir() / "unposed").size(), summary.stills.arrived);
 }
 
+#endif
+#ifndef ULF_LINK_FAULTS
 TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   TetheredHand hand;
   hand.WaitForReader(false);
@@ -427,6 +432,7 @@ TEST(AsSeenBy, IsTheOtherCamerasPicture) {
   EXPECT_LT(cv::norm(seen.pixels, expected, cv::NORM_L1) / static_cast<double>(3 * expected.total()), 4)
       << "grey levels: the reduced picture is softer at edges";
 }
+#endif
 
 }  // namespace
 }  // namespace ulf::test

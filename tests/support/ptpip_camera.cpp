@@ -206,6 +206,8 @@ void PtpipCamera::Commands(Connection& connection) {
 }
 
 void PtpipCamera::Answer(Connection& connection, const Request& request) {
+  if (std::uint16_t stalled = request.operation; stalled_operation_.compare_exchange_strong(stalled, 0))
+    std::this_thread::sleep_for(std::chrono::duration<double>(stall_s_));
   std::string data;
   switch (request.operation) {
     case kGetDeviceInfo:
@@ -332,8 +334,6 @@ void PtpipCamera::AnswerLiveView(Connection& connection, const Request& request)
     const std::lock_guard lock(mutex_);
     properties_.at(kLiveViewStatus).value = request.operation == kStartLiveView;
   } else {
-    if (const double seconds = stall_s_.exchange(0); seconds > 0)
-      std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     // A header of the maker's before the picture, as these cameras send it.
     connection.SendData(request, std::string(384, '\0') + live_());
   }

@@ -58,9 +58,14 @@ class PtpipCamera {
   void AnswerBusy(int requests) { busy_ = requests; }  // to the next releases
   void SetCardFull(bool full) { card_full_ = full; }
   void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
-  void Forget();                                                         // every file, as a card taken out
-  // The next live view picture comes so much too late: a camera that hangs, a network that stalls.
-  void StallLiveView(double seconds) { stall_s_ = seconds; }
+  void Forget();                                                         // every file: the card is out
+  // The next answer to this operation (ptp_wire.h) comes so much too late: a camera that hangs, a network that
+  // stalls.
+  void Stall(std::uint16_t operation, double seconds) {
+    stall_s_ = seconds;
+    stalled_operation_ = operation;
+  }
+  bool IsToStall() const { return stalled_operation_ != 0; }
   // A finger on the body is quicker than the next release that is asked for.
   void PressBeforeNextRelease() { press_first_ = true; }
   void DropLink();                                            // both connections, at once
@@ -104,6 +109,7 @@ class PtpipCamera {
   std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0}, failing_downloads_{0}, releases_asked_{0};
   std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false}, press_first_{false};
   std::atomic<double> stall_s_{0};
+  std::atomic<std::uint16_t> stalled_operation_{0};
 
   mutable std::mutex mutex_;
   std::condition_variable released_;
