@@ -5,14 +5,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -38,18 +39,53 @@ std::span<char> Staging() {
   return {memory.get(), kStaged};
 }
 
-fs::path TemporaryOf(const fs::path& path) { return path.string() + std::string(kTemporaryEnding); }
-
 fs::path FolderOf(const fs::path& path) {
   return path.parent_path().empty() ? fs::path(".") : path.parent_path();
 }
 
-// -1: the disk refused, errno says why.
-int OpenForWriting(const fs::path& path, bool direct) {
-  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
-  const int descriptor = direct ? open(path.c_str(), kFlags | O_DIRECT, 0644) : -1;
-  return descriptor >= 0 ? descriptor : open(path.c_str(), kFlags, 0644);
+struct Temporary {
+  fs::path path;
+  int descriptor = -1;  // -1: the disk refused, errno says why
+};
+
+// A name that nobody else writes to: other threads and other programs may be about to make the same file.
+Temporary OpenTemporary(const fs::path& beside, bool direct) {
+  static std::atomic<unsigned> next{1};
+  Temporary temporary;
+  do {
+    temporary.path = fmt::format("{}.{}-{}{}", beside.string(), getpid(), next++, kTemporaryEnding);
+    temporary.descriptor = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  } while (temporary.descriptor < 0 && errno == EEXIST);
+  if (direct && temporary.descriptor >= 0)  // where the file system allows it
+    fcntl(temporary.descriptor, F_SETFL, fcntl(temporary.descriptor, F_GETFL) | O_DIRECT);
+  return temporary;
 }
+
+int OpenFolder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) throw Error("{}: cannot open the folder: {}", folder.string(), std::strerror(errno));
+  return descriptor;
+}
+
+// Opened before anything is renamed, so that nothing can be refused after it.
+class FoldersToSync {
+ public:
+  FoldersToSync() = default;
+  FoldersToSync(const FoldersToSync&) = delete;
+  FoldersToSync& operator=(const FoldersToSync&) = delete;
+  ~FoldersToSync() {
+    for (const auto& [path, descriptor] : descriptors_) close(descriptor);
+  }
+  void Add(const fs::path& folder) {
+    if (!descriptors_.contains(folder)) descriptors_[folder] = OpenFolder(folder);
+  }
+  void Sync() const {
+    for (const auto& [path, descriptor] : descriptors_) fsync(descriptor);
+  }
+
+ private:
+  std::map<fs::path, int> descriptors_;
+};
 
 bool LeaveDirect(int descriptor) {
   const int flags = fcntl(descriptor, F_GETFL);
@@ -87,10 +123,9 @@ bool WriteContent(int descriptor, const FileContent& content, bool direct) {
 }  // namespace
 
 void SyncFolder(const fs::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) throw Error("{}: cannot open the folder: {}", folder.string(), std::strerror(errno));
-  fsync(descriptor);
-  close(descriptor);
+  FoldersToSync folders;
+  folders.Add(folder);
+  folders.Sync();
 }
 
 FileContent ContentOf(std::string_view bytes) {
@@ -109,7 +144,9 @@ void FileBatch::TakeBackFrom(std::size_t first) {
   for (; files_.size() > first; files_.pop_back()) {
     const File& file = files_.back();
     if (file.descriptor >= 0) close(file.descriptor);
-    unlink((file.renamed ? file.path : TemporaryOf(file.path)).c_str());
+    // What took the place of an older file is all that is left of it.
+    if (!file.renamed) unlink(file.temporary.c_str());
+    if (file.renamed && !file.replaced) unlink(file.path.c_str());
   }
 }
 
@@ -126,11 +163,10 @@ void FileBatch::Write(std::span<const std::pair<fs::path, FileContent>> files) {
 
 void FileBatch::Write(const fs::path& path, const FileContent& content) {
   if (std::exchange(committed_, false)) files_.clear();
-  const fs::path temporary = TemporaryOf(path);
   const bool direct = content.size >= kDirectFrom;
-  const int descriptor = OpenForWriting(temporary, direct);
+  const auto [temporary, descriptor] = OpenTemporary(path, direct);
   if (descriptor < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
-  const auto take_back = [&] {
+  const auto take_back = [&temporary = temporary, descriptor = descriptor] {
     close(descriptor);
     unlink(temporary.c_str());
   };
@@ -146,7 +182,7 @@ void FileBatch::Write(const fs::path& path, const FileContent& content) {
     take_back();
     ThrowDiskError(reason, fmt::format("{}: writing failed", path.string()));
   }
-  files_.push_back({path, descriptor, false});
+  files_.push_back({path, temporary, descriptor});
 }
 
 void FileBatch::Commit() {
@@ -160,14 +196,20 @@ void FileBatch::Commit() {
     if (fsync(file.descriptor) != 0) fail(file, "syncing to disk failed");
     close(std::exchange(file.descriptor, -1));
   }
-  std::set<fs::path> folders;
-  for (File& file : files_) {
-    if (rename(TemporaryOf(file.path).c_str(), file.path.c_str()) != 0)
-      fail(file, "cannot be renamed into place");
-    file.renamed = true;
-    folders.insert(FolderOf(file.path));
+  FoldersToSync folders;
+  try {
+    for (const File& file : files_) folders.Add(FolderOf(file.path));
+  } catch (...) {
+    TakeBack();
+    throw;
   }
-  for (const fs::path& folder : folders) SyncFolder(folder);
+  for (File& file : files_) {
+    std::error_code unknown;
+    file.replaced = fs::exists(fs::symlink_status(file.path, unknown));
+    if (rename(file.temporary.c_str(), file.path.c_str()) != 0) fail(file, "cannot be renamed into place");
+    file.renamed = true;
+  }
+  folders.Sync();
   committed_ = true;
 }
 

@@ -13,7 +13,7 @@
 namespace ulf {
 
 // Writes to a temporary name beside `path`, syncs it, renames it, syncs the folder. Throws DiskFullError or
-// Error (no permission) and leaves nothing behind then.
+// Error (no permission); then what was at `path` is there as it was.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 // What a file is to hold: bytes that are there, or that are made while they are written, so that a large
@@ -36,21 +36,23 @@ class FileBatch {
   FileBatch& operator=(const FileBatch&) = delete;
   ~FileBatch();  // removes what was not committed
 
-  // Under a temporary name. Throws DiskFullError or Error; then nothing of this file stays.
+  // Under a temporary name of this batch's own. Throws DiskFullError or Error; then nothing of this file
+  // stays.
   void Write(const std::filesystem::path& path, const FileContent& content);
   // The same for files that belong together: all, or none of them stays.
   void Write(std::span<const std::pair<std::filesystem::path, FileContent>> files);
   // Syncs all files, gives them their names, syncs their folders; the next Write() begins a new batch. Throws
-  // as Write() does; then nothing of the whole batch stays.
+  // as Write() does; then nothing of the whole batch stays, except what took an older file's place already.
   void Commit();
-  // Removes the files, committed or not: for when what was to name them could not be written.
+  // Removes the files, committed or not: for when what was to name them could not be written. Never what has
+  // replaced an older file: both would be lost.
   void TakeBack();
 
  private:
   struct File {
-    std::filesystem::path path;
-    int descriptor;
-    bool renamed;
+    std::filesystem::path path, temporary;
+    int descriptor = -1;
+    bool replaced = false, renamed = false;
   };
   void TakeBackFrom(std::size_t first);
   std::vector<File> files_;
@@ -70,7 +72,7 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 
 std::string ReadWholeFile(const std::filesystem::path& path);
 
-// The ending of WriteFileAtomically's temporary names: leftovers of a kill, safe to remove.
+// The ending of all temporary names here: leftovers of a kill, safe to remove when nobody writes.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
 }  // namespace ulf

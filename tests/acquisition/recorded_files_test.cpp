@@ -1,5 +1,6 @@
 // Files as they come to the disk: several at once, all or none; pictures that every reader opens.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -134,6 +135,63 @@ TEST(FileBatch, AFileInTheWayTakesTheWholeBatchBack) {
   EXPECT_THROW(batch.Commit(), Error);
   EXPECT_FALSE(fs::exists(scratch / "a"));
   EXPECT_EQ(FilesIn(scratch.path()), 1u);
+}
+
+// Two programs that open a light field which was killed make the same photographs.
+TEST(FileBatch, TwoThatWriteTheSameFileDoNotMix) {
+  const ScratchFolder scratch;
+  const std::string first(300'000, '1'), second(200'000, '2');
+  FileBatch one, two;
+  one.Write(scratch / "a", ContentOf(first));
+  two.Write(scratch / "a", ContentOf(second));
+  one.Commit();
+  EXPECT_EQ(ReadWholeFile(scratch / "a"), first);
+  EXPECT_NO_THROW(two.Commit());
+  EXPECT_EQ(ReadWholeFile(scratch / "a"), second);
+  EXPECT_EQ(FilesIn(scratch.path()), 1u);
+}
+
+TEST(FileBatch, WhatHasReplacedAnOlderFileIsNotTakenBack) {
+  const ScratchFolder scratch;
+  std::ofstream(scratch / "a") << "old";
+  fs::create_directories(scratch / "c" / "in the way");
+  {
+    FileBatch batch;
+    for (const char* name : {"a", "b", "c"}) batch.Write(scratch / name, ContentOf("new"));
+    EXPECT_THROW(batch.Commit(), Error);
+  }
+  EXPECT_EQ(ReadWholeFile(scratch / "a"), "new") << "the old one is gone";
+  EXPECT_FALSE(fs::exists(scratch / "b"));
+  EXPECT_EQ(FilesIn(scratch.path()), 2u);
+}
+
+// Files may be made in it, but it cannot be opened: known before anything is replaced.
+TEST(FileBatch, InAFolderThatCannotBeSyncedTheOldFileStays) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch / "folder";
+  fs::create_directory(folder);
+  std::ofstream(folder / "calibration.json") << "old";
+  fs::permissions(folder, fs::perms::owner_write | fs::perms::owner_exec);
+  constexpr uid_t kNobody = 65534;  // for root every folder can be opened
+  if (getuid() == 0) {
+    fs::permissions(scratch.path(), fs::perms::others_exec, fs::perm_options::add);
+    for (const fs::path& path : {folder, folder / "calibration.json"})
+      ASSERT_EQ(chown(path.c_str(), kNobody, kNobody), 0);
+  }
+  EXPECT_EXIT(
+      {
+        if (getuid() == 0 && seteuid(kNobody) != 0) _exit(3);
+        try {
+          WriteFileAtomically(folder / "calibration.json", "new");
+        } catch (const Error&) {
+          _exit(0);
+        }
+        _exit(1);
+      },
+      ::testing::ExitedWithCode(0), "");
+  fs::permissions(folder, fs::perms::owner_all);
+  EXPECT_EQ(ReadWholeFile(folder / "calibration.json"), "old");
+  EXPECT_EQ(FilesIn(folder), 1u);
 }
 
 TEST(FileBatch, AFullDiskTakesTheFileBackAndKeepsTheOthers) {
