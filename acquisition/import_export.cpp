@@ -21,24 +21,35 @@ std::string PathUnderImages(const std::string& source_path) {
          (source_path.starts_with(kFolder) ? source_path.substr(kFolder.size()) : source_path);
 }
 
+std::string PngBytes(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", pixels, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+void WriteInFolder(const fs::path& path, const std::string& bytes) {
+  MakeFolder(path.parent_path());
+  WriteFileAtomically(path, bytes);
+}
+
+// The master that the source has, or else an original of more than 8 bits, which every tool's photograph is
+// then made from.
 void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   const Image image = ReadRecordedImage(source, view);
   const fs::path original = source.root / view.image_path;
   taken.image_path = PathUnderImages(view.image_path);
-  if (image.pixels.depth() != CV_8U) {
+  const bool is_photograph = image.pixels.depth() == CV_8U;
+  if (!view.master_path.empty()) {
+    WriteInFolder(dir / view.master_path, ReadWholeFile(source.root / view.master_path));
+  } else if (!is_photograph) {
     taken.master_path = "masters/" + taken.image_path.substr(std::string_view("images/").size());
-    MakeFolder((dir / taken.master_path).parent_path());
-    WriteFileAtomically(dir / taken.master_path, ReadWholeFile(original));
+    WriteInFolder(dir / taken.master_path, ReadWholeFile(original));
+  }
+  if (!is_photograph)
     taken.image_path = fs::path(taken.image_path).replace_extension(".png").generic_string();
-  }
-  MakeFolder((dir / taken.image_path).parent_path());
-  if (taken.master_path.empty()) {
-    WriteFileAtomically(dir / taken.image_path, ReadWholeFile(original));
-  } else {
-    std::vector<unsigned char> bytes;
-    cv::imencode(".png", Srgb8(image), bytes);
-    WriteFileAtomically(dir / taken.image_path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  }
+  // While the source is being captured, a photograph may still be in its master alone.
+  WriteInFolder(dir / taken.image_path,
+                is_photograph && fs::exists(original) ? ReadWholeFile(original) : PngBytes(Srgb8(image)));
 }
 
 }  // namespace

@@ -69,19 +69,22 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
-// What a capture that was killed had not come to, as far as there is room.
+// What a capture that was killed had not come to, as far as there is room and masters are whole.
 void MakeMissingPictures(const LightField& light_field) {
   std::size_t made = 0;
-  try {
-    for (const View& view : light_field.views) {
-      if (!PictureFollowsFromMaster(view) || fs::exists(light_field.root / view.image_path)) continue;
-      if (made++ == 0)
-        spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
-                     light_field.root.string());
+  for (const View& view : light_field.views) {
+    if (!PictureFollowsFromMaster(view) || fs::exists(light_field.root / view.image_path)) continue;
+    if (made++ == 0)
+      spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
+                   light_field.root.string());
+    try {
       WritePictureFromMaster(light_field.root, view);
+    } catch (const DiskFullError& error) {
+      spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
+      return;
+    } catch (const std::exception& error) {
+      spdlog::warn("{}; {} is still missing", error.what(), view.image_path);
     }
-  } catch (const Error& error) {
-    spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
   }
 }
 

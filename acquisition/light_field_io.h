@@ -7,7 +7,8 @@
 //
 // A view's files are written to temporary names, synced, renamed, the folders synced, then the journal line
 // appended and synced; several views may go through each of these steps together. A process killed at any
-// moment loses at most the views being written, and a torn end of the journal is ignored.
+// moment loses at most the views that AddViews() was given and had not returned, and a torn end of the
+// journal is ignored.
 //
 // Where there is a master, the photograph in images/ may come after the journal line: it follows from the
 // master, and is made from it by whoever opens the light field next, should the process be killed before.

@@ -606,6 +606,45 @@ TEST(Import, CopiesPhotographsByteForByteAndFindsTheSubject) {
   ExpectSame(imported, ReadLightField(scratch / "lf"));
 }
 
+// Views that are recorded while their photographs are still in the masters.
+LightFieldWriter WriterAheadOfItsPhotographs(const std::filesystem::path& dir, int views) {
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  for (int i = 0; i < views; ++i) {
+    LightFieldWriter::NewView added{NoiseFrame(i), {}, {}};
+    added.frame.image.pixels.convertTo(added.frame.image.pixels, CV_16U, 257);
+    added.frame.image.transfer = Transfer::kLinear;
+    added.files = writer.Files(added.frame, MakePictures::kLater);
+    writer.AddViews({&added, 1});
+  }
+  return writer;
+}
+
+TEST(Import, TakesWhatIsStillInItsMasterAlone) {
+  ScratchFolder scratch;
+  const LightFieldWriter capturing = WriterAheadOfItsPhotographs(scratch / "source", 2);
+  ASSERT_FALSE(fs::exists(scratch / "source/images/000001.png"));
+  const LightField imported = Import(scratch / "source", scratch / "lf", {Subject{{0, 0, 5}, 1}});
+  for (const View& view : ReadLightField(scratch / "lf").views) {
+    EXPECT_EQ(cv::norm(ReadImageFile((scratch / "lf" / view.image_path).string()),
+                       ReadRecordedImage(capturing.Contents(), view).pixels, cv::NORM_INF),
+              0);
+    EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.master_path),
+              ReadWholeFile(scratch / "source" / view.master_path))
+        << "the master comes along";
+  }
+  EXPECT_EQ(imported.views.size(), 2u);
+}
+
+TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
+  ScratchFolder scratch;
+  WriterAheadOfItsPhotographs(scratch / "lf", 3);  // and no more: as after a kill
+  fs::resize_file(scratch / "lf/masters/000002.tif", 50);
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), 3u);
+  for (const char* made : {"000001.png", "000003.png"})
+    EXPECT_TRUE(fs::exists(scratch / "lf/images" / made)) << made;
+  EXPECT_FALSE(fs::exists(scratch / "lf/images/000002.png"));
+}
+
 TEST(Import, ParallelCamerasNeedASubject) {
   ScratchFolder scratch;
   {
