@@ -10,6 +10,7 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/jpeg_file.h"
+#include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -271,22 +272,47 @@ TEST(FrameRecording, PlayedInTimeNoPhotographIsDropped) {
   EXPECT_GT(statistics.bytes, 0u);
 }
 
-// A disk that is behind or full: frames are left out and counted, the reader of the camera never waits.
-TEST(FrameRecording, NeverWaitsForTheDisk) {
-  const ScratchFolder scratch;
-  if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
-  FrameRecorder recorder(scratch / "s", {}, 8 << 20);
-  std::uint64_t refused = 0;
-  for (int i = 0; i < 60; ++i) refused += !recorder.TryAdd(MakeFrame(i, CV_8UC1, {1000, 1000}));
-  const FrameRecorderSummary summary = recorder.Finish();
-  EXPECT_EQ(summary.written + summary.left_out, 60u);
-  EXPECT_GE(summary.left_out, refused);
-  EXPECT_GT(summary.left_out, 40u) << "sixteen fit";
-  EXPECT_FALSE(summary.problem.empty());
-  if (summary.written == 0) return;
-  const FrameRecording recording = ReadFrameRecording(scratch / "s");
+void ExpectWholeAndNamed(const fs::path& dir, const FrameRecorderSummary& summary) {
+  const FrameRecording recording = ReadFrameRecording(dir);
   EXPECT_EQ(recording.entries.size(), summary.written);
   for (const auto& entry : recording.entries) EXPECT_NO_THROW(ReadRecordedFrame(entry)) << entry.file;
+}
+
+// The disk does not answer at all while sixty frames come: whoever waited for it would wait for a minute.
+TEST(FrameRecording, NeverWaitsForTheDisk) {
+  const ScratchFolder scratch;
+  constexpr std::uint64_t kFrames = 60, kMayWait = 8;
+  FrameRecorder recorder(scratch / "s", {}, kMayWait * 1000 * 1000);
+  std::uint64_t taken = 0;
+  {
+    const HangingDisk disk;
+    for (std::uint64_t i = 0; i < kFrames; ++i) {
+      taken += recorder.TryAdd(MakeFrame(static_cast<int>(i), CV_8UC1, {1000, 1000}));
+      if (i == 0)
+        while (!disk.SomebodyWaits()) std::this_thread::sleep_for(1ms);
+    }
+    EXPECT_FALSE(disk.GaveUp());
+    EXPECT_THAT(recorder.Pause().value_or(""), HasSubstr("disk is slow"));
+  }
+  // The one that is being written counts among those that wait.
+  EXPECT_EQ(taken, kMayWait);
+  const FrameRecorderSummary summary = recorder.Finish();
+  EXPECT_EQ(summary.written, taken) << "what was taken is written when the disk answers";
+  EXPECT_EQ(summary.left_out, kFrames - taken);
+  ExpectWholeAndNamed(scratch / "s", summary);
+}
+
+TEST(FrameRecording, AFullDiskLeavesOutWhatDoesNotFitAndKeepsTheRest) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
+  FrameRecorder recorder(scratch / "s", {});
+  for (int i = 0; i < 60; ++i) EXPECT_TRUE(recorder.TryAdd(MakeFrame(i, CV_8UC1, {1000, 1000})));
+  const FrameRecorderSummary summary = recorder.Finish();
+  EXPECT_EQ(summary.written + summary.left_out, 60u);
+  EXPECT_GE(summary.written, 14u);
+  EXPECT_LE(summary.written, 16u) << "more do not fit";
+  EXPECT_THAT(summary.problem, HasSubstr("free some space"));
+  ExpectWholeAndNamed(scratch / "s", summary);
 }
 
 }  // namespace

@@ -1,0 +1,96 @@
+#include "tests/support/slow_disk.h"
+
+#include <sys/stat.h>
+#include <sys/types.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+
+namespace ulf::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::minutes kGiveUpAfter(1);
+
+struct Disk {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::optional<SlowDisk::Speed> speed;  // none: as fast as it is
+  Clock::time_point busy_until;
+  int waiting = 0;
+  bool gave_up = false;
+};
+
+Disk& TheDisk() {
+  static Disk disk;
+  return disk;
+}
+
+bool IsOnDisk(int descriptor) {
+  struct stat file {};
+  return fstat(descriptor, &file) == 0 && (S_ISREG(file.st_mode) || S_ISDIR(file.st_mode));
+}
+
+void TakeTime(int descriptor, std::size_t bytes, bool a_wait) {
+  Disk& disk = TheDisk();
+  std::unique_lock lock(disk.mutex);
+  if (!disk.speed || !IsOnDisk(descriptor)) return;
+  const std::chrono::duration<double> writing(static_cast<double>(bytes) / disk.speed->bytes_per_s);
+  const Clock::time_point until = std::max(disk.busy_until, Clock::now()) +
+                                  std::chrono::duration_cast<Clock::duration>(writing) +
+                                  (a_wait ? disk.speed->a_wait : std::chrono::milliseconds(0));
+  disk.busy_until = std::min(until, Clock::now() + kGiveUpAfter);
+  ++disk.waiting;
+  disk.gave_up |=
+      !disk.changed.wait_until(lock, Clock::time_point(disk.busy_until), [&] { return !disk.speed; });
+  --disk.waiting;
+}
+
+}  // namespace
+
+SlowDisk::SlowDisk(const Speed& speed) {
+  const std::lock_guard lock(TheDisk().mutex);
+  TheDisk().speed = speed;
+  TheDisk().busy_until = Clock::now();
+  TheDisk().gave_up = false;
+}
+
+SlowDisk::~SlowDisk() {
+  {
+    const std::lock_guard lock(TheDisk().mutex);
+    TheDisk().speed.reset();
+  }
+  TheDisk().changed.notify_all();
+}
+
+HangingDisk::HangingDisk() : disk_({kGiveUpAfter, 1}) {}
+HangingDisk::~HangingDisk() = default;
+
+bool HangingDisk::SomebodyWaits() const {
+  const std::lock_guard lock(TheDisk().mutex);
+  return TheDisk().waiting > 0;
+}
+
+bool HangingDisk::GaveUp() const {
+  const std::lock_guard lock(TheDisk().mutex);
+  return TheDisk().gave_up;
+}
+
+}  // namespace ulf::test
+
+extern "C" {
+ssize_t __real_write(int descriptor, const void* bytes, size_t size);
+int __real_fsync(int descriptor);
+
+ssize_t __wrap_write(int descriptor, const void* bytes, size_t size) {
+  ulf::test::TakeTime(descriptor, size, false);
+  return __real_write(descriptor, bytes, size);
+}
+
+int __wrap_fsync(int descriptor) {
+  ulf::test::TakeTime(descriptor, 0, true);
+  return __real_fsync(descriptor);
+}
+}
