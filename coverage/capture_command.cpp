@@ -325,6 +325,18 @@ double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const C
   return std::min(0.99, share);
 }
 
+// Before anything else is read or written there.
+void SayWhatTheDiskRefused(const CaptureSummary& summary) {
+  if (summary.stopped_because != StoppedBecause::kDisk) return;
+  fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
+             summary.problem);
+  for (const auto& [folder, count] : summary.set_aside)
+    fmt::print(stderr, "ulf: {} taken by then: kept in {}\n", Counted(count, "frame"), folder.string());
+  if (summary.unwritten > 0)
+    fmt::print(stderr, "ulf: {} taken by then could not be written anywhere\n",
+               Counted(summary.unwritten, "frame"));
+}
+
 int RunCaptureCommand(const CaptureArgs& args) {
   CaptureOptions options = OptionsFrom(args);
   if (!args.headless)
@@ -378,6 +390,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} of {} frames are not in the recording: {}\n", args.keep_frames, kept.left_out,
                kept.left_out + kept.written, kept.problem);
+  SayWhatTheDiskRefused(summary);
   const LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report =
       Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
@@ -389,14 +402,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     fmt::print(
         stderr,
         "the last adjustment of the poses opened some of the cap again; go on with --resume to fill it\n");
-  if (summary.stopped_because == StoppedBecause::kDisk) {
-    fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
-               summary.problem);
-    if (summary.unwritten > 0)
-      fmt::print(stderr, "ulf: {} taken when the disk filled up did not fit\n",
-                 Counted(summary.unwritten, "view"));
-    return kFailed;
-  }
+  if (summary.stopped_because == StoppedBecause::kDisk) return kFailed;
   if (summary.stopped_because == StoppedBecause::kDeviceLost) {
     fmt::print(stderr,
                "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",

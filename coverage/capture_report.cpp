@@ -84,15 +84,15 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
   json["recorded"] = summary.recorded;
   json["tracked"] = tracked;
   if (summary.stills.asked + summary.stills.arrived > 0)
-    json["photographs"] = {{"asked", summary.stills.asked},
-                           {"arrived", summary.stills.arrived},
-                           {"recorded", summary.stills.recorded},
-                           {"not_needed", summary.stills.not_needed},
-                           {"without_pose", summary.stills.without_pose},
-                           {"shutter_lags", summary.stills.lags},
-                           {"shutter_lag_ms", summary.stills.lag_s
-                                                  ? nlohmann::json(1e3 * *summary.stills.lag_s)
-                                                  : nlohmann::json(nullptr)}};
+    json["photographs"] = {
+        {"asked", summary.stills.asked},
+        {"arrived", summary.stills.arrived},
+        {"recorded", summary.stills.recorded},
+        {"not_needed", summary.stills.not_needed},
+        {"without_pose", summary.stills.without_pose},
+        {"shutter_lags", summary.stills.lags},
+        {"shutter_lag_ms",
+         summary.stills.lag_s ? nlohmann::json(1e3 * *summary.stills.lag_s) : nlohmann::json(nullptr)}};
   json["ms_track_median"] = summary.ms_track_median;
   json["ms_decide_median"] = summary.ms_decide_median;
   json["stopped_because"] = Name(summary.stopped_because);
@@ -101,6 +101,8 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
   json["pauses"] = summary.pauses;
   json["paused_s"] = summary.paused_s;
   json["unwritten"] = summary.unwritten;
+  json["set_aside"] = nlohmann::json::object();
+  for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;
 }
 
 std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) {

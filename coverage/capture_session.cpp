@@ -104,6 +104,7 @@ class Session {
   std::optional<StillCapture> stills_;
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
+  const std::size_t earlier_views_;
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   std::optional<Subject> resumed_subject_;
@@ -131,6 +132,7 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       recorded_camera_(options.still_camera.value_or(camera)),
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
+      earlier_views_(writer.Contents().views.size()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
@@ -167,8 +169,7 @@ void Session::PlaceSubject(const Track& track) {
 }
 
 bool Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
-  Frame kept = frame;
-  kept.image.pixels = frame.image.pixels.clone();  // a device may use its buffers again
+  Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
   View view;
   view.cam_from_world = *track.cam_from_world;
@@ -181,7 +182,6 @@ bool Session::Record(const Frame& frame, const Track& track, const Decision& dec
   view_poses_.push_back({track.anchor, view.cam_from_world});
   map_->Add(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
   summary_.last_recorded = RecordedFrame{std::move(kept), view.cam_from_world};
-  ++summary_.recorded;
   return true;
 }
 
@@ -392,6 +392,9 @@ void Session::Close() {
         fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
   LightFieldWriter writer = spool_.Finish();
   summary_.unwritten = spool_.Unwritten();
+  summary_.set_aside = spool_.SetAside();
+  summary_.recorded = writer.Contents().views.size() - earlier_views_;
+  if (stills_) summary_.stills.recorded = summary_.recorded;
   if (const auto failure = spool_.Failure()) {
     summary_.stopped_because = StoppedBecause::kDisk;
     summary_.problem = *failure;

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -82,9 +83,9 @@ struct RecordedFrame {
 };
 
 struct CaptureSummary {
-  std::uint64_t frames = 0;  // complete frames that were looked at; the device counts the others
-  std::uint64_t recorded = 0;
-  StillCounts stills;                                    // of a device that takes photographs
+  std::uint64_t frames = 0;    // complete frames that were looked at; the device counts the others
+  std::uint64_t recorded = 0;  // views of this session that are in the light field
+  StillCounts stills;          // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
   double ms_track_median = 0;
   double ms_decide_median = 0;
@@ -94,7 +95,10 @@ struct CaptureSummary {
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;
-  std::uint64_t unwritten = 0;  // views that were taken when the disk filled up, and did not fit at the end
+  // When the disk filled up or failed: frames that were taken and are nowhere, and frames that are not in the
+  // light field but in these folders.
+  std::uint64_t unwritten = 0;
+  std::map<std::filesystem::path, std::size_t> set_aside;
   std::optional<Subject> subject;
   std::optional<RecordedFrame> last_recorded;
   std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found

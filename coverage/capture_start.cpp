@@ -3,22 +3,14 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <chrono>
+#include <map>
 
-#include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "coverage/kept_photographs.h"
 
 namespace ulf {
-namespace {
-
 namespace fs = std::filesystem;
-
-void WriteFiles(const fs::path& folder, std::size_t number, const Frame& photograph) {
-  for (const auto* file : {&photograph.encoded, &photograph.raw})
-    if (*file)
-      WriteFileAtomically(folder / fmt::format("{:06}{}", number, (*file)->extension), *(*file)->bytes);
-}
-
-}  // namespace
 
 bool TakeFirstFrames(Device& device, const std::string& uri, const std::function<bool()>& stop,
                      std::vector<Frame>& taken) {
@@ -45,24 +37,38 @@ void KeepPhotographs(Device& device, const std::vector<Frame>& taken, LightField
     if (frame.kind == FrameKind::kStill) photographs.push_back(frame);
   try {
     device.Stop();
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());  // what is in hand is kept all the same
+  }
+  try {
     while (auto frame = device.TakesStills() ? device.Next(std::chrono::milliseconds(0)) : std::nullopt)
       if (frame->kind == FrameKind::kStill) photographs.push_back(std::move(*frame));
-    // A recording still has its own.
-    if (photographs.empty() || !device.IsLive()) return;
-    const fs::path folder = writer ? dir / "unposed" : fs::path(dir.string() + ".photographs");
-    if (!writer) MakeFolder(folder);
-    for (std::size_t i = 0; i < photographs.size(); ++i) {
-      if (writer)
-        writer->KeepUnposed(photographs[i]);
-      else
-        WriteFiles(folder, i + 1, photographs[i]);
-    }
-    fmt::print(stderr, "{} photographs had come already: they are kept in {}\n", photographs.size(),
-               folder.string());
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{} photographs had come already and cannot be kept: {}\n", photographs.size(),
-               error.what());
+    fmt::print(stderr, "{}\n", error.what());
   }
+  if (photographs.empty() || !device.IsLive()) return;  // a recording still has its own
+  std::map<fs::path, std::size_t> kept_in;
+  std::size_t lost = 0;
+  std::string problem;
+  for (const Frame& photograph : photographs) {
+    fs::path folder;
+    const auto keep_in = [&](const fs::path& where, const auto& write) {
+      if (!folder.empty()) return;
+      try {
+        write();
+        folder = where;
+      } catch (const std::exception& error) {
+        problem = error.what();
+      }
+    };
+    if (writer) keep_in(dir / "unposed", [&] { writer->KeepUnposed(photograph); });
+    keep_in(FolderBeside(dir), [&] { KeepBeside(FolderBeside(dir), photograph); });
+    ++(folder.empty() ? lost : kept_in[folder]);
+  }
+  for (const auto& [folder, count] : kept_in)
+    fmt::print(stderr, "{} had come already: kept in {}\n", Counted(count, "photograph"), folder.string());
+  if (lost > 0)
+    fmt::print(stderr, "{} had come already and cannot be kept: {}\n", Counted(lost, "photograph"), problem);
 }
 
 }  // namespace ulf

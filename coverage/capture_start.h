@@ -18,8 +18,8 @@ bool TakeFirstFrames(Device& device, const std::string& uri, const std::function
                      std::vector<Frame>& taken);
 
 // A capture that could not begin has photographs in hand: they, and those on their way, go to the light
-// field's unposed/ where there is one (`writer`), else to `dir` with ".photographs" behind its name. Says
-// where on stderr. Stops the device.
+// field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Says where on
+// stderr, and what could not be kept. Stops the device.
 void KeepPhotographs(Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
                      const std::filesystem::path& dir);
 

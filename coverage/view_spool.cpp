@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <utility>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
+#include "coverage/kept_photographs.h"
 
 namespace ulf {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 // For the journal's next lines and the derived files of a light field.
 constexpr std::uint64_t kClosingBytes = 256 << 10;
 constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
-// That go to the disk together: a wait of the disk is a few milliseconds, a kill loses no more than these.
+// That go to the disk together, so that its waits, a few milliseconds each, are shared.
 constexpr std::size_t kViewsTogether = 8;
 constexpr int kPictureNiceness = 10;
 // Nothing tells when room appears on a disk: it is asked for.
@@ -71,45 +71,82 @@ ViewSpool::~ViewSpool() {
     if (thread.joinable()) thread.join();
 }
 
-ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write) {
-  std::string problem;
-  bool full = false;
+ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::string& problem) {
   try {
     write();
     return Outcome::kWritten;
   } catch (const DiskFullError& error) {
     problem = error.what();
-    full = true;
+    const std::lock_guard lock(mutex_);
+    no_room_ = problem;
+    return Outcome::kNoRoom;
   } catch (const std::exception& error) {
     problem = error.what();
+    return Outcome::kFailed;
   }
-  const std::lock_guard lock(mutex_);
-  (full ? no_room_ : failure_) = problem;
-  return full ? Outcome::kNoRoom : Outcome::kFailed;
 }
 
-// Either one line or views.
+// One line, one frame for unposed/, or views. Several views that fail together may do so for one of them.
 ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
-  if (tasks.front().write) return Try([&] { tasks.front().write(writer_); });
-  return Try([&] {
-    std::vector<LightFieldWriter::NewView> added;
-    for (const Task& task : tasks) {
-      if (!threaded_ && task.view->state == PendingView::kWaiting) {
-        task.view->view.files = writer_.Files(task.view->view.frame, MakePictures::kNow);
-        task.view->state = PendingView::kEncoded;
-      }
-      if (task.view->problem) std::rethrow_exception(task.view->problem);
-      added.push_back(task.view->view);
+  const Task& first = tasks.front();
+  std::string problem;
+  const Outcome outcome = Try(
+      [&] {
+        if (first.view) return WriteViews(tasks);
+        if (first.unposed) return writer_.KeepUnposed(*first.unposed);
+        first.write_line(writer_);
+      },
+      problem);
+  const std::lock_guard lock(mutex_);
+  if (outcome == Outcome::kWritten) no_room_.reset();
+  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = problem;
+  return outcome;
+}
+
+void ViewSpool::WriteViews(std::span<const Task> tasks) {
+  std::vector<LightFieldWriter::NewView> added;
+  for (const Task& task : tasks) {
+    if (!threaded_ && task.view->state == PendingView::kWaiting) {
+      task.view->view.files = writer_.Files(task.view->view.frame, MakePictures::kNow);
+      task.view->state = PendingView::kEncoded;
     }
-    const std::vector<View> views = writer_.AddViews(added);
-    views_on_disk_ += views.size();
-    const std::lock_guard lock(mutex_);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      view_ids_.push_back(views[i].id);
-      journaled_.push_back(views[i].cam_from_world);
-      if (!added[i].files.image) pictures_.push_back(views[i]);
-    }
-  });
+    if (task.view->problem) std::rethrow_exception(task.view->problem);
+    added.push_back(task.view->view);
+  }
+  const std::vector<View> views = writer_.AddViews(added);
+  views_on_disk_ += views.size();
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    view_ids_.push_back(views[i].id);
+    journaled_.push_back(views[i].cam_from_world);
+    if (!added[i].files.image) pictures_.push_back(views[i]);
+  }
+}
+
+// After a failure: false when a frame found no place at all.
+bool ViewSpool::Rescue(const Task& task) {
+  if (!task.IsFrame()) return true;
+  const Frame& frame = task.view ? task.view->view.frame : *task.unposed;
+  std::string problem;
+  std::filesystem::path folder = root_ / "unposed";
+  if (Try([&] { writer_.KeepUnposed(frame); }, problem) != Outcome::kWritten) {
+    folder = FolderBeside(root_);
+    if (Try([&] { KeepBeside(folder, frame); }, problem) != Outcome::kWritten) return false;
+  } else if (task.unposed) {
+    return true;  // where it was to go
+  }
+  const std::lock_guard lock(mutex_);
+  ++set_aside_[folder];
+  return true;
+}
+
+// With the first task.
+void ViewSpool::Done(bool written) {
+  if (tasks_.front().IsFrame()) {
+    --views_waiting_;
+    if (!written) ++unwritten_;
+  }
+  tasks_.pop_front();
 }
 
 // Tasks at the front that can be written in one go; 0: the first is still being encoded.
@@ -127,14 +164,14 @@ void ViewSpool::Loop() {
   for (std::size_t most = kViewsTogether;;) {
     changed_.wait(lock, [&] { return (finishing_ && tasks_.empty()) || NextTogether(most) > 0; });
     if (tasks_.empty()) break;
-    const std::size_t count = NextTogether(most);
+    std::size_t count = NextTogether(most);
     if (!failure_) {
       const std::vector<Task> tasks(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(count));
       lock.unlock();
       const Outcome outcome = Write(tasks);
       lock.lock();
-      if (outcome == Outcome::kNoRoom && most > 1) {
-        most = 1;  // there may be room for one
+      if (outcome != Outcome::kWritten && count > 1) {
+        most = 1;  // there may be room for one; and one may be all that is amiss
         continue;
       }
       if (outcome == Outcome::kNoRoom && !finishing_) {
@@ -142,18 +179,17 @@ void ViewSpool::Loop() {
         continue;  // the same again
       }
       if (outcome == Outcome::kNoRoom) failure_ = no_room_;
-      if (outcome == Outcome::kWritten) {
-        no_room_.reset();
-        most = kViewsTogether;
-      }
+      if (outcome == Outcome::kWritten) most = kViewsTogether;
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (tasks_.front().is_photograph) {
-        --views_waiting_;
-        if (failure_) ++unwritten_;
-      }
-      tasks_.pop_front();
+    bool written = true;
+    if (failure_) {
+      const Task task = tasks_.front();
+      count = 1;
+      lock.unlock();
+      written = Rescue(task);
+      lock.lock();
     }
+    for (std::size_t i = 0; i < count; ++i) Done(written);
     if (tasks_.size() <= capacity_ / 2) behind_ = false;
     changed_.notify_all();
   }
@@ -193,21 +229,24 @@ void ViewSpool::PictureLoop() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [&] { return !pictures_.empty() || all_written_; });
-    if (pictures_.empty() || failure_) return;
+    if (pictures_.empty()) return;
     const View view = std::move(pictures_.front());
     pictures_.pop_front();
     ++pictures_being_made_;
     lock.unlock();
-    const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); });
+    std::string problem;
+    const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); }, problem);
     lock.lock();
     --pictures_being_made_;
     if (outcome == Outcome::kWritten) {
       no_room_.reset();
-      continue;
+    } else if (outcome == Outcome::kFailed) {
+      if (pictures_not_made_++ == 0) spdlog::warn("{}; recording goes on", problem);
+    } else {
+      pictures_.push_front(view);
+      if (all_written_) return;
+      changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
     }
-    pictures_.push_front(view);
-    if (outcome == Outcome::kFailed || all_written_) return;
-    changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
   }
 }
 
@@ -221,34 +260,33 @@ std::size_t ViewSpool::PicturesWaiting() const {
   return pictures_.size() + pictures_being_made_;
 }
 
-// What did not fit before comes first.
-bool ViewSpool::WriteHere(Task task, bool only_if_room) {
-  tasks_.push_back(std::move(task));
-  while (!tasks_.empty() && !Failure()) {
-    if (Write({&tasks_.front(), 1}) == Outcome::kNoRoom) {
+// What did not fit before comes first. False: the last task had no room and was not taken.
+bool ViewSpool::WriteHere(bool only_if_room) {
+  while (!tasks_.empty()) {
+    const Outcome outcome = failure_ ? Outcome::kFailed : Write({&tasks_.front(), 1});
+    if (outcome == Outcome::kNoRoom && !finishing_) {
       if (!only_if_room) return true;  // kept
+      views_waiting_ -= tasks_.back().IsFrame();
       tasks_.pop_back();
       return false;
     }
-    tasks_.pop_front();
-    const std::lock_guard lock(mutex_);
-    no_room_.reset();
+    if (outcome == Outcome::kNoRoom) failure_ = no_room_;
+    Done(!failure_ || Rescue(tasks_.front()));
   }
   return true;
 }
 
 bool ViewSpool::Submit(Task task, bool only_if_room) {
-  if (Failure()) return true;  // nothing is written any more, and that has been said
-  if (!threaded_) return WriteHere(std::move(task), only_if_room);
   {
     const std::lock_guard lock(mutex_);
-    if (tasks_.size() >= capacity_) {
+    if (threaded_ && tasks_.size() >= capacity_) {
       behind_ = true;
       if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
     }
-    views_waiting_ += task.is_photograph;
+    views_waiting_ += task.IsFrame();
     tasks_.push_back(std::move(task));
   }
+  if (!threaded_) return WriteHere(only_if_room);
   changed_.notify_all();
   return true;
 }
@@ -274,7 +312,7 @@ ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
   largest_picture_bytes_ = std::max<std::uint64_t>(largest_picture_bytes_, PictureBytes(frame));
   auto pending = std::make_shared<PendingView>();
   pending->view = {frame, view, {}};
-  return {{}, std::move(pending), true};
+  return {{}, std::move(pending), {}};
 }
 
 bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
@@ -285,9 +323,7 @@ bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
 
 void ViewSpool::AddView(const Frame& frame, const View& view) { Submit(Adding(frame, view), false); }
 
-void ViewSpool::KeepUnposed(const Frame& frame) {
-  Submit({[frame](LightFieldWriter& writer) { writer.KeepUnposed(frame); }, nullptr, true}, false);
-}
+void ViewSpool::KeepUnposed(const Frame& frame) { Submit({{}, nullptr, frame}, false); }
 
 bool ViewSpool::TryUpdatePoses(std::vector<Rigid3> cam_from_world) {
   return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter& writer) {
@@ -298,16 +334,17 @@ bool ViewSpool::TryUpdatePoses(std::vector<Rigid3> cam_from_world) {
                    for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
                      if (changed.count(view_ids_[i])) journaled_[i] = poses[i];
                  },
-                 nullptr},
+                 nullptr,
+                 {}},
                 true);
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {
-  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }, nullptr}, false);
+  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }, nullptr, {}}, false);
 }
 
 void ViewSpool::NoteGap(double from_s, double to_s, const std::string& reason) {
-  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }, nullptr}, false);
+  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }, nullptr, {}}, false);
 }
 
 std::optional<std::string> ViewSpool::Failure() const {
@@ -323,11 +360,12 @@ LightFieldWriter ViewSpool::Finish() {
   changed_.notify_all();
   for (std::thread& thread : threads_)
     if (thread.joinable()) thread.join();
-  if (!threaded_)
-    for (; !tasks_.empty(); tasks_.pop_front()) {
-      if (!failure_ && Write({&tasks_.front(), 1}) == Outcome::kNoRoom) failure_ = no_room_;
-      if (failure_ && tasks_.front().is_photograph) ++unwritten_;
-    }
+  if (!threaded_) WriteHere(false);
+  if (pictures_not_made_ > 0)
+    spdlog::warn(
+        "{} photographs of images/ could not be made; they are made from masters/ when the light field "
+        "is next opened",
+        pictures_not_made_);
   if (!failure_ && !pictures_.empty())
     spdlog::warn("{} photographs of images/ had no room; they are made from masters/ when there is",
                  pictures_.size());

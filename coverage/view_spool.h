@@ -4,13 +4,19 @@
 // (the spool is full) or full (no room for what waits and for closing), nothing more is taken, and Pause()
 // says why; what the disk refused is tried again until there is room. Room is looked at before a view is
 // taken, so that all that was taken normally fits. Anything else that the disk says no to (permissions, a
-// folder that is gone) is a Failure(), after which nothing is written.
+// folder that is gone) is a Failure(): no view is recorded after it, and what was taken all the same is set
+// aside, in unposed/ or else beside the light field. What finds no place there either is counted:
+// Unwritten().
 //
 // Views that wait together go to the disk together (LightFieldWriter::AddViews). A view with a master is
 // recorded when the master and its journal line are on disk: that is as fast as the disk. Its photograph in
 // images/ takes the processor ten times as long and follows, made from the master by threads that give way to
-// everything else; Finish() waits for them, and after a kill the next to open the light field makes what is
-// missing.
+// everything else; Finish() waits for them. One that cannot be made is told and holds nothing up: like those
+// that a kill leaves out, it is made by the next to open the light field.
+//
+// A killed process loses the views that had not reached the disk: those being written together, eight at
+// most, and those that wait behind them, which are few while the disk keeps up and never more than the
+// capacity but for photographs.
 #pragma once
 
 #include <atomic>
@@ -18,7 +24,9 @@
 #include <cstdint>
 #include <deque>
 #include <exception>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -63,8 +71,10 @@ class ViewSpool {
   // Writes what is left, without waiting for room, and hands the writer back. Failure() then says what did
   // not fit; a photograph that did not is made when the light field is next opened.
   LightFieldWriter Finish();
-  // Views that were taken but could not be written; after Finish().
+  // After Finish(). Frames that were taken and are nowhere on disk.
   std::size_t Unwritten() const { return unwritten_; }
+  // The same. Frames that were to be recorded, or kept in unposed/, and are elsewhere, by folder.
+  const std::map<std::filesystem::path, std::size_t>& SetAside() const { return set_aside_; }
 
  private:
   struct PendingView {
@@ -72,17 +82,22 @@ class ViewSpool {
     enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;
     std::exception_ptr problem;  // of encoding
   };
+  // A line, a view, or a frame for unposed/.
   struct Task {
-    std::function<void(LightFieldWriter&)> write;  // none for a view
+    std::function<void(LightFieldWriter&)> write_line;
     std::shared_ptr<PendingView> view;
-    bool is_photograph = false;  // counted when it cannot be written
+    std::optional<Frame> unposed;
+    bool IsFrame() const { return view || unposed; }
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };
   Task Adding(const Frame& frame, const View& view);
   bool Submit(Task task, bool only_if_room);
-  bool WriteHere(Task task, bool only_if_room);
+  bool WriteHere(bool only_if_room);
   Outcome Write(std::span<const Task> tasks);
-  Outcome Try(const std::function<void()>& write);
+  void WriteViews(std::span<const Task> tasks);
+  Outcome Try(const std::function<void()>& write, std::string& problem);
+  bool Rescue(const Task& task);
+  void Done(bool written);
   void Loop();
   void EncodeLoop();
   void PictureLoop();
@@ -108,7 +123,9 @@ class ViewSpool {
   bool behind_ = false;                 // since the spool was full, until half of it is written
   std::optional<std::string> no_room_;  // what the disk said when it was full
   std::optional<std::string> failure_;
+  std::size_t pictures_not_made_ = 0;
   std::size_t unwritten_ = 0;
+  std::map<std::filesystem::path, std::size_t> set_aside_;
   std::vector<std::thread> threads_;
 };
 

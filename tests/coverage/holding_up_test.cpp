@@ -6,9 +6,11 @@
 #include <thread>
 
 #include "acquisition/error.h"
+#include "acquisition/journal.h"
 #include "acquisition/reconnecting_device.h"
 #include "coverage/capture_session.h"
 #include "tests/support/planar_device.h"
+#include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -198,21 +200,93 @@ TEST(HoldingUp, StoppedOnAFullDiskItIsWholeAndReadable) {
   EXPECT_NO_THROW(LightFieldWriter::Resume(dir));
 }
 
+void WaitForViewsOnDisk(const fs::path& dir, std::size_t views) {
+  const auto until = Clock::now() + 60s;
+  while (ReadJournal(dir / "journal.jsonl").light_field.views.size() < views && Clock::now() < until)
+    std::this_thread::sleep_for(1ms);
+}
+
+// Frames come as fast as they can be tracked while every wait for the disk takes a fifth of a second, and a
+// view needs three; then the disk is as quick as it really is, and frames come at its pace.
 TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
-  const ScratchFolder scratch;
-  CaptureOptions options = Options();
-  options.spool_views = 1;
-  PlanarDeviceOptions planar;
-  planar.camera = CameraModel::Pinhole(1600, 1200, 1500);  // slow to encode
-  planar.fps = 2;                                          // so that a pause of two frames is a long one
-  PlanarDevice device(Arc(30), planar);
-  const CaptureSummary summary = Capture(device, planar.camera, scratch / "lf", options, {});
-  ASSERT_GT(summary.pauses, 0u) << "the disk kept up";
-  EXPECT_GE(summary.paused_s, 0.5);
-  EXPECT_EQ(summary.recorded + summary.reasons[static_cast<std::size_t>(Reason::kSpool)], 30u);
-  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), summary.recorded);
-  EXPECT_EQ(Gaps(scratch / "lf").size(), summary.pauses);
-  EXPECT_THAT(Gaps(scratch / "lf")[0]["reason"].get<std::string>(), HasSubstr("disk is slow"));
+  for (const bool slow : {true, false}) {
+    const ScratchFolder scratch;
+    const fs::path dir = scratch / "lf";
+    CaptureOptions options = Options();
+    options.spool_views = 4;
+    PlanarDevice device(Arc(60));
+    std::optional<SlowDisk> disk;
+    if (slow) disk.emplace(SlowDisk::Speed{200ms, 100e6});
+    std::vector<std::string> said;
+    std::size_t views_while_slow = 0;
+    CaptureHooks hooks;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const CaptureProgress& now) {
+      if (slow && now.frames < 40) return;
+      if (slow && now.frames == 40) {
+        views_while_slow = now.views;
+        EXPECT_THAT(now.waiting_for, HasSubstr("disk is slow"));
+        disk.reset();
+      }
+      WaitForViewsOnDisk(dir, now.views);
+    };
+    const CaptureSummary summary = Capture(device, PlanarDeviceOptions{}.camera, dir, options, hooks);
+    EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
+    EXPECT_EQ(summary.recorded + summary.reasons[static_cast<std::size_t>(Reason::kSpool)], 60u);
+    EXPECT_EQ(ReadLightField(dir).views.size(), summary.recorded) << "what was taken is written";
+    EXPECT_EQ(summary.unwritten, 0u);
+    ExpectNothingHalfWritten(dir);
+    const auto gaps = Gaps(dir);
+    EXPECT_EQ(gaps.size(), summary.pauses);
+    if (!slow) {
+      EXPECT_EQ(summary.recorded, 60u) << "the pauses come from the disk";
+      EXPECT_EQ(summary.pauses, 0u);
+      continue;
+    }
+    EXPECT_LT(views_while_slow, 30u);
+    EXPECT_GE(summary.recorded, views_while_slow + 15) << "it goes on when the disk has caught up";
+    ASSERT_GE(summary.pauses, 1u);
+    EXPECT_GE(summary.paused_s, 0.5);
+    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk is slow"));
+    ASSERT_GE(said.size(), 2u);
+    EXPECT_THAT(said[0], AllOf(HasSubstr("recording waits, tracking goes on"), HasSubstr("disk is slow")));
+    EXPECT_THAT(said[1], HasSubstr("recording goes on"));
+  }
+}
+
+// Not full, but in no state to be written to: what was recorded stays, what was taken is kept elsewhere, and
+// the counts say what is where.
+TEST(HoldingUp, ADiskThatFailsEndsTheCaptureAndEveryFrameIsCounted) {
+  for (const bool deterministic : {false, true}) {
+    const ScratchFolder scratch;
+    const fs::path dir = scratch / "lf";
+    PlanarDevice device(Arc(60));
+    CaptureHooks hooks;
+    hooks.after_frame = [&](const CaptureProgress& now) {
+      if (now.frames < 10) return;
+      WaitForViewsOnDisk(dir, 10);
+      if (now.frames > 10 || now.views < 10) return;
+      fs::rename(dir / "images", scratch / "images");
+      std::ofstream(dir / "images") << "in the way";
+    };
+    const CaptureSummary summary =
+        Capture(device, PlanarDeviceOptions{}.camera, dir, Options(deterministic), hooks);
+    EXPECT_EQ(summary.stopped_because, StoppedBecause::kDisk);
+    EXPECT_THAT(summary.problem, HasSubstr("images"));
+    EXPECT_EQ(summary.recorded, 10u);
+    EXPECT_EQ(summary.unwritten, 0u);
+    ASSERT_EQ(summary.set_aside.size(), 1u);
+    EXPECT_EQ(summary.set_aside.begin()->first, dir / "unposed");
+    const std::uint64_t taken = summary.reasons[static_cast<std::size_t>(Reason::kRecorded)];
+    EXPECT_EQ(summary.set_aside.begin()->second, taken - 10);
+    EXPECT_GE(taken, 11u);
+    EXPECT_EQ(std::distance(fs::directory_iterator(dir / "unposed"), {}),
+              static_cast<std::ptrdiff_t>(taken - 10));
+    fs::remove(dir / "images");
+    fs::rename(scratch / "images", dir / "images");
+    EXPECT_EQ(ReadLightField(dir).views.size(), 10u);
+    ExpectNothingHalfWritten(dir);
+  }
 }
 
 }  // namespace
