@@ -22,8 +22,9 @@ struct Feature {
   std::string name;
   std::string category;  // "AcquisitionControl"; nested ones with '/'
   FeatureType type = FeatureType::kString;
-  std::string value;  // as text; empty for commands and what cannot be read
-  bool readable = true, writable = false;
+  std::string value;                       // as text; empty for commands and what cannot be read
+  bool readable = true, writable = false;  // now: another feature may lock it
+  bool read_only = false;                  // never writable, whatever else is set
   std::optional<double> min, max, step;
   std::string unit;
   std::vector<std::string> choices;  // of an enumeration, those available now

@@ -91,21 +91,38 @@ Json ToJson(const FeatureLoadSummary& summary) {
                    fmt::join(NearestNames(feature.name, names), ", "));
 }
 
-// All are known and writable before the first is written.
+SetResult ApplySetting(FeatureAccess& access, const std::string& uri, const std::string& name,
+                       const std::string& value) {
+  SetResult result{.feature = *access.Find(name), .wanted = value, .before = ""};
+  if (!result.feature.writable) RefuseReadOnly(access, uri, result.feature);
+  result.before = result.feature.value;
+  access.Set(name, value);
+  result.feature = *access.Find(name);
+  return result;
+}
+
+// Before the first is written all are known, and none is read-only for good. One that is merely locked is
+// judged in its turn, because one before it may free it: ExposureAuto=Off ExposureTime=5000.
 std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& uri,
                                      const std::vector<std::pair<std::string, std::string>>& settings) {
   for (const auto& [name, value] : settings) {
     const auto feature = access.Find(name);
     if (!feature) RefuseUnknown(access, uri, name, true);
+    if (feature->read_only) RefuseReadOnly(access, uri, *feature);
   }
   std::vector<SetResult> results;
+  std::string set;
   for (const auto& [name, value] : settings) {
-    SetResult result{.feature = *access.Find(name), .wanted = value, .before = ""};
-    if (!result.feature.writable) RefuseReadOnly(access, uri, result.feature);
-    result.before = result.feature.value;
-    access.Set(name, value);
-    result.feature = *access.Find(name);
-    results.push_back(std::move(result));
+    try {
+      results.push_back(ApplySetting(access, uri, name, value));
+    } catch (const UsageError& error) {
+      if (set.empty()) throw;
+      throw UsageError("{}; already set: {}", error.what(), set);
+    } catch (const Error& error) {
+      if (set.empty()) throw;
+      throw Error("{}; already set: {}", error.what(), set);
+    }
+    set += fmt::format("{}{}={}", set.empty() ? "" : ", ", name, results.back().feature.value);
   }
   return results;
 }

@@ -209,6 +209,7 @@ class AravisFeatures : public FeatureAccess {
     const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
     feature.readable = available && access != ARV_GC_ACCESS_MODE_WO && *type != FeatureType::kCommand;
     feature.writable = available && !locked && access != ARV_GC_ACCESS_MODE_RO;
+    feature.read_only = access == ARV_GC_ACCESS_MODE_RO;
     if (available) ReadRange(node, feature);
     if (feature.readable) ReadValue(node, feature);
     if (ARV_IS_GC_SELECTOR(node))

@@ -40,6 +40,7 @@ Feature FeatureOf(const GphotoSetting& setting) {
   // Libgphoto2 runs buttons by callbacks of its own: there is nothing to write.
   feature.readable = setting.type != GphotoSettingType::kButton;
   feature.writable = !setting.read_only && setting.type != GphotoSettingType::kButton;
+  feature.read_only = setting.type == GphotoSettingType::kButton;
   feature.choices = setting.choices;
   feature.description = setting.label;
   if (setting.type == GphotoSettingType::kDate) feature.unit = "s since 1970";

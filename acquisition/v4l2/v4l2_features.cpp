@@ -101,6 +101,7 @@ class V4l2Features : public FeatureAccess {
     if (!control.short_name.empty()) feature.description += " (also called " + control.short_name + ")";
     feature.writable =
         !(control.flags & (V4L2_CTRL_FLAG_READ_ONLY | V4L2_CTRL_FLAG_INACTIVE | V4L2_CTRL_FLAG_GRABBED));
+    feature.read_only = control.flags & V4L2_CTRL_FLAG_READ_ONLY;
     const auto value =
         control.flags & V4L2_CTRL_FLAG_WRITE_ONLY ? std::nullopt : GetV4l2Control(node_, control.id);
     feature.readable = value.has_value();

@@ -89,7 +89,7 @@ TEST_F(Features, TheTreeTellsWhatTheCameraTells) {
   std::map<std::string, Feature> tree;
   for (const Feature& feature : list) tree[feature.name] = feature;
   ASSERT_EQ(tree.size(), list.size()) << "none twice";
-  EXPECT_EQ(tree.size(), 35u);
+  EXPECT_EQ(tree.size(), 36u);
 
   const Feature& exposure = tree.at("ExposureTime");
   EXPECT_EQ(exposure.category, "AcquisitionControl");
@@ -161,6 +161,14 @@ TEST_F(Features, TheCommandSetsShowsAndRefuses) {
   const auto read_only = RunUlf(command + " SensorWidth=3");
   EXPECT_EQ(read_only.exit_code, 2);
   EXPECT_THAT(read_only.errors, AllOf(HasSubstr("read-only"), HasSubstr("Width")));
+  // Neither is what stands before it set, but what one before it frees can be.
+  EXPECT_EQ(RunUlf(command + " Gain=3 SensorWidth=3").exit_code, 2);
+  EXPECT_THAT(RunUlf(command + " Gain").output, HasSubstr("6 dB"));
+  EXPECT_EQ(RunUlf(command + " ExposureAuto=Continuous").exit_code, 0);
+  const auto locked = RunUlf(command + " Gain=3 ExposureTime=2000");
+  EXPECT_EQ(locked.exit_code, 2);
+  EXPECT_THAT(locked.errors, AllOf(HasSubstr("locked"), HasSubstr("already set: Gain=3")));
+  EXPECT_EQ(RunUlf(command + " ExposureAuto=Off ExposureTime=2000 Gain=6").exit_code, 0);
   const auto range = RunUlf(command + " Gain=99");
   EXPECT_EQ(range.exit_code, 2);
   EXPECT_THAT(range.errors, HasSubstr("0 to 24 dB"));
