@@ -15,7 +15,8 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording_json.h"
-#include "acquisition/gphoto2/jpeg_file.h"
+#include "acquisition/host_time.h"
+#include "acquisition/jpeg_file.h"
 #include "acquisition/json_fields.h"
 #include "acquisition/tiff_file.h"
 
@@ -32,10 +33,6 @@ constexpr std::size_t kBatchBytes = 64 << 20;
 constexpr double kBatchSeconds = 0.5;
 // Frames that were written shall also be named.
 constexpr std::uint64_t kIndexReserve = 1 << 20;
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // A file being written, closed whatever happens.
 class OpenFile {

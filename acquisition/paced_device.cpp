@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "acquisition/host_time.h"
 #include "acquisition/photograph_inbox.h"
 
 namespace ulf {
@@ -104,8 +105,7 @@ class PacedDevice : public Device {
           std::unique_lock lock(mutex_);
           if (wake_.wait_until(lock, due, [&] { return stop_; })) break;
         }
-        frame->host_time_s =
-            std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+        frame->host_time_s = EpochSeconds();
         queue_->Push(std::move(*frame));
       }
     } catch (...) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquisition/error.h"
+#include "acquisition/host_time.h"
 #include "acquisition/reaper.h"
 
 namespace ulf {
@@ -15,14 +16,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double EpochSeconds() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 Clock::duration Seconds(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -100,7 +93,8 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
 
 // Of a transport's figures some are counters, some settings and rates: of those the latest counts.
 bool CountsUp(const std::string& name) {
-  for (const char* word : {"size", "/s", "rate", "buffer", " ms"})
+  for (const char* word :
+       {"packet size", "/s", "rate", "buffer", " ms", "(ms)", "(ns)", "priority", "resend on"})
     if (name.find(word) != std::string::npos) return false;
   return true;
 }
@@ -389,7 +383,7 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
 std::string ReconnectingDevice::TakeUpTime(const Frame& frame) {
   if (!last_device_time_s_) return "";
   constexpr double kSameClock_s = 1;
-  double gap_s = std::chrono::duration<double>(Clock::now() - last_frame_at_).count();
+  double gap_s = SecondsSince(last_frame_at_);
   if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
     gap_s = frame.host_time_s - *last_host_time_s_;
   const double expected_s = *last_device_time_s_ + std::max(gap_s, 1e-3);

@@ -10,6 +10,7 @@
 #include "acquisition/device_report.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
+#include "acquisition/host_time.h"
 #include "acquisition/stop_signal.h"
 
 namespace ulf {
@@ -61,7 +62,7 @@ RecordRun Record(const RecordArgs& args) {
   std::uint64_t frames = 0;
   const auto start = Clock::now();
   while (!IsOver(device->State())) {
-    run.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    run.seconds = SecondsSince(start);
     if (Enough(args, frames, run.seconds)) break;
     const auto frame = device->Next(std::chrono::milliseconds(100));
     for (const DeviceEvent& event : device->TakeEvents()) {
@@ -89,7 +90,7 @@ RecordRun Record(const RecordArgs& args) {
     if (frame->kind == FrameKind::kStill) recorder.TryAdd(*frame);
   run.device = device->Statistics();
   run.summary = recorder.Finish();
-  run.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  run.seconds = SecondsSince(start);
   return run;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/error.h"
+#include "acquisition/host_time.h"
 #include "acquisition/name_order.h"
 
 namespace ulf {
@@ -57,9 +58,7 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
 struct PendingStills {
   int count = 0;
   Clock::time_point last;
-  bool Overdue(double timeout_s) const {
-    return count > 0 && std::chrono::duration<double>(Clock::now() - last).count() > timeout_s;
-  }
+  bool Overdue(double timeout_s) const { return count > 0 && SecondsSince(last) > timeout_s; }
 };
 
 bool WantsStills(const Device& device, const CaptureOptions& options) {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "acquisition/error.h"
+#include "acquisition/gphoto2/photograph_pairing.h"
 
 namespace ulf {
 namespace {
@@ -34,6 +35,20 @@ const SettingNames& NamesOf(ShotSetting setting) {
 std::string Lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
+}
+
+// The image formats that the camera offers and that come with a JPEG.
+std::string FormatsWithJpeg(GphotoCamera& camera) {
+  for (const char* name : {"imageformat", "imagequality"}) {
+    const auto setting = camera.Setting(name);
+    if (!setting) continue;
+    std::string with_jpeg;
+    for (const std::string& choice : setting->choices) {
+      if (ComesWithJpeg(choice)) with_jpeg += (with_jpeg.empty() ? "" : ", ") + choice;
+    }
+    return with_jpeg;
+  }
+  return "";
 }
 
 }  // namespace
@@ -103,6 +118,14 @@ bool IsAutomatic(const std::string& value) {
   const std::string text = Lower(value);
   return text.starts_with("auto") || text == "on" || text.starts_with("af-") ||
          text.starts_with("one shot") || text.starts_with("ai ");
+}
+
+std::string WhyRawIsNotEnough(GphotoCamera& camera, const std::string& image_format) {
+  if (ComesWithJpeg(image_format)) return "";
+  return fmt::format(
+      "the image format is '{}': its photographs are kept in unposed/ but cannot be used, raw is not decoded "
+      "here; set imageformat= to one of {}",
+      image_format, FormatsWithJpeg(camera));
 }
 
 CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : camera_(camera), uri_(uri) {

@@ -31,6 +31,9 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
 bool IsAutomatic(const std::string& value);
 
+// For people, of an image format without JPEG: what is to be set instead. Empty where there is a JPEG.
+std::string WhyRawIsNotEnough(GphotoCamera& camera, const std::string& image_format);
+
 class CameraSettings {
  public:
   // Finds which settings the camera has. `uri` is for the words of errors.

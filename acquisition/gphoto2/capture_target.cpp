@@ -35,4 +35,8 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
   return now && now->value.find("RAM") != std::string::npos;
 }
 
+bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
+  return target_is_memory && !folder.starts_with("/store_");
+}
+
 }  // namespace ulf

@@ -12,4 +12,7 @@ namespace ulf {
 // memory. Throws UsageError for what the camera does not offer, Error for what it refuses.
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
 
+// The camera's own memory, which forgets: there the file is taken away after its download. Never from a card.
+bool IsInCameraMemory(const std::string& folder, bool target_is_memory);
+
 }  // namespace ulf

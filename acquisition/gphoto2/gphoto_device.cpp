@@ -14,10 +14,11 @@
 #include "acquisition/gphoto2/capture_target.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
-#include "acquisition/gphoto2/jpeg_file.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_frame.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/host_time.h"
+#include "acquisition/jpeg_file.h"
 #include "acquisition/photograph_inbox.h"
 
 namespace ulf {
@@ -26,29 +27,19 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPairPatienceS = 3;   // a raw file and its JPEG
-constexpr double kBusyPatienceS = 10;  // of a release that the camera puts off
-constexpr double kPhotographPatienceS =
-    60;  // from the release to the announcement: long exposures, slow cards
+constexpr double kPairPatienceS = 3;             // a raw file and its JPEG
+constexpr double kBusyPatienceS = 10;            // of a release that the camera puts off
+constexpr double kPhotographPatienceS = 60;      // from the release on: long exposures, slow cards
 constexpr double kLastPhotographPatienceS = 10;  // of one that was asked for before the end
 constexpr double kWatchEveryS = 5;               // settings, battery, card
 constexpr int kBatteryLow = 15;                  // percent
 
-double HostNow() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-double NowS() { return Seconds(Clock::now().time_since_epoch()); }
+double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
 double MedianMs(std::vector<double> seconds) {
   const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
   std::nth_element(seconds.begin(), middle, seconds.end());
   return 1e3 * *middle;
-}
-
-// The camera's own memory, which forgets: there the file is taken away after its download. Never from a card.
-bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
-  return target_is_memory && !folder.starts_with("/store_");
 }
 
 class GphotoDevice : public Device {
@@ -156,7 +147,7 @@ class GphotoDevice : public Device {
     const std::lock_guard lock(mutex_);
     DeviceStatistics statistics = statistics_;
     statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
-    statistics.seconds = started_ ? Seconds(Clock::now() - *started_) : 0;
+    statistics.seconds = started_ ? SecondsSince(*started_) : 0;
     statistics.transport = {{"photographs", photographs_},
                             {"photographs not downloaded", not_downloaded_},
                             {"live view refused", live_view_refused_}};
@@ -214,19 +205,19 @@ class GphotoDevice : public Device {
     if (!stop_) return false;
     if (!released_at_ && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
-    return Seconds(Clock::now() - *stopping_since_) > kLastPhotographPatienceS;
+    return SecondsSince(*stopping_since_) > kLastPhotographPatienceS;
   }
 
   // Asks for a photograph; a busy camera is asked again on the next round, with its events taken meanwhile.
   void Release() {
     if (released_at_) {
-      if (Seconds(Clock::now() - *released_at_) < kPhotographPatienceS) return;
+      if (SecondsSince(*released_at_) < kPhotographPatienceS) return;
       Notice(fmt::format("no photograph came within {:.0f} s of its release; asking again is possible",
                          kPhotographPatienceS));
       return DoneWithStill();
     }
     if (!asked_since_) asked_since_ = Clock::now();
-    const double host_time_s = HostNow();
+    const double host_time_s = EpochSeconds();
     const GphotoResult result = camera_->ReleaseShutter();
     if (result.ok()) {
       released_at_ = Clock::now();
@@ -236,7 +227,7 @@ class GphotoDevice : public Device {
     }
     if (result.Busy()) {
       if (!std::exchange(said_busy_, true)) Notice("the camera is busy; the photograph waits for it");
-      if (Seconds(Clock::now() - *asked_since_) < kBusyPatienceS) return;
+      if (SecondsSince(*asked_since_) < kBusyPatienceS) return;
       Notice(fmt::format("the camera was busy for {:.0f} s: no photograph was taken", kBusyPatienceS));
       said_busy_ = false;
       return DoneWithStill();
@@ -250,6 +241,11 @@ class GphotoDevice : public Device {
     DoneWithStill();
   }
 
+  // What was released then has come, or will not; another may have been asked for since.
+  void Answered(double released_s) {
+    if (released_at_ && released_s == released_host_s_) DoneWithStill();
+  }
+
   void DoneWithStill() {
     released_at_.reset();
     answer_stem_.reset();
@@ -260,7 +256,7 @@ class GphotoDevice : public Device {
   void LiveView() {
     std::string jpeg;
     const GphotoResult result = camera_->LiveView(jpeg);
-    const double host_time_s = HostNow();
+    const double host_time_s = EpochSeconds();
     if (result.ok() && !jpeg.empty()) {
       live_view_trouble_since_.reset();
       live_view_pause_s_ = 0;
@@ -286,7 +282,7 @@ class GphotoDevice : public Device {
     constexpr double kToldAfterS = 3, kPauseS = 0.3;
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
     live_view_pause_s_ = kPauseS;
-    if (Seconds(Clock::now() - *live_view_trouble_since_) < kToldAfterS) return;
+    if (SecondsSince(*live_view_trouble_since_) < kToldAfterS) return;
     live_view_trouble_since_ = Clock::now() + std::chrono::seconds(30);
     Event(DeviceEventKind::kStalled,
           fmt::format("no live view: {}; look at the camera's display, its mode dial and its lens",
@@ -320,13 +316,17 @@ class GphotoDevice : public Device {
   void Announced(const GphotoFile& announced) {
     DownloadedFile file;
     file.name = announced.name;
-    file.announced_s = HostNow();
-    if (released_at_ && !answer_stem_) {
-      answer_stem_ = StemOf(announced.name);
-      const std::lock_guard lock(mutex_);
-      release_to_announcement_s_.push_back(file.announced_s - released_host_s_);
+    file.announced_s = EpochSeconds();
+    if (auto late = pairing_.LateHalf(announced.name, NowS())) {
+      file = std::move(*late);  // of an earlier photograph, and no answer to what was asked for since
+    } else {
+      if (released_at_ && !answer_stem_) {
+        answer_stem_ = StemOf(announced.name);
+        const std::lock_guard lock(mutex_);
+        release_to_announcement_s_.push_back(file.announced_s - released_host_s_);
+      }
+      if (released_at_ && answer_stem_ == StemOf(announced.name)) file.released_s = released_host_s_;
     }
-    if (released_at_ && answer_stem_ == StemOf(announced.name)) file.released_s = released_host_s_;
     downloads_.Announced(announced, std::move(file), NowS());
     Download();
   }
@@ -339,7 +339,9 @@ class GphotoDevice : public Device {
     }
     for (const std::string& words : outcome.words) Notice(words);
     for (const DownloadedFile& file : outcome.given_up) {
-      if (file.released_s > 0) DoneWithStill();
+      // Its other half may be the answer.
+      const std::string stem = StemOf(file.name);
+      if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) Answered(file.released_s);
       const std::lock_guard lock(mutex_);
       ++not_downloaded_;
     }
@@ -347,28 +349,31 @@ class GphotoDevice : public Device {
   }
 
   void Deliver(bool all) {
-    for (DownloadedPhotograph& photograph : pairing_.Take(NowS(), all)) {
+    const auto on_its_way = [this](const std::string& stem) { return downloads_.Awaits(stem); };
+    for (DownloadedPhotograph& photograph : all ? pairing_.TakeAll() : pairing_.Take(NowS(), on_its_way)) {
       const std::string name = photograph.First().name;
+      const bool is_late = photograph.First().is_late;
       const ExifFacts exif = ReadExif(photograph.jpeg.bytes);
       Frame frame = FrameOf(std::move(photograph), exif, settings_, options_.shutter_lag_s);
       frame.id = ++next_id_;
-      frame.host_time_s = HostNow();
+      frame.host_time_s = EpochSeconds();
       if (exif.orientation != 1 && !std::exchange(said_turned_, true))
         Notice(
             "photographs carry a note that they are to be turned: other programs follow it, this one does "
             "not; switch the camera's automatic rotation off");
-      if (!frame.encoded)
+      if (is_late)
+        Notice(fmt::format("{} came long after its photograph's other file: it is kept by itself", name));
+      else if (!frame.encoded)
         Notice(
             fmt::format("{} has no JPEG beside it: it is kept, but raw is not decoded here; set the image "
                         "format to one with JPEG (imageformat=)",
                         name));
       {
         const std::lock_guard lock(mutex_);
-        ++photographs_;
+        if (!is_late) ++photographs_;
       }
-      const bool was_asked_for = frame.requested_s.has_value();
+      Answered(frame.requested_s.value_or(0));
       inbox_->PushStill(std::move(frame));
-      if (was_asked_for) DoneWithStill();
     }
   }
 
@@ -386,14 +391,10 @@ class GphotoDevice : public Device {
   }
 
   void NoticeRawOnly() {
-    const std::string format = settings_.Value(ShotSetting::kFormat);
-    PhotographPairing asks(0);
-    asks.ExpectFormat(format);
-    if (asks.ExpectsJpeg() || std::exchange(said_raw_only_, true)) return;
-    Notice(fmt::format(
-        "the image format is '{}': its photographs are kept in unposed/ but cannot be used, raw is "
-        "not decoded here; set imageformat= to one of {}",
-        format, FormatsWithJpeg(*camera_)));
+    if (said_raw_only_) return;
+    const std::string words = WhyRawIsNotEnough(*camera_, settings_.Value(ShotSetting::kFormat));
+    if (!words.empty()) Notice(words);
+    said_raw_only_ = !words.empty();
   }
 
   void WatchBatteryAndCard() {
@@ -453,7 +454,7 @@ class GphotoDevice : public Device {
   void Event(DeviceEventKind kind, const std::string& text) {
     spdlog::debug("{}: {}", uri_, text);
     const std::lock_guard lock(mutex_);
-    events_.push_back({kind, HostNow(), text});
+    events_.push_back({kind, EpochSeconds(), text});
   }
 
   const GphotoOptions options_;

@@ -2,9 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
+
+#include "acquisition/host_time.h"
 
 namespace ulf {
 namespace {
@@ -21,6 +24,11 @@ void PhotographDownloads::Announced(const GphotoFile& where, DownloadedFile file
   waiting_.push_back({where, std::move(file), now_s, now_s, 0});
 }
 
+bool PhotographDownloads::Awaits(const std::string& stem) const {
+  return std::any_of(waiting_.begin(), waiting_.end(),
+                     [&](const Waiting& waiting) { return StemOf(waiting.where.name) == stem; });
+}
+
 PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
   Outcome outcome;
   for (std::size_t i = 0; i < waiting_.size();) {
@@ -34,7 +42,7 @@ PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
     bool done = true;
     if (result.ok()) {
       spdlog::debug("{}, {} bytes in {:.3f} s", PathOf(waiting.where), waiting.file.bytes.size(),
-                    std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+                    SecondsSince(began));
       outcome.here.emplace_back(waiting.where, std::move(waiting.file));
     } else {
       Failed(result, now_s, waiting, done, outcome);

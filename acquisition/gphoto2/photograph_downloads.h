@@ -28,6 +28,7 @@ class PhotographDownloads {
   Outcome Work(double now_s);
 
   std::size_t Count() const { return waiting_.size(); }  // that wait
+  bool Awaits(const std::string& stem) const;            // a file of this photograph
   // The camera is gone, or time is up: gives up what waits. For people; empty: nothing waits.
   std::string GiveUpAll();
 

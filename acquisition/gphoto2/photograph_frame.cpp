@@ -10,7 +10,7 @@ Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const Came
   frame.kind = FrameKind::kStill;
   const DownloadedFile& first = photograph.First();
   const bool asked = first.released_s > 0;
-  if (asked) frame.requested_s = first.released_s;
+  if (asked && !first.is_late) frame.requested_s = first.released_s;
   frame.device_time_s = asked ? first.released_s + shutter_lag_s : first.announced_s;
   frame.exposure_s = exif.exposure_s.value_or(settings.Number(ShotSetting::kShutter).value_or(0));
   frame.gain = exif.iso.value_or(settings.Number(ShotSetting::kIso).value_or(100)) / 100;

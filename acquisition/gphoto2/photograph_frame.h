@@ -3,8 +3,8 @@
 
 #include "acquisition/frame.h"
 #include "acquisition/gphoto2/camera_settings.h"
-#include "acquisition/gphoto2/jpeg_file.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/jpeg_file.h"
 
 namespace ulf {
 

@@ -3,14 +3,26 @@
 #include <cctype>
 #include <utility>
 
-#include "acquisition/gphoto2/gphoto_camera.h"
-
 namespace ulf {
 namespace {
+
+constexpr double kRememberedS = 60;  // one that was handed out by halves
 
 std::string Lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
+}
+
+struct Files {
+  bool raw = false, jpeg = true;
+};
+Files FilesOf(const std::string& image_format) {
+  const std::string format = Lower(image_format);
+  const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
+  const bool both = holds("+");
+  const bool raw =
+      holds("raw") || holds("nef") || holds("cr2") || holds("cr3") || holds("arw") || holds("raf");
+  return {raw || both, !raw || both || holds("jpeg") || holds("jpg")};
 }
 
 }  // namespace
@@ -23,29 +35,12 @@ std::string ExtensionOf(const std::string& file_name) {
   return extension == ".jpeg" || extension == ".jpe" ? ".jpg" : extension;
 }
 
-std::string FormatsWithJpeg(GphotoCamera& camera) {
-  for (const char* name : {"imageformat", "imagequality"}) {
-    const auto setting = camera.Setting(name);
-    if (!setting) continue;
-    std::string with_jpeg;
-    for (const std::string& choice : setting->choices) {
-      PhotographPairing asks(0);
-      asks.ExpectFormat(choice);
-      if (asks.ExpectsJpeg()) with_jpeg += (with_jpeg.empty() ? "" : ", ") + choice;
-    }
-    return with_jpeg;
-  }
-  return "";
-}
+bool ComesWithJpeg(const std::string& image_format) { return FilesOf(image_format).jpeg; }
 
 void PhotographPairing::ExpectFormat(const std::string& image_format) {
-  const std::string format = Lower(image_format);
-  const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
-  const bool both = holds("+");
-  const bool raw =
-      holds("raw") || holds("nef") || holds("cr2") || holds("cr3") || holds("arw") || holds("raf");
-  expects_raw_ = raw || both;
-  expects_jpeg_ = !raw || both || holds("jpeg") || holds("jpg");
+  const Files files = FilesOf(image_format);
+  expects_raw_ = files.raw;
+  expects_jpeg_ = files.jpeg;
 }
 
 bool PhotographPairing::IsComplete(const DownloadedPhotograph& photograph) const {
@@ -53,9 +48,28 @@ bool PhotographPairing::IsComplete(const DownloadedPhotograph& photograph) const
   return (jpeg || !expects_jpeg_) && (raw || !expects_raw_);
 }
 
+std::optional<DownloadedFile> PhotographPairing::LateHalf(const std::string& file_name, double now_s) const {
+  const auto other = incomplete_.find(StemOf(file_name));
+  const bool is_jpeg = ExtensionOf(file_name) == ".jpg";
+  if (other == incomplete_.end() || other->second.was_jpeg == is_jpeg ||
+      now_s - other->second.at_s > kRememberedS)
+    return std::nullopt;
+  DownloadedFile late = other->second.times;
+  late.name = file_name;
+  late.is_late = true;
+  return late;
+}
+
 void PhotographPairing::Add(DownloadedFile file, double now_s) {
   const std::string stem = StemOf(file.name);
   const bool is_jpeg = ExtensionOf(file.name) == ".jpg";
+  if (file.is_late) {
+    incomplete_.erase(stem);
+    DownloadedPhotograph rest;
+    (is_jpeg ? rest.jpeg : rest.raw) = std::move(file);
+    ready_.push_back(std::move(rest));
+    return;
+  }
   Waiting& waiting = waiting_[stem];
   const bool taken = !(is_jpeg ? waiting.photograph.jpeg : waiting.photograph.raw).name.empty();
   // The camera has begun to count again: another photograph.
@@ -67,15 +81,29 @@ void PhotographPairing::Add(DownloadedFile file, double now_s) {
   waiting_.erase(stem);
 }
 
-std::vector<DownloadedPhotograph> PhotographPairing::Take(double now_s, bool all) {
+std::vector<DownloadedPhotograph> PhotographPairing::Take(double now_s, const OnItsWay& on_its_way) {
+  std::erase_if(incomplete_, [&](const auto& entry) { return now_s - entry.second.at_s > kRememberedS; });
   for (auto entry = waiting_.begin(); entry != waiting_.end();) {
-    if (!all && now_s - entry->second.since_s < patience_s_) {
+    auto& [stem, waiting] = *entry;
+    if (on_its_way(stem)) waiting.since_s = now_s;
+    if (now_s - waiting.since_s < patience_s_) {
       ++entry;
       continue;
     }
-    ready_.push_back(std::move(entry->second.photograph));
+    const DownloadedFile& half = waiting.photograph.First();
+    incomplete_[stem] = {
+        {.name = "", .bytes = "", .announced_s = half.announced_s, .released_s = half.released_s},
+        !waiting.photograph.jpeg.name.empty(),
+        now_s};
+    ready_.push_back(std::move(waiting.photograph));
     entry = waiting_.erase(entry);
   }
+  return std::exchange(ready_, {});
+}
+
+std::vector<DownloadedPhotograph> PhotographPairing::TakeAll() {
+  for (auto& [stem, waiting] : waiting_) ready_.push_back(std::move(waiting.photograph));
+  waiting_.clear();
   return std::exchange(ready_, {});
 }
 

@@ -9,6 +9,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
+#include "acquisition/host_time.h"
 #include "acquisition/simulator/simulated_gige_camera.h"
 
 namespace ulf {
@@ -88,7 +89,7 @@ int RunSimulate(const SimulateArgs& args) {
 
   const auto begin = std::chrono::steady_clock::now();
   const auto elapsed_s = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return SecondsSince(begin);
   };
   while (args.duration_s <= 0 || elapsed_s() < args.duration_s) {
     const timespec moment{0, 50'000'000};

@@ -8,6 +8,7 @@
 
 #include "acquisition/calibration/sensor_window.h"
 #include "acquisition/error.h"
+#include "acquisition/host_time.h"
 #include "acquisition/simulator/noise.h"
 
 namespace ulf {
@@ -240,8 +241,7 @@ class SimulatedBoardDevice : public Device {
                    Transfer::kLinear};
     frame.id = next_++;
     frame.device_time_s = time_s;
-    frame.host_time_s =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    frame.host_time_s = EpochSeconds();
     ++statistics_.delivered;
     return frame;
   }

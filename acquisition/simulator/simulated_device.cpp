@@ -10,6 +10,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/frame_id_counter.h"
+#include "acquisition/host_time.h"
 #include "acquisition/simulator/noise.h"
 #include "acquisition/simulator/scene.h"
 #include "acquisition/simulator/simulated_board.h"
@@ -135,8 +136,7 @@ class SimulatedDevice : public Device {
 
   Frame Take() {
     Frame frame = camera_.Capture(next_++);
-    frame.host_time_s =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    frame.host_time_s = EpochSeconds();
     ids_.Arrived(frame.id);
     if (faults_.incomplete > 0 &&
         UnitFloat(HashLattice(static_cast<std::int32_t>(frame.id), 0, 0,

@@ -20,6 +20,7 @@
 
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/error.h"
+#include "acquisition/host_time.h"
 #include "acquisition/simulator/genicam_description.h"
 #include "acquisition/simulator/gige_address.h"
 #include "acquisition/simulator/wire_format.h"
@@ -414,7 +415,7 @@ void SimulatedGigeCamera::State::Render() {
     lock.unlock();
     const auto begin = std::chrono::steady_clock::now();
     Frame frame = Picture(hand_s, now);
-    const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double took_s = SecondsSince(begin);
     lock.lock();
     render_s += took_s;
     ++renders;

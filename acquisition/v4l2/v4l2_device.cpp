@@ -16,6 +16,7 @@
 #include "acquisition/error.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
+#include "acquisition/host_time.h"
 #include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
@@ -28,12 +29,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-
-double HostTimeSeconds() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 class V4l2Device : public Device {
  public:
@@ -77,6 +72,7 @@ class V4l2Device : public Device {
       queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
       statistics_ = {};
       ids_ = {};
+      while_settling_ = 0;
       clock_ = {};
       started_ = Clock::now();
     }
@@ -111,7 +107,7 @@ class V4l2Device : public Device {
     queue_->Close();
     stream_.reset();
     const std::lock_guard lock(mutex_);
-    statistics_.seconds = Seconds(Clock::now() - started_);
+    statistics_.seconds = SecondsSince(started_);
     if (state_ == DeviceState::kLost)
       node_.reset();
     else
@@ -125,10 +121,11 @@ class V4l2Device : public Device {
     DeviceStatistics statistics = statistics_;
     statistics.missing = ids_.Missing();
     if (queue_) statistics.dropped = queue_->Dropped();
-    if (state_ == DeviceState::kStreaming) statistics.seconds = Seconds(Clock::now() - started_);
+    if (state_ == DeviceState::kStreaming) statistics.seconds = SecondsSince(started_);
     statistics.out_of_order = ids_.OutOfOrder();
     statistics.clock_offset_s = clock_.OffsetS();
     statistics.clock_jitter_s = clock_.JitterS();
+    statistics.transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     return statistics;
   }
 
@@ -140,7 +137,7 @@ class V4l2Device : public Device {
  private:
   void Say(DeviceEventKind kind, const std::string& text) {
     const std::lock_guard lock(mutex_);
-    events_.push_back({kind, HostTimeSeconds(), text});
+    events_.push_back({kind, EpochSeconds(), text});
   }
 
   // Names and values of the URI's controls, before anything is written.
@@ -208,7 +205,7 @@ class V4l2Device : public Device {
     bool stalled = false, settled = options_.settle_s == 0;
     if (settled) FreezeAndSet();
     while (!WaitForFrame(milliseconds(100))) {
-      if (!settled && Seconds(Clock::now() - begun) >= options_.settle_s) {
+      if (!settled && SecondsSince(begun) >= options_.settle_s) {
         settled = true;
         FreezeAndSet();
         // What was exposed before that is in the buffers still.
@@ -217,7 +214,7 @@ class V4l2Device : public Device {
       std::optional<V4l2Stream::Filled> filled;
       const int error = stream_->Dequeue(filled);
       if (filled) {
-        if (settled) Take(*filled);
+        settled ? Take(*filled) : CountWhileSettling(*filled);
         if (const int refused = stream_->Requeue(*filled); refused != 0) return LoseBy(refused);
         if (stalled) Say(DeviceEventKind::kNotice, "frames come again");
         stalled = false;
@@ -227,7 +224,7 @@ class V4l2Device : public Device {
       if (error != EAGAIN) return LoseBy(error);
       // Ready and yet nothing there: some drivers wake their readers early.
       if (Pause(milliseconds(2))) return;
-      const double silence_s = Seconds(Clock::now() - last_frame);
+      const double silence_s = SecondsSince(last_frame);
       if (silence_s > stall_s && !std::exchange(stalled, silence_s > stall_s))
         Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
       if (silence_s > lost_s)
@@ -261,18 +258,26 @@ class V4l2Device : public Device {
     queue_->Close();
   }
 
+  // Not handed out; a gap among them is a gap all the same.
+  void CountWhileSettling(const V4l2Stream::Filled& filled) {
+    const std::lock_guard lock(mutex_);
+    ids_.Arrived(filled.header.sequence);
+    ++while_settling_;
+  }
+
   void Take(const V4l2Stream::Filled& filled) {
     const v4l2_buffer& header = filled.header;
     const double stamp_s =
         static_cast<double>(header.timestamp.tv_sec) + 1e-6 * static_cast<double>(header.timestamp.tv_usec);
-    // Exposed, at least in part, while the automatics were on.
+    // Some were exposed, at least in part, while the automatics were on.
     const bool monotonic = (header.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
     if (monotonic && settled_at_ != Clock::time_point() &&
-        stamp_s < Seconds(settled_at_.time_since_epoch()) + configured_.period_s)
-      return;
+        stamp_s <
+            std::chrono::duration<double>(settled_at_.time_since_epoch()).count() + configured_.period_s)
+      return CountWhileSettling(filled);
     Frame frame;
     frame.id = header.sequence;
-    frame.host_time_s = HostTimeSeconds();
+    frame.host_time_s = EpochSeconds();
     frame.exposure_s = exposure_s_;
     frame.device_time_s = stamp_s;
     if (!monotonic || stamp_s == 0) {
@@ -333,6 +338,7 @@ class V4l2Device : public Device {
   mutable std::mutex mutex_;
   DeviceStatistics statistics_;
   FrameIdCounter ids_;
+  std::uint64_t while_settling_ = 0;
   ClockOffset clock_;
   Clock::time_point started_;
   std::vector<DeviceEvent> events_;

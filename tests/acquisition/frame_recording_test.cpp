@@ -9,7 +9,7 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
-#include "acquisition/gphoto2/jpeg_file.h"
+#include "acquisition/jpeg_file.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"

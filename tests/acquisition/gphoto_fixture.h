@@ -1,6 +1,7 @@
 // A tethered camera on loopback and the device that the stock driver makes of it.
 #pragma once
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>

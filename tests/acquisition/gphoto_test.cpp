@@ -8,7 +8,6 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/camera_settings.h"
-#include "acquisition/gphoto2/photograph_pairing.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "tests/acquisition/gphoto_fixture.h"
@@ -554,41 +553,6 @@ TEST(PhotographicNumbers, AsCamerasWriteThem) {
   EXPECT_EQ(ChoiceFor({"JPEG Basic", "JPEG Fine", "NEF (Raw)"}, "fine"), "JPEG Fine");
   EXPECT_FALSE(ChoiceFor({"JPEG Basic", "JPEG Fine"}, "jpeg")) << "names two";
   EXPECT_FALSE(ChoiceFor({"100", "200"}, "300"));
-}
-
-TEST(Photographs, PairsInEitherOrderAndLonersAfterTheirPatience) {
-  const auto file = [](const char* name) {
-    return DownloadedFile{name, std::string("bytes of ") + name, 0, 0};
-  };
-  PhotographPairing both(3);
-  both.ExpectFormat("NEF+Fine");
-  both.Add(file("DSC_1.NEF"), 0);
-  both.Add(file("DSC_2.JPG"), 0.1);
-  EXPECT_THAT(both.Take(0.2), IsEmpty());
-  both.Add(file("DSC_1.jpg"), 1);
-  auto taken = both.Take(1);
-  ASSERT_EQ(taken.size(), 1u);
-  EXPECT_EQ(taken[0].raw.bytes, "bytes of DSC_1.NEF");
-  EXPECT_EQ(taken[0].jpeg.bytes, "bytes of DSC_1.jpg");
-  taken = both.Take(3.2);
-  ASSERT_EQ(taken.size(), 1u) << "without its raw file";
-  EXPECT_EQ(taken[0].jpeg.name, "DSC_2.JPG");
-
-  PhotographPairing jpeg(3);
-  jpeg.ExpectFormat("JPEG Fine");
-  jpeg.Add(file("DSC_1.JPG"), 0);
-  EXPECT_EQ(jpeg.Take(0).size(), 1u) << "at once";
-  jpeg.Add(file("DSC_2.NEF"), 0);
-  EXPECT_THAT(jpeg.Take(1), IsEmpty());
-  jpeg.Add(file("DSC_2.NEF"), 1);  // the camera counts anew
-  EXPECT_EQ(jpeg.Take(1).size(), 1u);
-  EXPECT_EQ(jpeg.Take(1, true).size(), 1u) << "at the end everything";
-
-  PhotographPairing raw(3);
-  raw.ExpectFormat("NEF (Raw)");
-  EXPECT_FALSE(raw.ExpectsJpeg());
-  raw.Add(file("DSC_1.NEF"), 0);
-  EXPECT_EQ(raw.Take(0).size(), 1u);
 }
 
 TEST(UsbHolders, AreFoundByTheirOpenFiles) {

@@ -42,6 +42,11 @@ const std::map<std::string, std::set<std::string>> kOutside = {
       "acquisition/aravis/aravis_discovery", "acquisition/aravis/aravis_features",
       "acquisition/aravis/aravis_frames", "acquisition/aravis/aravis_session",
       "acquisition/aravis/aravis_stream"}},
+    {"acquisition/gphoto2/gphoto_camera.h",
+     {"acquisition/gphoto2/camera_settings", "acquisition/gphoto2/capture_target",
+      "acquisition/gphoto2/gphoto_camera", "acquisition/gphoto2/gphoto_device",
+      "acquisition/gphoto2/gphoto_features", "acquisition/gphoto2/gphoto_options",
+      "acquisition/gphoto2/photograph_downloads"}},
     {"CGAL/", {"render/spherical_delaunay", "render/image_triangulation"}},
 };
 

@@ -272,6 +272,8 @@ void PtpipCamera::AnswerObject(Connection& connection, const Request& request) {
       const auto found = objects_.find(request.Parameter(0));
       if (found == objects_.end()) return connection.Respond(request, kBadObject);
       file = found->second;
+      if (request.operation == kGetObject && raw_fails_ && IsRaw(file.name))
+        return connection.Respond(request, kGeneralError);
       if (request.operation == kDeleteObject) objects_.erase(found);
     }
   }
@@ -451,6 +453,8 @@ void PtpipCamera::Shutter() {
     const std::vector<PtpipFile> files = photograph_(++releases_);
     for (const PtpipFile& file : files) {
       std::uint32_t handle = 0;
+      if (&file != &files.front())
+        std::this_thread::sleep_for(std::chrono::duration<double>(options_.between_files_s));
       {
         const std::lock_guard lock(mutex_);
         handle = next_object_++;

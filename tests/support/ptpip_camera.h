@@ -37,6 +37,7 @@ struct PtpipCameraOptions {
   bool live_view = true;
   double shutter_lag_s = 0.05;      // from the request to the shutter
   double download_bytes_per_s = 0;  // 0: as fast as it goes
+  double between_files_s = 0;       // of one photograph, from announcement to announcement
   std::string serial = "3001234";
 };
 
@@ -58,9 +59,10 @@ class PtpipCamera {
   void AnswerBusy(int requests) { busy_ = requests; }  // to the next releases
   void SetCardFull(bool full) { card_full_ = full; }
   void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
-  void Forget();                                                         // every file: the card is out
-  // The next answer to this operation (ptp_wire.h) comes so much too late: a camera that hangs, a network that
-  // stalls.
+  void FailDownloadsOfRaw(bool fail) { raw_fails_ = fail; }
+  void Forget();  // every file: the card is out
+  // The next answer to this operation (ptp_wire.h) comes so much too late: a camera that hangs, a network
+  // that stalls.
   void Stall(std::uint16_t operation, double seconds) {
     stall_s_ = seconds;
     stalled_operation_ = operation;
@@ -107,7 +109,7 @@ class PtpipCamera {
   int listener_ = -1;
   int port_ = 0;
   std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0}, failing_downloads_{0}, releases_asked_{0};
-  std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false}, press_first_{false};
+  std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false}, press_first_{false}, raw_fails_{false};
   std::atomic<double> stall_s_{0};
   std::atomic<std::uint16_t> stalled_operation_{0};
 

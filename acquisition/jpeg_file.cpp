@@ -1,4 +1,4 @@
-#include "acquisition/gphoto2/jpeg_file.h"
+#include "acquisition/jpeg_file.h"
 
 #include <libexif/exif-data.h>
 

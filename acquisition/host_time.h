@@ -1,0 +1,17 @@
+// This machine's two clocks, in seconds: the wall clock, which stamps frames and events, and the steady one,
+// which measures how long something takes.
+#pragma once
+
+#include <chrono>
+
+namespace ulf {
+
+inline double EpochSeconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+inline double SecondsSince(std::chrono::steady_clock::time_point moment) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count();
+}
+
+}  // namespace ulf
