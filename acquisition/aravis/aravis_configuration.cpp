@@ -279,6 +279,29 @@ class Configurator {
     Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
   }
 
+  // The largest packets that reach us, by test packets; not every camera sends them. When none comes the
+  // library keeps the size without a word: so it begins with one that every network lets through, and has
+  // found a larger one or nothing.
+  bool NegotiatePacketSize() {
+    constexpr gint64 kEveryNetwork = 576;
+    gint64 low = 0, high = 0;
+    Try([&](GError** e) { arv_camera_get_integer_bounds(camera_, "GevSCPSPacketSize", &low, &high, e); });
+    const auto read = [&] {
+      return Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0});
+    };
+    const auto write = [&](gint64 size) {
+      Try([&](GError** e) { arv_camera_gv_set_packet_size(camera_, static_cast<gint>(size), e); });
+    };
+    const guint own = read();
+    write(std::max(kEveryNetwork, low));
+    const guint begun = read();
+    Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera_, e); });
+    const bool found = read() > begun;
+    if (!found) write(own);
+    arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+    return found;
+  }
+
   void WritePackets(const std::string& address, const AravisOptions& options) {
     if (PacketSocketWouldMishear(address))
       arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
@@ -288,11 +311,16 @@ class Configurator {
       arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
       Must(who_, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera_, *packet_size, e); });
     } else {
-      // Not every camera sends test packets.
-      Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera_, e); });
+      configured_.packet_size_negotiated = NegotiatePacketSize();
     }
     configured_.packet_size = static_cast<int>(
         Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0}));
+    if (!packet_size && !configured_.packet_size_negotiated)
+      configured_.notes.push_back(
+          fmt::format("sends no test packets that arrive: its packets keep their size of {} bytes; if frames "
+                      "are lost give "
+                      "packet_size=1400",
+                      configured_.packet_size));
     if (packet_size && configured_.packet_size != *packet_size)
       configured_.notes.push_back(
           fmt::format("made {} of packet_size={}", configured_.packet_size, *packet_size));

@@ -23,6 +23,7 @@ struct AravisConfigured {
   std::size_t payload_bytes = 0;
   // GigE Vision; 0: another bus, or unknown.
   int packet_size = 0;
+  bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
   std::int64_t packet_delay_ns = 0;
   std::vector<std::string> chunks;  // switched on
   std::vector<std::string> notes;   // where the camera did not do as it was told

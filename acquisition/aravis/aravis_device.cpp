@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <fstream>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "acquisition/clock_offset.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
+#include "acquisition/host_time.h"
 #include "acquisition/reaper.h"
 
 namespace ulf {
@@ -34,14 +34,6 @@ constexpr double kSilentS = 3, kSilentPeriods = 10;  // though the camera answer
 constexpr double kGoneS = 5.5;                       // the library's heartbeat has said so by then
 constexpr double kAskAgainS = 0.25;                  // of the control channel, while no frame comes
 constexpr double kAskIdleS = 1;                      // while a hardware trigger is awaited
-
-double SecondsSince(Clock::time_point moment) {
-  return std::chrono::duration<double>(Clock::now() - moment).count();
-}
-
-double EpochSeconds() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 class AravisDevice : public Device {
  public:
@@ -104,6 +96,8 @@ class AravisDevice : public Device {
   void Capture();
   std::optional<std::string> WhyLost(double silence_s);
   void Take(ArvBuffer* buffer);
+  void CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status);
+  void CountId(ArvBuffer* buffer, FrameStatus status);
   void Freeze();
   void SayOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
@@ -119,6 +113,7 @@ class AravisDevice : public Device {
     auto transport = stream_->Transport();
     const std::lock_guard lock(mutex_);
     transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
+    transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
   }
   // Whether silence means anything: without a trigger always, with the software's while one is out.
@@ -154,6 +149,7 @@ class AravisDevice : public Device {
   FrameIdCounter ids_;
   ClockOffset clock_;
   std::uint64_t wrong_packet_ids_ = 0;
+  std::uint64_t while_settling_ = 0;  // complete, but not handed out
   std::vector<DeviceEvent> events_;
   Clock::time_point started_;
   std::string held_uri_;  // with the values that automatics had reached; empty: as it was opened
@@ -178,7 +174,7 @@ void AravisDevice::Start() {
     statistics_ = {};
     ids_ = {};
     clock_ = {};
-    wrong_packet_ids_ = 0;
+    wrong_packet_ids_ = while_settling_ = 0;
     started_ = Clock::now();
   }
   first_of_stream_ = true;
@@ -293,10 +289,7 @@ void AravisDevice::Capture() {
     }
     if (frozen && settled_at_ && Clock::now() >= *settled_at_) settled_at_.reset();
     if (buffer) {
-      if (settled_at_)
-        first_of_stream_ = false;
-      else
-        Take(buffer);
+      Take(buffer);
       arv_stream_push_buffer(session_->Stream(), buffer);
       if (std::exchange(stalled, false))
         Say(DeviceEventKind::kRestored,
@@ -380,6 +373,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
     return;  // stopping, not a loss
+  if (settled_at_) return CountWhileSettling(buffer, status);
   // The library widens its receive buffer when the first packet is there: a large first frame has lost some
   // by then.
   if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) {
@@ -394,12 +388,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
   {
     const std::lock_guard lock(mutex_);
-    const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the network's: chunk data may have another
-    // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
-    if (frame.status == FrameStatus::kIncomplete && id == 0)
-      ids_.ArrivedWithoutId();
-    else
-      ids_.Arrived(id);
+    CountId(buffer, frame.status);
     if (status == ARV_BUFFER_STATUS_WRONG_PACKET_ID) ++wrong_packet_ids_;
     if (frame.status == FrameStatus::kIncomplete) {
       ++statistics_.incomplete;
@@ -418,21 +407,31 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   }
 }
 
+// While automatics settle a gap is a gap, and a frame with pixels missing is one, all the same.
+void AravisDevice::CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status) {
+  first_of_stream_ = false;
+  const bool complete = status == ARV_BUFFER_STATUS_SUCCESS;
+  const std::lock_guard lock(mutex_);
+  CountId(buffer, complete ? FrameStatus::kComplete : FrameStatus::kIncomplete);
+  ++(complete ? while_settling_ : statistics_.incomplete);
+}
+
+// Under mutex_.
+void AravisDevice::CountId(ArvBuffer* buffer, FrameStatus status) {
+  const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the network's: chunk data may have another
+  // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
+  if (status == FrameStatus::kIncomplete && id == 0)
+    ids_.ArrivedWithoutId();
+  else
+    ids_.Arrived(id);
+}
+
 void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
   if (std::exchange(said_incomplete_, true)) return;
-  long allowed = 0;
-  std::ifstream("/proc/sys/net/core/rmem_max") >> allowed;
-  const bool buffer_is_small =
-      info_.bus == "GigEVision" &&
-      allowed < static_cast<long>(std::min<std::size_t>(configured_.payload_bytes, 4 << 20));
+  const auto why = stream_->WhySocketBufferIsSmall();
   Say(DeviceEventKind::kNotice,
       fmt::format("frame {} arrived incomplete ({}); such frames are counted, not used{}", id,
-                  BufferStatusText(status),
-                  buffer_is_small
-                      ? fmt::format(". The system allows receive buffers of {} bytes only: 'sysctl "
-                                    "net.core.rmem_max=8388608' as root lets more wait",
-                                    allowed)
-                      : ""));
+                  BufferStatusText(status), why ? ". Perhaps because " + *why : ""));
 }
 
 }  // namespace

@@ -151,6 +151,7 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   guint packet_timeout_us = 0, frame_retention_us = 0;
   g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us, nullptr);
   shown.emplace_back("packet size", configured_.packet_size);
+  shown.emplace_back("packet size negotiated", configured_.packet_size_negotiated);
   shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));
   shown.emplace_back("resend on", options_.resend);
   shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);

@@ -1,18 +1,23 @@
 // A GigE Vision camera for the tests of the client: Aravis's fake camera with pictures that tell which pixel
 // is where. Arguments: SERIAL, LOSS (the share of stream packets that it swallows) and, where they are not
 // 127.0.0.1 and Aravis's own, ADDRESS and DESCRIPTION (a GenICam file; full_camera.xml's registers are
-// served). Says "ready" when it listens and serves until it is killed. SIGUSR1: it answers but sends no
-// frames any more; SIGUSR2: it sends again.
+// served; its automatics go from what was set by hand to values of their own within a tenth of a second).
+// Says "ready" when it listens and serves until it is killed. SIGUSR1: it answers but sends no frames any
+// more; SIGUSR2: it sends again.
 //
 //   Mono8     value (3 x + 5 y) mod 256
 //   RGB8      red x mod 256, green y mod 256, blue 77
 //   BayerRG8  red sites 200, green 120, blue 40
+#include <arpa/inet.h>
 #include <arv.h>
+#include <netinet/in.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 namespace {
 
@@ -57,6 +62,54 @@ void ServeRegisters(ArvFakeCamera* camera) {
   arv_fake_camera_write_register(camera, kUserSetLoad, 0);
 }
 
+// Test packets, which the fake camera leaves out: of the size asked for, to the stream's receiver. The
+// "network" swallows those of more than 4000 bytes.
+void FireTestPacket(ArvFakeCamera* camera, const char* address) {
+  constexpr guint32 kPacketSize = 0xd04, kReceiver = 0xd18, kPort = 0xd00;
+  constexpr guint32 kFire = 0x80000000, kHeaders = 28;
+  guint32 packet = 0, receiver = 0, port = 0;
+  arv_fake_camera_read_register(camera, kPacketSize, &packet);
+  if (!(packet & kFire)) return;
+  arv_fake_camera_write_register(camera, kPacketSize, packet & ~kFire);
+  arv_fake_camera_read_register(camera, kReceiver, &receiver);
+  arv_fake_camera_read_register(camera, kPort, &port);
+  const guint32 size = packet & 0xffff;
+  if (size <= kHeaders || size > 4000) return;
+  sockaddr_in from{}, to{};
+  from.sin_family = to.sin_family = AF_INET;
+  inet_pton(AF_INET, address, &from.sin_addr);
+  to.sin_addr.s_addr = htonl(receiver);
+  to.sin_port = htons(static_cast<guint16>(port));
+  const int out = socket(AF_INET, SOCK_DGRAM, 0);
+  const std::vector<char> bytes(size - kHeaders);
+  bind(out, reinterpret_cast<sockaddr*>(&from), sizeof from);
+  sendto(out, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to);
+  close(out);
+}
+
+// Automatics: 0 is off, 2 runs. What they move lies 0x2000 above what was set by hand.
+void RunAutomatics(ArvFakeCamera* camera) {
+  constexpr guint32 kRegistersAbove = 0x2000;
+  struct Moved {
+    guint32 automatic, by_hand, goal;
+  };
+  constexpr Moved kMoved[] = {
+      {0x1030, 0x120, 5000},   // exposure, us
+      {0x1034, 0x110, 120},    // gain, tenths of a decibel
+      {0x1038, 0x1010, 32},    // black level, quarters
+      {0x1018, 0x1020, 2000},  // red, thousandths
+      {0x1018, 0x1028, 1250},  // blue
+  };
+  for (const Moved& moved : kMoved) {
+    guint32 mode = 0, value = 0;
+    arv_fake_camera_read_register(camera, moved.automatic, &mode);
+    arv_fake_camera_read_register(camera, moved.by_hand + (mode ? kRegistersAbove : 0), &value);
+    const auto left = static_cast<gint64>(moved.goal) - value;
+    if (mode) value = static_cast<guint32>(value + (left / 2 ? left / 2 : left));
+    arv_fake_camera_write_register(camera, moved.by_hand + kRegistersAbove, value);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -79,6 +132,8 @@ int main(int argc, char** argv) {
       asked_to_stream = -1;
     }
     if (description) ServeRegisters(registers);
+    if (description) RunAutomatics(registers);
+    if (description) FireTestPacket(registers, address);
     usleep(5000);
   }
 }
