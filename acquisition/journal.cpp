@@ -58,6 +58,10 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   }
   light_field.device_uri = event.Text("device_uri", "");
   light_field.device_serial = event.Text("device_serial", "");
+  light_field.device_maker = event.Text("device_maker", "");
+  light_field.device_model = event.Text("device_model", "");
+  if (event.Has("sensor"))
+    light_field.window = WindowFromJson({event.Raw("sensor"), event.where + ", sensor"});
   light_field.calibration_source = event.Text("calibration_source", "");
   light_field.units = event.Text("units", "arbitrary");
   if (event.Has("threshold_px")) light_field.threshold_px = event.Number("threshold_px");
@@ -205,9 +209,12 @@ void Journal::Header(const LightField& light_field) {
                 {"version", kVersion},
                 {"device_uri", light_field.device_uri},
                 {"device_serial", light_field.device_serial},
+                {"device_maker", light_field.device_maker},
+                {"device_model", light_field.device_model},
                 {"calibration_source", light_field.calibration_source},
                 {"units", light_field.units},
                 {"coverage_width_px", light_field.coverage_width_px}};
+  if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
   if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
     json camera = CameraToJson(light_field.cameras[i]);

@@ -14,6 +14,7 @@
 
 #include "acquisition/calibration/flat_field.h"
 #include "acquisition/camera_model.h"
+#include "acquisition/device.h"
 #include "acquisition/image.h"
 #include "acquisition/rigid3.h"
 
@@ -66,7 +67,8 @@ struct LightField {
   std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
   int coverage_width_px = 640;
   std::string device_uri;
-  std::string device_serial;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs
   std::string calibration_source;
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames

@@ -202,6 +202,9 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;
   light_field.device_uri = header.device_uri;
   light_field.device_serial = header.device_serial;
+  light_field.device_maker = header.device_maker;
+  light_field.device_model = header.device_model;
+  light_field.window = header.window;
   light_field.calibration_source = header.calibration_source;
   light_field.units = header.units;
   light_field.threshold_px = header.threshold_px;

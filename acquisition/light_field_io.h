@@ -47,7 +47,8 @@ Image ReadViewMaster(const LightField& light_field, const View& view);
 struct CaptureHeader {
   CameraModel camera;
   std::string device_uri;
-  std::string device_serial;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;
   std::string calibration_source;
   std::optional<FlatField> flat_field;
   std::string units = "arbitrary";

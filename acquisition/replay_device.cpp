@@ -269,6 +269,9 @@ class LightFieldSource : public Source {
   RecordingHeader Header() const override {
     RecordingHeader header = Source::Header();
     header.device.serial = light_field_.device_serial;
+    header.device.maker = light_field_.device_maker;
+    header.device.model = light_field_.device_model;
+    header.window = light_field_.window;
     header.camera = light_field_.CameraOf(light_field_.views.front());
     const auto flat_field = light_field_.flat_fields.find(light_field_.views.front().camera);
     if (flat_field != light_field_.flat_fields.end()) header.flat_field = flat_field->second;

@@ -21,9 +21,10 @@
 // what it would have photographed elsewhere it does without.
 //
 // A recorded session and a light field say whose they are (maker, model, serial, part of the sensor): a
-// calibration is bound to them as to the camera itself, and found for them. Intrinsics that they bring
-// themselves go before a stored calibration, so that the same comes out of them next year. Of other files
-// nobody knows the camera.
+// calibration is bound to them as to the camera itself, and found for them; of what does not say its part of
+// the sensor (older light fields, photographs) a calibration is scaled by size alone, with a warning.
+// Intrinsics that they bring themselves go before a stored calibration, so that the same comes out of them
+// next year. Of other files nobody knows the camera.
 //
 // JPEG files are named in Frame::encoded, so that a recording keeps them byte for byte. 8 and 16 bits are
 // taken as sRGB and float as linear unless `transfer` says otherwise.

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/camera_json.h"
 #include "acquisition/error.h"
 #include "acquisition/image.h"
 #include "acquisition/json_fields.h"
@@ -133,6 +134,9 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   light_field.coverage_width_px = ours.Integer("coverage_width_px", light_field.coverage_width_px);
   light_field.device_uri = ours.Text("device_uri", "");
   light_field.device_serial = ours.Text("device_serial", "");
+  light_field.device_maker = ours.Text("device_maker", "");
+  light_field.device_model = ours.Text("device_model", "");
+  if (ours.Has("sensor")) light_field.window = WindowFromJson({ours.Raw("sensor"), ours.where + ", sensor"});
   light_field.calibration_source = ours.Text("calibration_source", "");
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
@@ -185,6 +189,9 @@ json OurKeys(const LightField& light_field) {
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
   if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
+  if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
+  if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
+  if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
   if (!light_field.calibration_source.empty()) ours["calibration_source"] = light_field.calibration_source;
   if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
   return ours;

@@ -239,6 +239,9 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     header.camera = options->still_camera.value_or(prepared.camera);
     header.device_uri = info.uri;
     header.device_serial = info.serial;
+    header.device_maker = info.maker;
+    header.device_model = info.model;
+    if (!stills) header.window = prepared.device->Window();
     header.units = args.TrackKnown() && info.bus == "simulated" ? "metres" : "arbitrary";
     header.threshold_px = options->threshold_px;
     header.coverage_width_px = options->coverage_width_px;

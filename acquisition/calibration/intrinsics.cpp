@@ -117,6 +117,12 @@ ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<
           owner, width, height, Describe(*window));
     return resolved;
   }
+  if (calibration.window && !any_size)
+    resolved.warnings.push_back(
+        fmt::format("{}: of one part of the sensor ({}), but which part these frames show is not known: "
+                    "taken for the same. "
+                    "If it was another region, the principal point is wrong",
+                    owner, Describe(*calibration.window)));
   if (!any_size && (resolved.camera.width != width || resolved.camera.height != height)) {
     resolved.camera = ForSize(resolved.camera, width, height, owner);
     if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForSize(width, height);

@@ -18,7 +18,7 @@
 // of all of it, one of the images' size is taken for the same part with a warning, and any other is an Error.
 // Where the device does not know, a calibration of another size is scaled when it has the same shape (within
 // half a percent), as a video that was scaled; otherwise the picture was cropped, nobody knows where, and it
-// is an Error.
+// is an Error. A calibration that names its part of the sensor brings a warning then.
 #pragma once
 
 #include <filesystem>

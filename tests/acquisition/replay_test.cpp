@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
@@ -328,10 +329,14 @@ TEST(ReplayVideo, WhatIsNoVideoIsAnError) {
   EXPECT_THAT(ErrorOf("replay:" + (scratch / "video.mp4").string()), HasSubstr("video.mp4"));
 }
 
-fs::path WriteLightField(const fs::path& dir, const std::vector<double>& times_s) {
+fs::path WriteLightField(const fs::path& dir, const std::vector<double>& times_s,
+                         const std::optional<SensorWindow>& window = {}) {
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(64, 48, 70);
   header.device_serial = "S1";
+  header.device_maker = "Maker";
+  header.device_model = "Model";
+  header.window = window;
   auto writer = LightFieldWriter::Create(dir, header);
   for (std::size_t i = 0; i < times_s.size(); ++i) {
     Frame frame;
@@ -371,6 +376,38 @@ TEST(ReplayLightField, GivesViewsWithTimesExposuresPosesAndCamera) {
     EXPECT_LT((frames[i].known_cam_from_world->Matrix() - view.cam_from_world.Matrix()).norm(), 1e-12);
   }
   EXPECT_DOUBLE_EQ(frames[2].device_time_s, 4.4);
+}
+
+// A calibration of the whole sensor is moved to the region that the views show; unknown, it is scaled, and
+// that is said.
+TEST(ReplayLightField, SaysWhoseItIsAndWhichPartOfTheSensor) {
+  test::ScratchFolder scratch;
+  const SensorWindow region{
+      .sensor_width = 128, .sensor_height = 96, .x = 60, .y = 40, .width = 64, .height = 48};
+  const auto file = scratch / "camera.json";
+  CalibrationFile calibration;
+  calibration.identity.serial = "S1";
+  calibration.modes["live"].camera = CameraModel::Pinhole(128, 96, 70);
+  calibration.modes["live"].window = SensorWindow{128, 96, 0, 0, 128, 96};
+  WriteCalibrationFile(file, calibration);
+  const auto resolve = [&](const fs::path& dir) {
+    const auto device = OpenDevice("replay:" + dir.string());
+    EXPECT_EQ(device->Info().maker, "Maker");
+    EXPECT_EQ(device->Info().model, "Model");
+    return ResolveCalibration(*device, {.calibration_path = file.string()}, 64, 48, "live");
+  };
+  const fs::path known = WriteLightField(scratch / "known", {0, 1}, region);
+  const ResolvedCalibration moved = resolve(known);
+  EXPECT_EQ(moved.camera.fx, 70);
+  EXPECT_EQ(moved.camera.cx, 4);
+  EXPECT_THAT(moved.warnings, ::testing::IsEmpty());
+  fs::remove(known / "journal.jsonl");  // as by a program that goes by the derived file alone
+  EXPECT_EQ(resolve(known).camera.cx, 4);
+
+  const ResolvedCalibration scaled = resolve(WriteLightField(scratch / "unknown", {0, 1}));
+  EXPECT_EQ(scaled.camera.fx, 35);
+  EXPECT_THAT(scaled.warnings,
+              ::testing::ElementsAre(HasSubstr("which part these frames show is not known")));
 }
 
 TEST(ReplayLightField, TimesThatDoNotIncreaseAreReplaced) {

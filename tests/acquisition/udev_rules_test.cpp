@@ -1,6 +1,8 @@
 // The rules in udev/: what they do to cameras that are not there (replayed through umockdev into `udevadm
 // test`, with a view of the file system of the test's own), and whether missing ones are noticed.
 #include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdlib>
@@ -200,6 +202,34 @@ TEST(UdevRules, EquivalentOnesCount) {
     Write(scratch / "lib/80-aravis.rules", rule);
     EXPECT_TRUE(InstalledUdevRules(UdevCameraKind::kUsb3Vision, {scratch / "lib"})) << rule;
   }
+}
+
+// Nothing is found and no rule is there: an ordinary user is told, root needs none.
+TEST(UdevRules, MissingOnesAreSpokenOfByUlfDevices) {
+  if (geteuid() != 0) GTEST_SKIP() << "becoming another user, with folders of its own, takes root";
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "empty");
+  fs::copy_file(std::getenv("ULF_BINARY"), scratch / "ulf");
+  for (const fs::path& open : {scratch.path(), scratch / "ulf", scratch / "empty"})
+    fs::permissions(open, fs::perms(0755));
+  const auto devices = [&](const std::string& as, const std::string& arguments) {
+    std::string script;
+    for (const fs::path& folder : UdevRuleFolders())
+      script += fmt::format("[ ! -d {0} ] || mount --bind '{1}' {0} || exit 77\n", folder.string(),
+                            (scratch / "empty").string());
+    Write(scratch / "script", fmt::format("{}HOME=/nonexistent exec {} '{}' devices {} > '{}'\n", script, as,
+                                          (scratch / "ulf").string(), arguments, (scratch / "out").string()));
+    const int status = std::system(fmt::format("unshare -nm sh '{}'", (scratch / "script").string()).c_str());
+    return WEXITSTATUS(status) == 0 ? Read(scratch / "out") : fmt::format("status {}", status);
+  };
+  if (std::system("unshare -nm setpriv --reuid=65534 --regid=65534 --clear-groups true >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "becoming another user is not allowed here";
+  const std::string other = "setpriv --reuid=65534 --regid=65534 --clear-groups";
+  const auto told = AllOf(HasSubstr("No udev rule lets you open USB3 Vision cameras, webcams, DSLRs"),
+                          HasSubstr("udev/70-ulf-cameras.rules"));
+  EXPECT_THAT(devices(other, ""), told);
+  EXPECT_THAT(devices(other, "--json"), AllOf(HasSubstr("\"hint\""), told));
+  EXPECT_THAT(devices("", ""), AllOf(HasSubstr("sim:"), Not(HasSubstr("udev rule"))));
 }
 
 }  // namespace
