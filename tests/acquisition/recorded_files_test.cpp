@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <fstream>
 #include <opencv2/core.hpp>
 
@@ -174,7 +175,7 @@ TEST(FileBatch, InAFolderThatCannotBeSyncedTheOldFileStays) {
   fs::permissions(folder, fs::perms::owner_write | fs::perms::owner_exec);
   constexpr uid_t kNobody = 65534;  // for root every folder can be opened
   if (getuid() == 0) {
-    fs::permissions(scratch.path(), fs::perms::others_exec, fs::perm_options::add);
+    fs::permissions(scratch.path(), fs::perms::group_exec | fs::perms::others_exec, fs::perm_options::add);
     for (const fs::path& path : {folder, folder / "calibration.json"})
       ASSERT_EQ(chown(path.c_str(), kNobody, kNobody), 0);
   }
@@ -183,12 +184,13 @@ TEST(FileBatch, InAFolderThatCannotBeSyncedTheOldFileStays) {
         if (getuid() == 0 && seteuid(kNobody) != 0) _exit(3);
         try {
           WriteFileAtomically(folder / "calibration.json", "new");
-        } catch (const Error&) {
+        } catch (const Error& error) {
+          std::fputs(error.what(), stderr);
           _exit(0);
         }
         _exit(1);
       },
-      ::testing::ExitedWithCode(0), "");
+      ::testing::ExitedWithCode(0), "cannot open the folder");
   fs::permissions(folder, fs::perms::owner_all);
   EXPECT_EQ(ReadWholeFile(folder / "calibration.json"), "old");
   EXPECT_EQ(FilesIn(folder), 1u);

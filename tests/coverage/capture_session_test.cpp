@@ -241,6 +241,17 @@ TEST(CaptureSession, ThePhotographsAreThoseOfTheirPoses) {
   }
 }
 
+// What the device gave is what is recorded: no device writes into it again (acquisition/device.h).
+TEST(CaptureSession, PixelsAreNotCopied) {
+  const ScratchFolder scratch;
+  std::vector<Frame> given;
+  CaptureHooks hooks;
+  hooks.keep_frame = [&](const Frame& frame) { given.push_back(frame); };
+  const Captured captured = Capture(scratch / "lf", {{PoseAt(0, 0)}, {PoseAt(5, 1)}}, Options(), {}, hooks);
+  ASSERT_TRUE(captured.summary.last_recorded);
+  EXPECT_EQ(captured.summary.last_recorded->frame.image.pixels.data, given.back().image.pixels.data);
+}
+
 TEST(CaptureSession, StopsWhenTheCapIsCovered) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();

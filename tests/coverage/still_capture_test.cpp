@@ -285,7 +285,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   hand.ShootBeforeLiveView();
   const std::string uri = hand.Body().Uri() + "?liveview_fps=10&shutter=1/500";
   const std::string command = "capture '" + uri +
-                              "' --headless --json --quality fast --frames 60 --calibration " +
+                              "' --headless --json --quality fast --frames 90 --calibration " +
                               calibration.string() + " -o ";
   const CommandResult refused = RunUlf(command + (scratch_ / "refused").string());
   EXPECT_EQ(refused.exit_code, 1);

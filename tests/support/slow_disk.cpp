@@ -12,7 +12,7 @@ namespace ulf::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::minutes kGiveUpAfter(1);
+constexpr std::chrono::seconds kGiveUpAfter(20);
 
 struct Disk {
   std::mutex mutex;
@@ -41,11 +41,15 @@ void TakeTime(int descriptor, std::size_t bytes, bool a_wait) {
   const Clock::time_point until = std::max(disk.busy_until, Clock::now()) +
                                   std::chrono::duration_cast<Clock::duration>(writing) +
                                   (a_wait ? disk.speed->a_wait : std::chrono::milliseconds(0));
-  disk.busy_until = std::min(until, Clock::now() + kGiveUpAfter);
+  const Clock::time_point longest = Clock::now() + kGiveUpAfter;
+  disk.busy_until = until;
   ++disk.waiting;
-  disk.gave_up |=
-      !disk.changed.wait_until(lock, Clock::time_point(disk.busy_until), [&] { return !disk.speed; });
+  disk.changed.wait_until(lock, std::min(until, longest), [&] { return !disk.speed; });
   --disk.waiting;
+  if (!disk.speed || until <= longest) return;
+  disk.gave_up = true;
+  disk.speed.reset();
+  disk.changed.notify_all();
 }
 
 }  // namespace
@@ -65,7 +69,7 @@ SlowDisk::~SlowDisk() {
   TheDisk().changed.notify_all();
 }
 
-HangingDisk::HangingDisk() : disk_({kGiveUpAfter, 1}) {}
+HangingDisk::HangingDisk() : disk_({10 * kGiveUpAfter, 1}) {}
 HangingDisk::~HangingDisk() = default;
 
 bool HangingDisk::SomebodyWaits() const {

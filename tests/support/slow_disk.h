@@ -20,7 +20,7 @@ class SlowDisk {
   SlowDisk& operator=(const SlowDisk&) = delete;
 };
 
-// A disk that does not answer at all, until the end or for a minute, when who waits for it is let go.
+// A disk that does not answer at all, until the end or for twenty seconds: then all that wait for it are let go.
 class HangingDisk {
  public:
   HangingDisk();
@@ -29,7 +29,7 @@ class HangingDisk {
   HangingDisk& operator=(const HangingDisk&) = delete;
   // Whether somebody waits for it.
   bool SomebodyWaits() const;
-  bool GaveUp() const;
+  bool GaveUp() const;  // somebody waited for so long
 
  private:
   SlowDisk disk_;
