@@ -278,7 +278,8 @@ void ExpectWholeAndNamed(const fs::path& dir, const FrameRecorderSummary& summar
   for (const auto& entry : recording.entries) EXPECT_NO_THROW(ReadRecordedFrame(entry)) << entry.file;
 }
 
-// The disk does not answer at all while sixty frames come: whoever waited for it would wait until it gives up.
+// The disk does not answer at all while sixty frames come: whoever waited for it would wait until it gives
+// up.
 TEST(FrameRecording, NeverWaitsForTheDisk) {
   const ScratchFolder scratch;
   constexpr std::uint64_t kFrames = 60, kMayWait = 8;
