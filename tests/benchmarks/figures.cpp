@@ -33,10 +33,14 @@ int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   Keeper keeper;
   benchmark::RunSpecifiedBenchmarks(&keeper);
+  const std::string filter = benchmark::GetBenchmarkFilter();
+  const bool all_asked_for = filter.empty() || filter == ".";
   int missed = 0;
-  for (const Target& target : targets)
+  for (const Target& target : targets) {
+    bool ran = false;
     for (const auto& run : keeper.runs()) {
       if (!run.benchmark_name().starts_with(target.run)) continue;
+      ran = true;
       const auto counter = run.counters.find(target.counter);
       const bool measured = !run.error_occurred && counter != run.counters.end();
       const double value = measured ? static_cast<double>(counter->second) : 0;
@@ -46,6 +50,10 @@ int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
                  measured ? fmt::format("{:.3g}, {}", value, reached ? "reached" : "missed")
                           : "not measured, missed");
     }
+    if (ran) continue;
+    missed += all_asked_for;
+    fmt::print("target {}: {} >= {:g}: not measured\n", target.run, target.what, target.at_least);
+  }
   std::fflush(stdout);
   return missed > 0 ? 1 : 0;
 }

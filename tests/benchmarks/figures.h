@@ -15,8 +15,8 @@ struct Target {
   std::string what;  // for people: what is counted, with its unit
 };
 
-// Google Benchmark's own output, then the targets'. Runs that a filter left out are not judged; one that was
-// skipped with an error is missed.
+// Google Benchmark's own output, then the targets'. A target whose run is not there counts as missed, unless
+// a filter was given; so does one that was skipped with an error.
 int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets);
 
 // The value below which a share of the values lies (nearest rank); 0 of none.
