@@ -78,9 +78,14 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
                                ? static_cast<std::size_t>(*options.socket_buffer_bytes)
                                : std::clamp<std::size_t>(2 * configured.payload_bytes, 2 << 20, 256 << 20);
     g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                 static_cast<gint>(socket_buffer_bytes_), "packet-resend",
-                 options.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-                 nullptr);
+                 static_cast<gint>(socket_buffer_bytes_), nullptr);
+    // The library takes it up with the first frame, of which a small buffer has lost a part by then.
+    const int bytes = static_cast<int>(socket_buffer_bytes_);
+    const int fd = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
+    if (fd >= 0) setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+    // Not switched on: the library has where the camera can send again. Asking one that cannot costs more than
+    // the frame that lost a packet.
+    if (!options.resend) g_object_set(stream, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_NEVER, nullptr);
     if (options.packet_timeout_ms)
       g_object_set(stream, "packet-timeout", static_cast<guint>(1000 * *options.packet_timeout_ms), nullptr);
     if (options.frame_retention_ms)
@@ -149,11 +154,13 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
         options_.priority == ThreadPriority::kRealtime ? "real-time priority" : "high priority", *granted);
   if (!ARV_IS_GV_STREAM(stream)) return shown;
   guint packet_timeout_us = 0, frame_retention_us = 0;
-  g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us, nullptr);
+  ArvGvStreamPacketResend resend = ARV_GV_STREAM_PACKET_RESEND_NEVER;
+  g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us,
+               "packet-resend", &resend, nullptr);
   shown.emplace_back("packet size", configured_.packet_size);
   shown.emplace_back("packet size negotiated", configured_.packet_size_negotiated);
   shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));
-  shown.emplace_back("resend on", options_.resend);
+  shown.emplace_back("resend on", resend == ARV_GV_STREAM_PACKET_RESEND_ALWAYS);
   shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);
   shown.emplace_back("frame retention (ms)", 1e-3 * frame_retention_us);
   shown.emplace_back("socket buffer asked for (bytes)", static_cast<double>(socket_buffer_bytes_));
