@@ -68,6 +68,7 @@ void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       std::string list;
       for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
+      if (scheme == "aravis" || scheme == "gphoto2") list += ", reconnect_s";
       throw UsageError("'{}' has no option '{}'; known are: {}", Text(), name, list);
     }
 }

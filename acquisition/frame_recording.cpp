@@ -18,6 +18,7 @@
 #include "acquisition/host_time.h"
 #include "acquisition/jpeg_file.h"
 #include "acquisition/json_fields.h"
+#include "acquisition/output_path.h"
 #include "acquisition/tiff_file.h"
 
 namespace ulf {
@@ -215,6 +216,7 @@ void RequireNewRecording(const fs::path& dir) {
   std::error_code unknown;
   if (fs::exists(dir, unknown) && !(fs::is_directory(dir, unknown) && fs::is_empty(dir, unknown)))
     throw Error("{}: is there already; give a new folder for the recording", dir.string());
+  RequireWritableFolder(dir.string());
 }
 
 RecordingHeader RecordingHeader::Of(const Device& device) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 
 #include "acquisition/error.h"
@@ -28,6 +29,13 @@ void RequireWritablePicture(const std::string& path) {
   if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
     throw UsageError("{}: give a picture's name, ending in .png or .jpg", path);
   RequireWritable(path);
+}
+
+void RequireWritableFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!error && access(path.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
+  if (error) throw UsageError("{}: no folder to write into ({}); choose another", path, error.message());
 }
 
 }  // namespace ulf

@@ -11,4 +11,7 @@ void RequireWritable(const std::string& path);
 // The same, and that the ending is a picture's: .png, .jpg or .jpeg.
 void RequireWritablePicture(const std::string& path);
 
+// Makes the folder where it is not there yet. Throws UsageError when it cannot be made or written into.
+void RequireWritableFolder(const std::string& path);
+
 }  // namespace ulf

@@ -11,6 +11,7 @@
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
 #include "acquisition/host_time.h"
+#include "acquisition/number_checks.h"
 #include "acquisition/stop_signal.h"
 
 namespace ulf {
@@ -113,6 +114,13 @@ int RunRecord(const RecordArgs& args) {
     fmt::print("device         {}\n", ToText(run.device));
   }
   if (run.lost) fmt::print(stderr, "ulf: {}: the device was lost; what came before is recorded\n", args.uri);
+  if (!run.lost && summary.written == 0)
+    fmt::print(
+        stderr, "ulf: nothing was recorded: {}\n",
+        run.device.incomplete > 0
+            ? "every frame came incomplete (packets lost); see the receive buffer and packet size above, and "
+              "docs/devices.md"
+            : "no frame came; is the camera waiting for a trigger?");
   return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
 }
 
@@ -124,8 +132,8 @@ void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("record", "Every frame of a device to disk, to be run again (replay:FOLDER)");
   command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
   command->add_option("-o,--output", args->dir, "New folder")->required();
-  command->add_option("--frames", args->frames, "Stop after so many frames");
-  command->add_option("--max-seconds", args->max_seconds, "Stop after so long")->check(CLI::PositiveNumber);
+  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so long")->check(Positive());
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf record aravis:192.168.1.20 -o session --max-seconds 60\n"

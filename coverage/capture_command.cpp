@@ -18,6 +18,7 @@
 #include "acquisition/frame_recording.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
@@ -442,12 +443,13 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--track", args->track, "tracker, or known: poses that the device brings")
       ->check(CLI::IsMember({"tracker", "known"}))
       ->capture_default_str();
-  command->add_option("--frames", args->frames, "Stop after so many frames");
-  command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock");
+  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
+      ->check(Positive());
   command
       ->add_option("--speed", args->speed,
                    "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NonNegative());
   command->add_option("--keep-frames", args->keep_frames,
                       "New folder for every frame: the session can be run again, replay:FOLDER");
   command->add_flag("--headless", args->headless, "Without the operator display");

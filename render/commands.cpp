@@ -12,6 +12,7 @@
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/number_checks.h"
 #include "render/camera_path.h"
 #include "render/evaluate.h"
 #include "render/renderer.h"
@@ -238,9 +239,8 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
       "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
   sub.add_option("--size-limit", args.size_limit_px,
                  "Longer side of the loaded photographs in pixels; 0: as they are")
-      ->check(CLI::NonNegativeNumber);
-  sub.add_option("--memory-mb", args.memory_mb, "Photographs are halved until they fit")
-      ->check(CLI::PositiveNumber);
+      ->check(NonNegative());
+  sub.add_option("--memory-mb", args.memory_mb, "Photographs are halved until they fit")->check(Positive());
   sub.add_option("--renderer", args.renderer, "gl (OpenGL without a window) or reference (plain, slow)")
       ->check(CLI::IsMember({"gl", "reference"}));
 }
@@ -256,7 +256,7 @@ void AddRender(CLI::App& app, ChosenCommand& chosen) {
                   "Blending weights: subdivision, linear, lumigraph, lumigraph-per-pixel, nearest");
   sub->add_option("--level", args->level, "Levels of subdivision")->check(CLI::Range(0, 3));
   sub->add_option("--frames", args->frames, "Pictures on a named path (120; 1 for a single picture)")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
   sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
@@ -264,8 +264,8 @@ void AddRender(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
          "--zoom", args->zoom,
          "Focal length over the photographs'; if not said, orbit and dolly zoom until photographs fill them")
-      ->check(CLI::PositiveNumber);
-  sub->add_option("--fps", args->fps, "Of a video")->check(CLI::PositiveNumber);
+      ->check(Positive());
+  sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
   sub->add_option("-o,--output", args->out,
                   "OUT.mp4, OUT.png (one picture), or a folder for numbered pictures");
   sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");

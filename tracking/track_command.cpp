@@ -16,6 +16,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
@@ -248,13 +249,13 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
                       "True poses, TUM format: prints the error (without it, what the device knows)");
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(CLI::PositiveNumber);
+      ->check(Positive());
+  command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
       ->add_option("--speed", args->speed,
                    "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--frames", args->frames, "Stop after this many frames")->check(CLI::PositiveNumber);
+      ->check(NonNegative());
+  command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
   command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
   command->add_option("--seed", args->seed, "Of every random draw");
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/stop_signal.h"
 
 namespace ulf {
 namespace {
@@ -68,7 +69,10 @@ void WaitForControl(const std::string& who, const std::string& address, AravisSe
                                  1e-3 * static_cast<double>((kControlEnds - kWithoutAWord).count())));
     }
     if (waited > kControlEnds) throw Error("{}: {}", who, HowToFree(address));
-    std::this_thread::sleep_for(milliseconds(50));
+    // To some cameras every question is a sign of life of whoever controls them, be he dead: silence, then.
+    const auto pause = waited > kWithoutAWord ? kControlEnds : milliseconds(50);
+    for (const auto until = Clock::now() + pause; Clock::now() < until && !StopOnSignal::Asked();)
+      std::this_thread::sleep_for(milliseconds(20));
   }
 }
 

@@ -83,8 +83,8 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     const int bytes = static_cast<int>(socket_buffer_bytes_);
     const int fd = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
     if (fd >= 0) setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
-    // Not switched on: the library has where the camera can send again. Asking one that cannot costs more than
-    // the frame that lost a packet.
+    // Not switched on: the library has where the camera can send again. Asking one that cannot costs more
+    // than the frame that lost a packet.
     if (!options.resend) g_object_set(stream, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_NEVER, nullptr);
     if (options.packet_timeout_ms)
       g_object_set(stream, "packet-timeout", static_cast<guint>(1000 * *options.packet_timeout_ms), nullptr);
@@ -126,15 +126,15 @@ std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
 
 std::optional<std::string> AravisStream::WhySocketBufferIsSmall() const {
   const auto granted = GrantedSocketBuffer();
-  // More than one frame is room to spare, unless it was asked for by name.
+  // Less than a frame loses packets whoever wanted it so; more is room to spare, unless asked for by name.
   const std::size_t needed = options_.socket_buffer_bytes
-                                 ? socket_buffer_bytes_
+                                 ? std::max(socket_buffer_bytes_, configured_.payload_bytes)
                                  : std::min(socket_buffer_bytes_, configured_.payload_bytes);
   if (!granted || *granted >= needed) return std::nullopt;
   return fmt::format(
-      "the system gave a receive buffer of {} bytes, {} were asked for: packets of large frames may be lost; "
-      "'sysctl net.core.rmem_max={}' as root lets more wait",
-      *granted, socket_buffer_bytes_, socket_buffer_bytes_);
+      "the receive buffer has {} bytes, {} were asked for and a frame has {}: packets of large frames may be "
+      "lost; give socket_buffer={}, and 'sysctl net.core.rmem_max={}' as root where the system gives less",
+      *granted, socket_buffer_bytes_, configured_.payload_bytes, needed, needed);
 }
 
 std::vector<std::pair<std::string, double>> AravisStream::Transport() const {

@@ -84,6 +84,11 @@ std::string OutputOf(const CalibrateArgs& args, const Source& source) {
   return output;
 }
 
+// Found out before the board is held, not after.
+void RequireReportFolder(const CalibrateArgs& args) {
+  if (!args.report.empty()) RequireWritableFolder(args.report);
+}
+
 std::string Png(const cv::Mat& picture) {
   std::vector<unsigned char> bytes;
   cv::imencode(".png", picture, bytes);
@@ -92,7 +97,6 @@ std::string Png(const cv::Mat& picture) {
 
 void WriteReport(const fs::path& folder, const CalibrationResult& result, const CollectedViews& collected,
                  const std::string& text) {
-  fs::create_directories(folder);
   WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
   if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(DrawCalibration(result)));
@@ -114,6 +118,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   const Board board = Board::Parse(args.board);
   Source source = OpenSource(args);
   const std::string output = OutputOf(args, source);
+  RequireReportFolder(args);
   const StopOnSignal stop_on_signal;
   CollectedViews collected;
   {
@@ -227,6 +232,7 @@ void RequireAsCalibrated(const Source& source, const CalibrationFile& file, cons
 int RunFlatField(const CalibrateArgs& args) {
   Source source = OpenSource(args);
   const std::string output = OutputOf(args, source);
+  RequireReportFolder(args);
   if (!fs::exists(output))
     throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
                 args.output.empty() && source.identity.serial.empty() ? "-o FILE is missing" : output);
@@ -240,7 +246,6 @@ int RunFlatField(const CalibrateArgs& args) {
   const FlatFieldResult result = EstimateFlatField(cards, black_level);
   const std::string text = FlatFieldText(result);
   if (!args.report.empty()) {
-    fs::create_directories(args.report);
     const fs::path folder = args.report;
     WriteFileAtomically(folder / "flat_field.txt", text);
     WriteFileAtomically(folder / "flat_field.json",

@@ -85,7 +85,7 @@ void Bind(const CalibrationArgs& args, CalibrationFile& file) {
   if (!args.serial.empty() && !file.identity.serial.empty() && file.identity.serial != args.serial)
     throw UsageError(
         "--serial {}: {} is already bound to '{}'; a calibration is one camera's: calibrate that one (ulf "
-        "calibrate), or take this file all the same (--force-calibration)",
+        "calibrate), or take this file for both when capturing (--force-calibration)",
         args.serial, args.path, file.identity.serial);
   if (!args.model.empty() && !file.identity.model.empty() && file.identity.model != args.model)
     throw UsageError("--model {}: {} is already bound to a '{}'", args.model, args.path, file.identity.model);
@@ -206,7 +206,9 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("-o,--output", args->output, "File to write");
   command->add_option("--camera", args->camera,
                       "Which camera of a file with several: cam1, or COLMAP's number");
-  command->add_option("--mode", args->mode, "Which mode to write")->capture_default_str();
+  command->add_option("--mode", args->mode, "Which mode to write")
+      ->check(CLI::IsMember({"live", "still"}))
+      ->capture_default_str();
   command->add_option("--serial", args->serial, "Bind it to the camera with this serial (ulf devices)");
   command->add_option("--model", args->model, "Bind it to this model, for a camera without a serial");
   command->add_option("--sensor", args->sensor, "WIDTHxHEIGHT of the camera's whole sensor");

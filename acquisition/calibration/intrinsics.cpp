@@ -12,6 +12,8 @@
 namespace ulf {
 namespace {
 
+constexpr const char* kFocalLengthGiven = "focal length given";
+
 namespace fs = std::filesystem;
 
 fs::path ConfigurationFolder() {
@@ -166,8 +168,10 @@ fs::path StoredCalibrationPath(const CameraIdentity& identity) {
   return ConfigurationFolder() / "ulf" / "calibrations" / FileName(identity.model + "_" + identity.bus);
 }
 
-ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
-                                       int height, const std::string& mode) {
+namespace {
+
+ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, int width, int height,
+                            const std::string& mode) {
   const DeviceInfo info = device.Info();
   const CameraIdentity identity = CameraIdentity::Of(info);
   // Photographs of a tethered camera have a size of their own, the live frames' window says nothing of them.
@@ -197,7 +201,7 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
       throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);
     return {.camera = CameraModel::Pinhole(width, height, *args.focal_px),
             .flat_field = {},
-            .source = "focal length given",
+            .source = kFocalLengthGiven,
             .warnings = {}};
   }
   throw Error(
@@ -207,6 +211,18 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
       "x focal "
       "length / sensor width){}",
       info.uri, info.uri, stored.empty() ? "" : ". What is calibrated is stored as " + stored.string());
+}
+
+}  // namespace
+
+ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
+                                       int height, const std::string& mode) {
+  ResolvedCalibration resolved = Resolve(device, args, width, height, mode);
+  if (args.focal_px && resolved.source != kFocalLengthGiven)
+    resolved.warnings.push_back(
+        fmt::format("--focal-px {:g} is not used: the camera's intrinsics are known ({})", *args.focal_px,
+                    resolved.source));
+  return resolved;
 }
 
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "acquisition/number_checks.h"
+
 namespace ulf {
 
 void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args) {
@@ -12,7 +14,7 @@ void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args) {
   command
       .add_option("--focal-px", args.focal_px,
                   "Focal length in pixels when there is no calibration; the principal point is the middle")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command.add_flag("--force-calibration", args.force,
                    "Take a calibration file of another camera all the same");
 }

@@ -10,6 +10,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
 #include "acquisition/host_time.h"
+#include "acquisition/number_checks.h"
 #include "acquisition/simulator/simulated_gige_camera.h"
 
 namespace ulf {
@@ -88,9 +89,7 @@ int RunSimulate(const SimulateArgs& args) {
   }
 
   const auto begin = std::chrono::steady_clock::now();
-  const auto elapsed_s = [&] {
-    return SecondsSince(begin);
-  };
+  const auto elapsed_s = [&] { return SecondsSince(begin); };
   while (args.duration_s <= 0 || elapsed_s() < args.duration_s) {
     const timespec moment{0, 50'000'000};
     if (sigtimedwait(&ends, nullptr, &moment) > 0) break;
@@ -135,7 +134,7 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
                   "What shall go wrong, as often as wanted: lost=SHARE doubled=SHARE swapped=SHARE resend=0 "
                   "late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
       ->delimiter(',');
-  sub->add_option("--duration-s", args->duration_s, "Stop by itself after so long");
+  sub->add_option("--duration-s", args->duration_s, "Stop by itself after so long")->check(Positive());
   sub->add_option("--options", args->options,
                   "Further options as in sim: URIs, e.g. \"width=1280&height=960&cap=40x30\"");
   sub->footer(

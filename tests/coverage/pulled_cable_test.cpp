@@ -112,6 +112,15 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   EXPECT_GT(gap_s, 2) << "as long as the cable was out, and in the journal";
 }
 
+TEST_F(PulledCable, ACrashedProgramsCameraIsHadAgainByTheNextOne) {
+  auto capture = StartCapture();
+  ASSERT_TRUE(WaitForViews(scratch_ / "lf", 1, 60));
+  capture->Kill();
+  const CommandResult next = RunUlf("record aravis:127.0.0.1 --frames 3 -o " + (scratch_ / "next").string());
+  EXPECT_EQ(next.exit_code, 0) << next.errors;
+  EXPECT_THAT(next.errors, HasSubstr("waiting"));
+}
+
 TEST_F(PulledCable, AStopWhileItIsOutClosesTheLightField) {
   const fs::path dir = scratch_ / "lf";
   const auto capture = StartCapture();
