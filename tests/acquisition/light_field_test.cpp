@@ -13,88 +13,20 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/journal.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/transforms_json.h"
+#include "tests/acquisition/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ScratchFolder;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-constexpr int kWidth = 64, kHeight = 48;
-
-CaptureHeader Header() {
-  CaptureHeader header;
-  header.camera = CameraModel::FromOpenCv(kWidth, kHeight, 60, 61, 31, 23, Distortion::kRadialTangential,
-                                          {0.01, -0.002, 0.0003, -0.0004, 0});
-  header.device_uri = "sim:test";
-  header.device_serial = "S1";
-  header.threshold_px = 7;
-  return header;
-}
-
-Frame NoiseFrame(int seed, Transfer transfer = Transfer::kSrgb, int type = CV_8UC3) {
-  Frame frame;
-  frame.image.pixels.create(kHeight, kWidth, type);
-  cv::RNG random(static_cast<std::uint64_t>(seed) + 1);
-  random.fill(frame.image.pixels, cv::RNG::UNIFORM, 0, 256);
-  frame.image.transfer = transfer;
-  frame.device_time_s = 0.1 * seed;
-  frame.host_time_s = 1000 + 0.1 * seed;
-  frame.exposure_s = 0.004;
-  frame.gain = 2;
-  return frame;
-}
-
-// Cameras on a row, looking at (0, 0, 3).
-View ViewNumber(int i) {
-  View view;
-  view.cam_from_world = LookAt({0.3 * i, -0.2, 0.01 * i}, {0, 0, 3}, {0, -1, 0});
-  view.tracking_quality = 0.9;
-  if (i > 0) view.bound_px = 7.5 + i;
-  return view;
-}
-
-void ExpectSame(const LightField& a, const LightField& b) {
-  ASSERT_EQ(a.cameras.size(), b.cameras.size());
-  for (std::size_t i = 0; i < a.cameras.size(); ++i) EXPECT_EQ(a.cameras[i], b.cameras[i]);
-  ASSERT_EQ(a.views.size(), b.views.size());
-  for (std::size_t i = 0; i < a.views.size(); ++i) {
-    const View &v = a.views[i], &w = b.views[i];
-    EXPECT_EQ(v.id, w.id);
-    EXPECT_EQ(v.image_path, w.image_path);
-    EXPECT_EQ(v.master_path, w.master_path);
-    EXPECT_EQ(v.camera, w.camera);
-    EXPECT_LT((v.cam_from_world.Matrix() - w.cam_from_world.Matrix()).norm(), 1e-12);
-    EXPECT_EQ(v.device_time_s, w.device_time_s);
-    EXPECT_EQ(v.exposure_s, w.exposure_s);
-    EXPECT_EQ(v.gain, w.gain);
-    EXPECT_EQ(v.bound_px, w.bound_px);
-  }
-  EXPECT_EQ(a.subject, b.subject);
-  EXPECT_EQ(a.threshold_px, b.threshold_px);
-  EXPECT_EQ(a.device_serial, b.device_serial);
-  EXPECT_EQ(a.capture_s, b.capture_s);
-  EXPECT_EQ(a.reasons, b.reasons);
-  EXPECT_EQ(a.points.size(), b.points.size());
-}
-
-LightField WriteSample(const fs::path& dir, int views) {
-  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
-  writer.SetSubject({{0, 0, 3}, 0.4});
-  for (int i = 0; i < views; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
-  writer.SetPoints({{{1, 2, 3}, {10, 20, 30}}, {{-1, 0.5, 2}, {200, 100, 0}}});
-  writer.Close(12.5, {{"recorded", 5}, {"covered", 7}});
-  return writer.Contents();
-}
 
 TEST(LightFieldOnDisk, ReadsBackWhatWasWritten) {
   ScratchFolder scratch;
@@ -446,195 +378,6 @@ TEST(LightFieldOnDisk, SurvivesSigkillAtAnyMoment) {
 
 // ---- Bad input: one valid document, broken in one place at a time. ----
 
-class BadTransforms : public testing::Test {
- protected:
-  void SetUp() override {
-    WriteSample(scratch_ / "lf", 3);
-    fs::remove(scratch_ / "lf/journal.jsonl");
-    document_ = json::parse(ReadWholeFile(scratch_ / "lf/transforms.json"));
-  }
-  LightField Read() {
-    std::ofstream(scratch_ / "lf/transforms.json") << document_.dump();
-    return ReadLightField(scratch_ / "lf");
-  }
-  void ExpectError(const std::string& first, const std::string& second) {
-    EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json"), HasSubstr(first),
-                                                            HasSubstr(second))));
-  }
-  ScratchFolder scratch_;
-  json document_;
-};
-
-TEST_F(BadTransforms, MissingKeys) {
-  document_["frames"][1].erase("transform_matrix");
-  ExpectError("frame 1", "'transform_matrix' is missing");
-}
-TEST_F(BadTransforms, MissingFilePath) {
-  document_["frames"][2].erase("file_path");
-  ExpectError("frame 2", "'file_path' is missing");
-}
-TEST_F(BadTransforms, MissingFocalLength) {
-  document_.erase("fl_x");
-  ExpectError("frame 0", "fl_x");
-}
-TEST_F(BadTransforms, MissingFrames) {
-  document_.erase("frames");
-  ExpectError("'frames'", "missing");
-}
-TEST_F(BadTransforms, NoFrames) {
-  document_["frames"] = json::array();
-  ExpectError("'frames'", "empty");
-}
-TEST_F(BadTransforms, WrongType) {
-  document_["fl_x"] = "wide";
-  ExpectError("'fl_x'", "must be a number");
-}
-TEST_F(BadTransforms, FramesOfAWrongType) {
-  document_["frames"] = 7;
-  ExpectError("'frames'", "list");
-}
-TEST_F(BadTransforms, MatrixOfAWrongShape) {
-  document_["frames"][0]["transform_matrix"] = {{1, 0}, {0, 1}};
-  ExpectError("frame 0", "4 rows of 4");
-}
-TEST_F(BadTransforms, NotARotation) {
-  document_["frames"][1]["transform_matrix"][0][0] = 3.0;
-  ExpectError("frame 1", "not a rotation");
-}
-TEST_F(BadTransforms, Mirrored) {
-  for (std::size_t r = 0; r < 3; ++r)
-    document_["frames"][1]["transform_matrix"][r][0] =
-        -document_["frames"][1]["transform_matrix"][r][0].get<double>();
-  ExpectError("frame 1", "not a rotation");
-}
-TEST_F(BadTransforms, NotFinite) {
-  document_["frames"][1]["transform_matrix"][0][3] =
-      std::numeric_limits<double>::quiet_NaN();  // written as null
-  ExpectError("frame 1", "not a finite number");
-}
-TEST_F(BadTransforms, LiteralNan) {
-  std::string text = document_.dump();
-  text.replace(text.find("\"cx\":") + 5, 4, "NaN ");
-  std::ofstream(scratch_ / "lf/transforms.json") << text;
-  EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
-}
-TEST_F(BadTransforms, CutInTheMiddle) {
-  const std::string text = document_.dump();
-  std::ofstream(scratch_ / "lf/transforms.json") << text.substr(0, text.size() / 2);
-  EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
-}
-TEST_F(BadTransforms, PathLeavesTheFolder) {
-  cv::imwrite((scratch_ / "outside.png").string(), NoiseFrame(0).image.pixels);
-  document_["frames"][0]["file_path"] = "../outside.png";
-  ExpectError("../outside.png", "leaves the folder");
-  document_["frames"][0]["file_path"] = (scratch_ / "outside.png").string();
-  ExpectError("outside.png", "leaves the folder");
-  fs::create_symlink(scratch_ / "outside.png", scratch_ / "lf/images/link.png");
-  document_["frames"][0]["file_path"] = "images/link.png";
-  ExpectError("link.png", "leaves the folder");
-}
-TEST_F(BadTransforms, MissingImage) {
-  fs::remove(scratch_ / "lf/images/000002.png");
-  ExpectError("000002.png", "missing");
-}
-TEST_F(BadTransforms, TruncatedImage) {
-  const fs::path image = scratch_ / "lf/images/000002.png";
-  fs::resize_file(image, fs::file_size(image) - 20);
-  const LightField read = Read();
-  EXPECT_THAT([&] { ReadViewImage(read, read.views[1]); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("000002.png"), HasSubstr("truncated"))));
-}
-TEST_F(BadTransforms, ImageOfAnotherSize) {
-  document_["w"] = 65;
-  const LightField read = Read();
-  EXPECT_THAT([&] { ReadViewImage(read, read.views[0]); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("64x48"), HasSubstr("65x48"))));
-}
-TEST_F(BadTransforms, SubjectWithoutExtent) {
-  document_["ulf"]["subject"]["radius"] = -1;
-  ExpectError("'radius'", "must be positive");
-}
-TEST_F(BadTransforms, IdThatIsNoWholeNumber) {
-  document_["frames"][1]["ulf"]["id"] = 1e300;
-  ExpectError("frame 1", "whole number");
-}
-TEST_F(BadTransforms, ReasonsThatAreNoCounts) {
-  document_["ulf"]["reasons"] = {{"covered", "many"}};
-  ExpectError("'covered'", "must be a count");
-}
-TEST_F(BadTransforms, NewerFormat) {
-  document_["ulf"]["format_version"] = 99;
-  ExpectError("99", "newer");
-}
-TEST_F(BadTransforms, IdsGivenTwice) {
-  document_["frames"][1]["ulf"]["id"] = 1;
-  ExpectError("id 1", "given once");
-}
-
-TEST(BadLightField, EmptyAndMissingFolders) {
-  ScratchFolder scratch;
-  EXPECT_THAT([&] { ReadLightField(scratch.path()); },
-              ThrowsMessage<Error>(HasSubstr("holds no light field")));
-  EXPECT_THAT([&] { ReadLightField(scratch / "gone"); }, ThrowsMessage<Error>(HasSubstr("no such folder")));
-}
-
-TEST(Transforms, InstantNgpsAndBlendersKeysAreUnderstood) {
-  ScratchFolder scratch;
-  cv::imwrite((scratch / "a.png").string(), cv::Mat(40, 80, CV_8UC3, cv::Scalar(1, 2, 3)));
-  std::ofstream(scratch / "transforms.json") << R"({"camera_angle_x": 1.5707963267948966, "frames": [
-    {"file_path": "a", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})";
-  const LightField read = ReadLightField(scratch.path());
-  EXPECT_NEAR(read.cameras[0].fx, 40, 1e-9) << "half the width over tan 45 degrees";
-  EXPECT_EQ(read.cameras[0].height, 40);
-  EXPECT_EQ(read.views[0].image_path, "a.png");
-  // Identity in OpenGL's axes looks along -z.
-  EXPECT_LT((read.views[0].cam_from_world.DirectionInSource({0, 0, 1}) - Eigen::Vector3d(0, 0, -1)).norm(),
-            1e-12);
-}
-
-TEST(Import, CopiesPhotographsByteForByteAndFindsTheSubject) {
-  ScratchFolder scratch;
-  WriteSample(scratch / "source", 6);
-  fs::remove(scratch / "source/journal.jsonl");
-  json document = json::parse(ReadWholeFile(scratch / "source/transforms.json"));
-  document.erase("ulf");
-  std::ofstream(scratch / "source/transforms.json") << document.dump();
-  const LightField imported = Import(scratch / "source", scratch / "lf", {});
-  EXPECT_LT((imported.subject->center_in_world - Eigen::Vector3d(0, 0, 3)).norm(), 1e-6);
-  EXPECT_EQ(ReadWholeFile(scratch / "lf/images/000003.png"),
-            ReadWholeFile(scratch / "source/images/000003.png"));
-  ExpectSame(imported, ReadLightField(scratch / "lf"));
-}
-
-// Views that are recorded while their photographs are still in the masters.
-LightFieldWriter WriterAheadOfItsPhotographs(const std::filesystem::path& dir, int views) {
-  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
-  for (int i = 0; i < views; ++i) {
-    LightFieldWriter::NewView added{NoiseFrame(i), {}, {}};
-    added.frame.image.pixels.convertTo(added.frame.image.pixels, CV_16U, 257);
-    added.frame.image.transfer = Transfer::kLinear;
-    added.files = writer.Files(added.frame, MakePictures::kLater);
-    writer.AddViews({&added, 1});
-  }
-  return writer;
-}
-
-TEST(Import, TakesWhatIsStillInItsMasterAlone) {
-  ScratchFolder scratch;
-  const LightFieldWriter capturing = WriterAheadOfItsPhotographs(scratch / "source", 2);
-  ASSERT_FALSE(fs::exists(scratch / "source/images/000001.png"));
-  const LightField imported = Import(scratch / "source", scratch / "lf", {Subject{{0, 0, 5}, 1}});
-  for (const View& view : ReadLightField(scratch / "lf").views) {
-    EXPECT_EQ(cv::norm(ReadImageFile((scratch / "lf" / view.image_path).string()),
-                       ReadRecordedImage(capturing.Contents(), view).pixels, cv::NORM_INF),
-              0);
-    EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.master_path),
-              ReadWholeFile(scratch / "source" / view.master_path))
-        << "the master comes along";
-  }
-  EXPECT_EQ(imported.views.size(), 2u);
-}
-
 TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
   ScratchFolder scratch;
   WriterAheadOfItsPhotographs(scratch / "lf", 3);  // and no more: as after a kill
@@ -643,44 +386,6 @@ TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
   for (const char* made : {"000001.png", "000003.png"})
     EXPECT_TRUE(fs::exists(scratch / "lf/images" / made)) << made;
   EXPECT_FALSE(fs::exists(scratch / "lf/images/000002.png"));
-}
-
-TEST(Import, ParallelCamerasNeedASubject) {
-  ScratchFolder scratch;
-  {
-    LightFieldWriter writer = LightFieldWriter::Create(scratch / "source", Header());
-    for (int i = 0; i < 3; ++i) {
-      View view;
-      view.cam_from_world.translation = {0.2 * i, 0, 0};
-      writer.AddView(NoiseFrame(i), view);
-    }
-    writer.Close(1);
-  }
-  EXPECT_THAT([&] { Import(scratch / "source", scratch / "lf", {}); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
-  EXPECT_EQ(Import(scratch / "source", scratch / "lf", {Subject{{0, 0, 5}, 1}}).subject->radius, 1);
-  EXPECT_EQ(
-      test::RunUlf("import " + (scratch / "source").string() + " -o " + (scratch / "lf2").string()).exit_code,
-      2);
-  EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
-  for (const char* bad :
-       {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
-    EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
-}
-
-TEST(Import, TakesInRealCaptures) {
-  ULF_NEED_TEST_DATA(fox, "fox_half");
-  ScratchFolder scratch;
-  const LightField imported = Import(fox, scratch / "lf", {});
-  EXPECT_EQ(imported.views.size(), 50u);
-  EXPECT_EQ(imported.cameras.size(), 1u);
-  // The fox's head is what every camera looks at.
-  for (const View& view : imported.views) {
-    const auto img =
-        imported.CameraOf(view).ImgFromCam(view.cam_from_world * imported.subject->center_in_world);
-    ASSERT_TRUE(img) << view.image_path;
-    EXPECT_TRUE(imported.CameraOf(view).Contains(*img)) << view.image_path << " " << img->transpose();
-  }
 }
 
 }  // namespace
