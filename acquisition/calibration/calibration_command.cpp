@@ -126,7 +126,8 @@ std::optional<CalibrationFormat> FormatOf(const CalibrationArgs& args) {
 void Print(const CalibrationFile& file) {
   const CameraIdentity& id = file.identity;
   if (!id.serial.empty() || !id.model.empty())
-    fmt::print("camera           {} {}, serial {}\n", id.maker, id.model,
+    fmt::print("camera           {}{}{}serial {}\n", id.maker, id.maker.empty() ? "" : " ",
+               id.model.empty() ? "" : id.model + ", ",
                !id.serial.empty() ? id.serial
                : id.bus.empty()   ? "unknown"
                                   : "unknown, at " + id.bus);
