@@ -1,6 +1,6 @@
-// Which part of the sensor a camera sends. Its limits follow from the pixel format, the binning and offsets of
-// zero, which are therefore written first; the region is then checked against them before its size is written.
-// Cameras that limit the offsets further, once they know the size, are asked again before these are.
+// Which part of the sensor a camera sends. Its limits follow from the pixel format, the binning and offsets
+// of zero, which are therefore written first; the region is then checked against them before its size is
+// written. Cameras that limit the offsets further, once they know the size, are asked again before these are.
 //
 // A camera takes widths, heights and offsets within limits and in steps of its own, and the limits of one
 // depend on another. Of a mosaic the offsets must be even besides: an odd one moves the colours by a pixel,

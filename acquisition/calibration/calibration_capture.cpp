@@ -33,7 +33,7 @@ class Streaming {
   Device& device_;
 };
 
-// The next complete frame; none when the device has ended, `stop` was asked, or nothing came for now.
+// The next frame, where one comes within a moment and is complete.
 std::optional<Frame> NextComplete(Device& device) {
   auto frame = device.Next(milliseconds(200));
   if (device.State() == DeviceState::kLost)

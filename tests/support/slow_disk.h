@@ -20,7 +20,8 @@ class SlowDisk {
   SlowDisk& operator=(const SlowDisk&) = delete;
 };
 
-// A disk that does not answer at all, until the end or for twenty seconds: then all that wait for it are let go.
+// A disk that does not answer at all, until the end or for twenty seconds: then all that wait for it are let
+// go.
 class HangingDisk {
  public:
   HangingDisk();
