@@ -25,7 +25,9 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
 
 std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
                                             double first_radius_px,
-                                            const std::unordered_map<int, Vector2d>& first_points) const {
+                                            const std::unordered_map<int, Vector2d>& first_points,
+                                            StageTimes& stages) const {
+  StageTimer matching(&stages.matching_s);
   Located located;
   {
     const std::lock_guard lock(shared_.mutex);
@@ -38,23 +40,36 @@ std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rig
 
   const MapMatches coarse = MatchMap(camera_, image, located.candidates, first, predicted,
                                      {.radius_px = first_radius_px, .max_distance = 80, .align = false});
+  matching.Stop();
+  StageTimer refinement(&stages.refinement_s);
   const auto refined =
       RefinePose(camera_, ToObservations(located.candidates, coarse.matches), predicted, {.gate_sigmas = 3});
+  refinement.Stop();
   if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
-  return Refine(image, std::move(located), 4 * camera_.width / 640.0);
+  return Refine(image, std::move(located), 4 * camera_.width / 640.0, stages);
 }
 
-std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located located,
-                                            double radius_px) const {
+std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located located, double radius_px,
+                                            StageTimes& stages) const {
+  StageTimer matching(&stages.matching_s);
   MapMatches fine = MatchMap(camera_, image, located.candidates, {}, located.cam_from_world,
-                             {.radius_px = radius_px, .max_distance = 70});
+                             {.radius_px = radius_px, .max_distance = 70, .align = false});
+  matching.Stop();
+  StageTimer alignment(&stages.alignment_s);
+  AlignMatches(camera_, image, located.candidates, located.cam_from_world, fine.matches);
+  alignment.Stop();
+  StageTimer refinement(&stages.refinement_s);
   auto refined =
       RefinePose(camera_, ToObservations(located.candidates, fine.matches), located.cam_from_world);
   if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
   located.matches = InliersOf(fine.matches, *refined);
+  refinement.Stop();
+  StageTimer search(&stages.alignment_s);
   AlignUndetected(camera_, image, located.candidates, fine.expected, refined->cam_from_world,
                   most_undetected_, located.matches);
+  search.Stop();
+  StageTimer last(&stages.refinement_s);
   refined = RefinePose(camera_, ToObservations(located.candidates, located.matches), refined->cam_from_world);
   if (!refined) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
@@ -73,6 +88,7 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
 std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                           unsigned seed, int min_points) const {
   constexpr int kKeyframes = 5;
+  StageTimes ignored;  // the caller counts all of this as one stage
   const double unit = camera_.width / 640.0;
   for (const int keyframe : index.Query(*image.features, kKeyframes)) {
     std::optional<PoseProposal> proposal;
@@ -84,9 +100,9 @@ std::optional<Located> FrameLocator::Find(const TrackedImage& image, const Keyfr
     }
     if (!proposal) continue;
     located.cam_from_world = proposal->cam_from_world;
-    std::optional<Located> wide = Refine(image, std::move(located), 10 * unit);
+    std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
     if (!wide) continue;
-    std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit);
+    std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
     if (!found || !IsSure(*found, min_points)) continue;
     spdlog::debug("found by keyframe {} with {} points", keyframe, found->matches.size());
     return found;

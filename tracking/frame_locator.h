@@ -11,6 +11,7 @@
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
 #include "tracking/relocalizer.h"
+#include "tracking/stage_times.h"
 
 namespace ulf {
 
@@ -36,9 +37,11 @@ class FrameLocator {
 
   // Begins with the points in `first` (by id), within `first_radius_px` of where the prediction has them.
   std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
-                                const std::unordered_map<int, Eigen::Vector2d>& first) const;
+                                const std::unordered_map<int, Eigen::Vector2d>& first,
+                                StageTimes& stages) const;
   // From candidates and a pose that is good to `radius_px`.
-  std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px) const;
+  std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px,
+                                StageTimes& stages) const;
 
   // From nothing but what the image looks like: by descriptors, P3P, and then the whole map under that pose.
   // None when fewer than `min_points` support it, or less than 0.3 of what should be seen.

@@ -51,6 +51,7 @@ std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray,
 
 std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
   const double unit = small_.width / 640.0;
+  StageTimes ignored;
   Located located;
   {
     const std::lock_guard lock(shared_.mutex);
@@ -63,9 +64,9 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
         RefinePose(small_, ToObservations(located.candidates, coarse.matches), near, {.gate_sigmas = 3});
     if (!refined || refined->inliers < options_.min_points) continue;
     located.cam_from_world = refined->cam_from_world;
-    std::optional<Located> wide = locator_.Refine(image, located, 10 * unit);
+    std::optional<Located> wide = locator_.Refine(image, located, 10 * unit, ignored);
     if (!wide) continue;
-    std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit);
+    std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
     if (found && IsSure(*found, options_.min_points)) return found;
   }
   return std::nullopt;

@@ -120,9 +120,10 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
   const auto enough = [&] {
     return located && static_cast<int>(located->matches.size()) >= options.min_tracked_points;
   };
-  located = locator.Locate(image, predicted, 12 * unit, last.img_of_point);
-  if (!enough()) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point);
-  if (!enough() && last.velocity) located = locator.Locate(image, last_pose, 40 * unit, last.img_of_point);
+  located = locator.Locate(image, predicted, 12 * unit, last.img_of_point, track.stages);
+  if (!enough()) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point, track.stages);
+  if (!enough() && last.velocity)
+    located = locator.Locate(image, last_pose, 40 * unit, last.img_of_point, track.stages);
   if (!enough()) {
     spdlog::debug("frame {}: lost: {} points of {:.0f} expected, {} known in the frame before", frame,
                   located ? located->matches.size() : 0, located ? located->expected : 0.0,
@@ -141,6 +142,7 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
 }
 
 bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
+  const StageTimer timer(&track.stages.relocalization_s);
   auto found =
       locator.Find(image, index, options.seed + static_cast<unsigned>(frame), options.min_relocalized_points);
   if (!found) return false;
@@ -226,6 +228,7 @@ bool Tracker::State::WantsKeyframe(const Located& located, int reference_points)
 
 void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
                                    Track& track) {
+  StageTimer timer(&track.stages.keyframe_s);
   {
     const std::lock_guard lock(shared.mutex);
     if (!WantsKeyframe(located, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth)) return;
@@ -236,6 +239,7 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   offered.keyframe.pyramid = image.pyramid;
   offered.keyframe.color = Srgb8(frame_in.image);
   locator.Describe(*image.features, located, offered);
+  timer.Stop();
   const double before_s = ThreadCpuSeconds();
   track.keyframe = mapper.Offer(std::move(offered));
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
@@ -246,7 +250,9 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
 }
 
 void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in, Track& track) {
+  StageTimer timer(&track.stages.initialization_s);
   const InitializerAttempt attempt = initializer.Step(image);
+  timer.Stop();
   track.median_parallax_deg = attempt.median_parallax_deg;
   track.matched_points = attempt.matches;
   track.speed_px = attempt.median_motion_px;
@@ -301,10 +307,14 @@ Track Tracker::State::Step(const Frame& frame_in) {
 
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
+  StageTimer pyramid(&track.stages.pyramid_s);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(frame_in.image)));
+  track.sharpness = sharpness.Step(*image.pyramid);
+  pyramid.Stop();
+  StageTimer detection(&track.stages.features_s);
   const int features = state == TrackState::kInitializing ? 2 * options.features : options.features;
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, features));
-  track.sharpness = sharpness.Step(*image.pyramid);
+  detection.Stop();
   ++frames_since_keyframe;
   located_.reset();
   // A replay gives the mapper the time that a camera would: it may be a few frames behind, not more.

@@ -26,6 +26,7 @@
 #include "acquisition/frame.h"
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
+#include "tracking/stage_times.h"
 
 namespace ulf {
 
@@ -66,6 +67,7 @@ struct Track {
   double speed_px = 0;    // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;  // this frame was handed to the mapper
   double cpu_s = 0;       // CPU time of tracking, without mapping even where it ran inside Step()
+  StageTimes stages;      // where it went; their sum is a little less
 };
 
 // A map point found in the last frame.
