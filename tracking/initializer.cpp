@@ -22,6 +22,24 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   return camera.RayFromImg(aligned->img).value_or(to.ray);
 }
 
+StartObstacle ObstacleOf(const RelativePoseResult& relative) {
+  switch (relative.outcome) {
+    case RelativePoseOutcome::kFound:
+      return StartObstacle::kNone;
+    case RelativePoseOutcome::kTooFewMatches:
+    case RelativePoseOutcome::kTooFewPoints:
+      return StartObstacle::kTooFewMatches;
+    case RelativePoseOutcome::kRotationOnly:
+      return StartObstacle::kRotationOnly;
+    case RelativePoseOutcome::kLowParallax:
+      return StartObstacle::kLowParallax;
+    case RelativePoseOutcome::kAmbiguous:
+      break;
+  }
+  return relative.model == RelativePoseModel::kHomography ? StartObstacle::kAmbiguousPlane
+                                                          : StartObstacle::kLowParallax;
+}
+
 }  // namespace
 
 Initializer::Initializer(const CameraModel& camera, double min_parallax_deg, unsigned seed)
@@ -35,16 +53,23 @@ void Initializer::SetReference(const TrackedImage& image) {
 
 InitializerAttempt Initializer::Step(const TrackedImage& image) {
   InitializerAttempt attempt;
+  StartProgress& progress = attempt.progress;
+  progress.matches_needed = kMinMatches;
+  progress.parallax_needed_deg = min_parallax_deg_;
   if (!reference_) {
-    if (image.features->size() >= kMinFeatures) SetReference(image);
+    if (image.features->size() < kMinFeatures)
+      progress.obstacle = StartObstacle::kTooFewMatches;
+    else
+      SetReference(image);
     return attempt;
   }
   const FeatureSet &first = *reference_->features, &second = *image.features;
   const double radius_px = 0.08 * camera_.width;
   const std::vector<FeatureMatch> matches = MatchInWindow(
       first, second, expected_, radius_px, {.max_distance = kSureDistance + 10, .max_ratio = 0.85});
-  attempt.matches = static_cast<int>(matches.size());
-  if (attempt.matches < kMinMatches) {
+  progress.matches = static_cast<int>(matches.size());
+  if (progress.matches < kMinMatches) {
+    progress.obstacle = StartObstacle::kTooFewMatches;
     reference_.reset();
     if (second.size() >= kMinFeatures) SetReference(image);
     return attempt;
@@ -65,7 +90,9 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   const RelativePoseResult relative = RelativePose(
       pairs, {.focal_px = camera_.MeanFocalPx(), .min_parallax_deg = min_parallax_deg_, .seed = seed_});
   attempt.outcome = relative.outcome;
-  attempt.median_parallax_deg = relative.median_parallax_deg;
+  progress.obstacle = ObstacleOf(relative);
+  progress.parallax_deg = relative.median_parallax_deg;
+  progress.parallax_needed_deg = relative.parallax_needed_deg;
   attempt.direction_sigma_deg = relative.direction_sigma_deg;
   attempt.runner_up = relative.runner_up;
   if (relative.outcome != RelativePoseOutcome::kFound) return attempt;

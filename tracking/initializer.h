@@ -12,6 +12,7 @@
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
 #include "tracking/relative_pose.h"
+#include "tracking/start_progress.h"
 
 namespace ulf {
 
@@ -23,9 +24,8 @@ struct TwoViewStart {
 };
 
 struct InitializerAttempt {
-  int matches = 0;
+  StartProgress progress;
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
-  double median_parallax_deg = 0;
   double direction_sigma_deg = 0;
   double runner_up = 0;
   double median_motion_px = 0;  // since the frame before

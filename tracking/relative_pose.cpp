@@ -405,6 +405,7 @@ Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, 
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options) {
   RelativePoseResult result;
+  result.parallax_needed_deg = options.min_parallax_deg;
   if (static_cast<int>(pairs.size()) < kMinMatches) return result;
   const double threshold = options.threshold_px / options.focal_px;
 
@@ -456,8 +457,14 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   constexpr double kChanceInBand = 0.03;
   const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
                            (choice.noise * choice.noise);
-  if (choice.runner_up < std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance) {
+  const double margin = std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance;
+  if (choice.runner_up < margin) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
+    // The excess grows with the square of the parallax.
+    constexpr double kMostGrowth = 100;
+    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, kMostGrowth);
+    result.parallax_needed_deg =
+        std::max(options.min_parallax_deg, result.median_parallax_deg * std::sqrt(growth));
     return result;
   }
   const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
@@ -469,6 +476,10 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (made.median_parallax_deg < options.min_parallax_deg ||
       result.direction_sigma_deg > options.max_direction_sigma_deg) {
     result.outcome = RelativePoseOutcome::kLowParallax;
+    // The direction's error falls as the parallax grows.
+    result.parallax_needed_deg =
+        std::max(options.min_parallax_deg,
+                 result.median_parallax_deg * result.direction_sigma_deg / options.max_direction_sigma_deg);
     return result;
   }
   result.outcome = RelativePoseOutcome::kFound;

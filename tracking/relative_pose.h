@@ -56,6 +56,8 @@ struct RelativePoseResult {
   double runner_up = 0;            // excess cost of the best different motion, in noise variances
   // Known for every outcome with enough matches: after removing the best rotation, later that of the points.
   double median_parallax_deg = 0;
+  // How much of it would have been enough, as far as this pair of views can tell.
+  double parallax_needed_deg = 0;
 };
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options = {});

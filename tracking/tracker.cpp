@@ -253,13 +253,13 @@ void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in
   StageTimer timer(&track.stages.initialization_s);
   const InitializerAttempt attempt = initializer.Step(image);
   timer.Stop();
-  track.median_parallax_deg = attempt.median_parallax_deg;
-  track.matched_points = attempt.matches;
+  track.start = attempt.progress;
+  track.matched_points = attempt.progress.matches;
   track.speed_px = attempt.median_motion_px;
   spdlog::debug(
       "frame {}: start: {} matches, {}, {:.2f} deg, direction to {:.2f} deg, next best worse by {:.0f}",
-      frame, attempt.matches, Name(attempt.outcome), attempt.median_parallax_deg, attempt.direction_sigma_deg,
-      attempt.runner_up);
+      frame, attempt.progress.matches, Name(attempt.outcome), attempt.progress.parallax_deg,
+      attempt.direction_sigma_deg, attempt.runner_up);
   if (!attempt.start) return;
   StartMap(*attempt.start, Srgb8(frame_in.image));
   // The map stands or falls by whether this frame can be tracked on it.
@@ -277,6 +277,7 @@ void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in
     }
   }
   spdlog::debug("frame {}: the first map did not hold", frame);
+  track.start->obstacle = StartObstacle::kMapDidNotHold;
   mapper.Reset();
   last = {};
   initializer.Restart();

@@ -27,6 +27,7 @@
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 #include "tracking/stage_times.h"
+#include "tracking/start_progress.h"
 
 namespace ulf {
 
@@ -62,7 +63,8 @@ struct Track {
   int matched_points = 0;  // map points that support the pose
   // One standard deviation of the camera centre (world units) as the matches' geometry predicts it.
   std::optional<double> center_sigma;
-  double median_parallax_deg = 0;  // while initialising: between the reference frame and this one
+  std::optional<StartProgress>
+      start;              // while initialising, and of the frame that ended it: what it waits for
   double sharpness = 1;   // fine detail relative to the recent frames' median: well below 1 is blurred
   double speed_px = 0;    // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;  // this frame was handed to the mapper

@@ -93,10 +93,39 @@ TEST(TrackerTest, TurningOnTheSpotNeverStarts) {
     for (const unsigned seed : {1u, 2u}) {
       const TexturedRoom room({.panels = panels, .seed = seed});
       Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
-      for (int k = 0; k < 70; ++k)
-        ASSERT_EQ(tracker.Step(room.Take(TexturedRoom::TurningAt(k), k)).state, TrackState::kInitializing)
+      int told = 0;
+      for (int k = 0; k < 70; ++k) {
+        const Track track = tracker.Step(room.Take(TexturedRoom::TurningAt(k), k));
+        ASSERT_EQ(track.state, TrackState::kInitializing)
             << "frame " << k << ", panels " << panels << ", seed " << seed;
+        ASSERT_TRUE(track.start);
+        told += track.start->obstacle == StartObstacle::kRotationOnly;
+      }
+      EXPECT_GT(told, 35) << "panels " << panels << ", seed " << seed;
     }
+}
+
+TEST(TrackerTest, TheStartTellsHowMuchParallaxIsMissing) {
+  const TexturedRoom room({});
+  Tracker tracker(TexturedRoom::Camera(), kRepeatable);
+  std::vector<double> shares;
+  for (int k = 0; k < 60; ++k) {
+    const Track track = tracker.Step(room.Take(TexturedRoom::HandAt(k), k));
+    ASSERT_TRUE(track.start) << k;
+    if (track.state == TrackState::kTracking) {
+      EXPECT_EQ(track.start->obstacle, StartObstacle::kNone);
+      EXPECT_GE(track.start->parallax_deg, track.start->parallax_needed_deg);
+      ASSERT_GE(shares.size(), 3u);
+      EXPECT_LT(shares[1], 0.7);
+      EXPECT_GT(shares.back(), shares[1]);
+      EXPECT_FALSE(tracker.Step(room.Take(TexturedRoom::HandAt(k + 1), k + 1)).start);
+      return;
+    }
+    EXPECT_NE(track.start->obstacle, StartObstacle::kNone) << k;
+    EXPECT_TRUE(k == 0 || track.start->matches >= track.start->matches_needed) << k;
+    shares.push_back(track.start->parallax_deg / track.start->parallax_needed_deg);
+  }
+  FAIL() << "never started";
 }
 
 // Either refused for long or right; a flat wall must not start a wrong map.
