@@ -44,7 +44,8 @@ struct CaptureArgs {
   std::optional<double> threshold_px;
   std::optional<int> coverage_width_px;
   IntrinsicsArgs intrinsics;
-  std::string track = "tracker";
+  std::string poses_text = "features";
+  PosesSpec poses;
   std::uint64_t frames = 0;
   double max_seconds = 0;
   std::optional<double> speed;
@@ -57,8 +58,6 @@ struct CaptureArgs {
   std::string overlay;
   std::string map;
   std::string truth;
-
-  bool TrackKnown() const { return track == "known"; }
 };
 
 // "60x40", "60x40:0.95" or "60x40:95%".
@@ -105,11 +104,11 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {
-    if (!args.TrackKnown() && !args.resume)
+    if (!args.poses.AreGiven() && !args.resume)
       throw UsageError(
           "--subject {}: the tracker's world does not exist before it has begun; use --subject auto, go on "
           "with a "
-          "light field (--resume), or take poses that are known (--track known)",
+          "light field (--resume), or take poses that are known (--poses known)",
           args.subject);
     options.subject = ParseSubject(args.subject);
   }
@@ -189,11 +188,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     TakeOver(args, prepared.writer->Contents(), options);
     if (!options->subject) options->subject = prepared.writer->Contents().subject;
   }
-  if (args.TrackKnown() && !options->subject) {
+  if (args.poses.AreGiven() && !options->subject) {
     options->subject = SubjectOfReplay(args.uri);
     if (!options->subject)
       throw UsageError(
-          "--track known: there are no tracked points to find the subject by; give --subject x,y,z,r");
+          "--poses known: there are no tracked points to find the subject by; give --subject x,y,z,r");
   }
   prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   prepared.device->Start();
@@ -225,17 +224,16 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
         args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
   }
   const DeviceInfo info = prepared.device->Info();
-  if (args.TrackKnown()) {
-    if (!first.known_cam_from_world)
-      throw UsageError("--track known: {} does not know its poses; leave it out to have them tracked",
-                       info.uri);
-    prepared.poses = MakeKnownPoseSource(prepared.camera, options->subject);
-  } else {
-    prepared.poses = MakeTrackerSource(prepared.camera, {.deterministic = args.deterministic,
-                                                         .wait_for_mapper = !prepared.device->IsLive()});
-    if (args.resume && !prepared.writer->Contents().views.empty())
-      SeedFrom(prepared.writer->Contents(), prepared.camera, *prepared.poses);
-  }
+  if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
+    throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
+                     info.uri);
+  prepared.poses = args.poses.Open(
+      prepared.camera,
+      {.tracker = {.deterministic = args.deterministic, .wait_for_mapper = !prepared.device->IsLive()},
+       .subject = options->subject,
+       .metric = info.bus == "simulated"});
+  if (!args.poses.AreGiven() && args.resume && !prepared.writer->Contents().views.empty())
+    SeedFrom(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   if (!prepared.writer) {
     header.camera = options->still_camera.value_or(prepared.camera);
     header.device_uri = info.uri;
@@ -243,7 +241,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     header.device_maker = info.maker;
     header.device_model = info.model;
     if (!stills) header.window = prepared.device->Window();
-    header.units = args.TrackKnown() && info.bus == "simulated" ? "metres" : "arbitrary";
+    header.units = prepared.poses->IsMetric() ? "metres" : "arbitrary";
     header.threshold_px = options->threshold_px;
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
@@ -440,9 +438,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--coverage-width", args->coverage_width_px,
                       "Width of the image that the threshold refers to (640)");
   AddIntrinsicsOptions(*command, args->intrinsics);
-  command->add_option("--track", args->track, "tracker, or known: poses that the device brings")
-      ->check(CLI::IsMember({"tracker", "known"}))
-      ->capture_default_str();
+  command->add_option("--poses", args->poses_text, kPosesHelp)->capture_default_str();
   command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
       ->check(Positive());
@@ -467,7 +463,12 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "One JSON object");
   command->footer(
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
-  command->callback([args, &chosen] { chosen = [args] { return RunCaptureCommand(*args); }; });
+  command->callback([args, &chosen] {
+    chosen = [args] {
+      args->poses = PosesSpec::Parse(args->poses_text);
+      return RunCaptureCommand(*args);
+    };
+  });
 }
 
 }  // namespace ulf

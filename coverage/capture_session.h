@@ -25,10 +25,10 @@
 #include "acquisition/device.h"
 #include "acquisition/light_field_io.h"
 #include "coverage/coverage_map.h"
-#include "coverage/pose_source.h"
 #include "coverage/still_capture.h"
 #include "coverage/view_decision.h"
 #include "coverage/view_spool.h"
+#include "tracking/pose_source.h"
 
 namespace ulf {
 

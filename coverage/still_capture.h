@@ -23,8 +23,8 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device.h"
-#include "coverage/pose_source.h"
 #include "coverage/view_decision.h"
+#include "tracking/pose_source.h"
 
 namespace ulf {
 

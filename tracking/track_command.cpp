@@ -20,9 +20,9 @@
 #include "acquisition/output_path.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
+#include "tracking/pose_source.h"
 #include "tracking/quantile.h"
 #include "tracking/thread_clock.h"
-#include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
 namespace ulf {
@@ -34,6 +34,7 @@ struct TrackArgs {
   std::string final_output;
   std::string truth;
   std::string calibration;
+  std::string poses = "features";
   double focal_px = 0;
   double fps = 0;
   std::optional<double> speed;
@@ -70,9 +71,9 @@ double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame) {
   return 1000 * (ThreadCpuSeconds() - start_s);
 }
 
-Run Follow(const TrackArgs& args, Device& device) {
+Run Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
   Run run;
-  std::optional<Tracker> tracker;
+  std::unique_ptr<PoseSource> poses;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
@@ -81,21 +82,21 @@ Run Follow(const TrackArgs& args, Device& device) {
     for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
-    if (!tracker) {
+    if (!poses) {
       IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      tracker.emplace(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
-                      TrackerOptions{.deterministic = args.deterministic,
+      poses = spec.Open(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+                        {.tracker = {.deterministic = args.deterministic,
                                      .seed = args.seed,
                                      .features = args.features,
-                                     .wait_for_mapper = !device.IsLive()});
+                                     .wait_for_mapper = !device.IsLive()}});
     }
     if (frame->known_cam_from_world)
       run.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
     Sample sample;
     sample.time_s = frame->device_time_s;
     const auto start = std::chrono::steady_clock::now();
-    sample.track = tracker->Step(*frame);
+    sample.track = poses->Step(*frame);
     sample.wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
@@ -109,14 +110,14 @@ Run Follow(const TrackArgs& args, Device& device) {
   }
   const bool lost = device.State() == DeviceState::kLost;
   device.Stop();
-  if (!tracker)
+  if (!poses)
     throw Error("{}: no frame came; {}", args.uri,
                 lost ? "the device was lost" : "check that it delivers images");
   if (lost) spdlog::warn("{}: the device was lost after {} frames", args.uri, run.samples.size());
-  tracker->Finish();
+  poses->Finish();
   for (const Sample& sample : run.samples)
-    if (sample.track.anchor) run.final.push_back({sample.time_s, tracker->PoseOf(*sample.track.anchor)});
-  run.map = tracker->Statistics();
+    if (sample.track.anchor) run.final.push_back({sample.time_s, poses->PoseOf(*sample.track.anchor)});
+  run.map = poses->Statistics();
   return run;
 }
 
@@ -212,6 +213,7 @@ void PrintText(const std::string& truth_name, const nlohmann::ordered_json& repo
 int RunTrack(const TrackArgs& args) {
   for (const std::string& output : {args.output, args.final_output})
     if (!output.empty()) RequireWritable(output);
+  const PosesSpec spec = PosesSpec::Parse(args.poses);
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
@@ -220,7 +222,7 @@ int RunTrack(const TrackArgs& args) {
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
   const auto device = OpenDevice(WithReplaySpeed(uri, args.speed));
-  const Run run = Follow(args, *device);
+  const Run run = Follow(args, spec, *device);
   if (!args.output.empty()) WriteTum(args.output, run.live);
   if (!args.final_output.empty()) WriteTum(args.final_output, run.final);
   nlohmann::ordered_json report = Describe(run);
@@ -250,6 +252,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
+  command->add_option("--poses", args->poses, kPosesHelp)->capture_default_str();
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
       ->add_option("--speed", args->speed,

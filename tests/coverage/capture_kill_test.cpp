@@ -28,7 +28,7 @@ pid_t StartCapture(const fs::path& dir, int seed) {
   dup2(nowhere, STDERR_FILENO);
   const char* binary = std::getenv("ULF_BINARY");
   const std::string uri = "sim:studio?width=320&height=240&seed=" + std::to_string(seed);
-  execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--track", "known",
+  execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--poses", "known",
         "--subject", kSubject, nullptr);
   _exit(127);
 }
@@ -87,10 +87,10 @@ TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {
   EXPECT_TRUE(fs::exists(dir / "sparse/0/images.txt"));
 
   const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
-                                    " --headless --track known --resume --frames 200");
+                                    " --headless --poses known --resume --frames 200");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_GE(ReadLightField(dir).views.size(), stopped.views.size()) << "what was recorded stays";
-  EXPECT_NE(test::RunUlf("capture sim:studio -o " + dir.string() + " --headless --track known --frames 5")
+  EXPECT_NE(test::RunUlf("capture sim:studio -o " + dir.string() + " --headless --poses known --frames 5")
                 .exit_code,
             0)
       << "a new capture does not write into an old one";

@@ -20,7 +20,7 @@ using ::testing::IsEmpty;
 
 // Where the studio's subject is; small pictures, because they are drawn on the processor.
 const std::string kStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
-const std::string kSubject = " --track known --subject 0,0,0.07,0.162";
+const std::string kSubject = " --poses known --subject 0,0,0.07,0.162";
 
 nlohmann::json JsonOf(const CommandResult& result) {
   EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -130,7 +130,7 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   EXPECT_EQ(RunUlf("capture " + kStudio + kSubject + tail + " --frames 30").exit_code, 1)
       << "without --resume";
   const auto second =
-      JsonOf(RunUlf("capture " + kStudio + " --track known" + tail + " --resume --frames 60"));
+      JsonOf(RunUlf("capture " + kStudio + " --poses known" + tail + " --resume --frames 60"));
   EXPECT_EQ(second["views"], first["views"].get<int>() + second["recorded"].get<int>());
   EXPECT_GT(second["recorded"], 0);
   EXPECT_EQ(second["subject"], first["subject"]);
@@ -161,7 +161,7 @@ TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
   const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
                                   " --headless --quality fast --frames 60 --json"));
   const auto replayed = JsonOf(
-      RunUlf("capture replay:" + first + " --track known -o " + again + " --headless --quality fast --json"));
+      RunUlf("capture replay:" + first + " --poses known -o " + again + " --headless --quality fast --json"));
   EXPECT_EQ(replayed["views"], json["views"]) << "what was recorded is not covered by what came before";
   EXPECT_EQ(replayed["subject"], json["subject"]);
 }
@@ -172,8 +172,8 @@ TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
   for (const auto& [arguments, words] : {
            std::pair<std::string, std::string>{"capture " + kStudio, "--output"},
            {"capture " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
-           {"capture " + kStudio + " -o " + dir + " --track known", "--subject"},
-           {"capture " + kStudio + " -o " + dir + " --track known --subject 1,2,3", "1,2,3"},
+           {"capture " + kStudio + " -o " + dir + " --poses known", "--subject"},
+           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3", "1,2,3"},
            {"capture " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
            {"capture " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
            {"capture " + kStudio + " -o " + dir + " --quality best", "best"},

@@ -57,9 +57,9 @@ TEST(RunAgain, ARecordingOfACameraIsASession) {
 TEST(RunAgain, ALightFieldReplaysItsViews) {
   const ScratchFolder scratch;
   Capture("sim:studio?width=320&height=240", scratch / "live",
-          "--track known --subject 0,0,0.07,0.162 --frames 200");
+          "--poses known --subject 0,0,0.07,0.162 --frames 200");
   for (const char* name : {"a", "b"})
-    Capture("replay:" + (scratch / "live").string(), scratch / name, "--track known");
+    Capture("replay:" + (scratch / "live").string(), scratch / name, "--poses known");
   EXPECT_EQ(Journal(scratch / "a"), Journal(scratch / "b"));
   const LightField live = ReadLightField(scratch / "live"), again = ReadLightField(scratch / "a");
   ASSERT_GT(live.views.size(), 3u);

@@ -9,6 +9,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "acquisition/atomic_file.h"
 #include "tests/support/test_paths.h"
@@ -49,6 +50,20 @@ TEST(TrackCommand, OutputsAreCheckedBeforeTheWork) {
   const auto refused = test::RunUlf("track sim:studio --frames 5 -o /nonexistent/poses.txt");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, testing::HasSubstr("does not exist"));
+}
+
+TEST(TrackCommand, RunsAnySourceOfPoses) {
+  const auto known =
+      test::RunUlf("track 'sim:studio?width=160&height=120' --frames 12 --poses known --deterministic --json");
+  ASSERT_EQ(known.exit_code, 0) << known.errors;
+  const auto report = nlohmann::json::parse(known.output);
+  EXPECT_EQ(report["tracked"], 12);
+  EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-9);
+  EXPECT_EQ(report["map_points"], 0);
+
+  const auto unknown = test::RunUlf("track sim:studio --frames 5 --poses rosary");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, testing::HasSubstr("--poses rosary"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "coverage/pose_source.h"
+#include "tracking/pose_source.h"
 
 #include <algorithm>
 #include <deque>
@@ -23,8 +23,8 @@ double Detail(const Image& image) {
 
 class KnownPoseSource : public PoseSource {
  public:
-  KnownPoseSource(const CameraModel& camera, const std::optional<Subject>& subject)
-      : camera_(camera), subject_(subject) {}
+  KnownPoseSource(const CameraModel& camera, const std::optional<Subject>& subject, bool metric)
+      : camera_(camera), subject_(subject), metric_(metric) {}
 
   Track Step(const Frame& frame) override {
     Track track;
@@ -54,10 +54,7 @@ class KnownPoseSource : public PoseSource {
     return track;
   }
   Rigid3 PoseOf(const Anchored& anchor) const override { return anchor.cam_from_keyframe; }
-  std::vector<VisiblePoint> VisiblePoints() const override { return {}; }
-  std::vector<ScenePoint> Points() const override { return {}; }
-  bool SeedMap(std::span<const SeedView> /*views*/) override { return true; }
-  void Finish() override {}
+  bool IsMetric() const override { return metric_; }
 
  private:
   double SharpnessAgainstRecent(const Image& image) {
@@ -92,6 +89,7 @@ class KnownPoseSource : public PoseSource {
 
   CameraModel camera_;
   std::optional<Subject> subject_;
+  bool metric_;
   std::optional<Rigid3> last_pose_;
   std::deque<double> recent_detail_;
 };
@@ -99,8 +97,8 @@ class KnownPoseSource : public PoseSource {
 }  // namespace
 
 std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
-                                                const std::optional<Subject>& subject) {
-  return std::make_unique<KnownPoseSource>(camera, subject);
+                                                const std::optional<Subject>& subject, bool metric) {
+  return std::make_unique<KnownPoseSource>(camera, subject, metric);
 }
 
 }  // namespace ulf

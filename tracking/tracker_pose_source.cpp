@@ -1,4 +1,4 @@
-#include "coverage/pose_source.h"
+#include "tracking/pose_source.h"
 
 namespace ulf {
 namespace {
@@ -16,6 +16,7 @@ class TrackerSource : public PoseSource {
   std::vector<ScenePoint> Points() const override { return tracker_.Points(); }
   bool SeedMap(std::span<const SeedView> views) override { return tracker_.SeedMap(views); }
   void Finish() override { tracker_.Finish(); }
+  TrackerStatistics Statistics() const override { return tracker_.Statistics(); }
 
  private:
   Tracker tracker_;
