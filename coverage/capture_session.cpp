@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "coverage/sphere_outline.h"
+#include "tracking/track_words.h"
 
 namespace ulf {
 namespace {
@@ -372,6 +373,8 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (hooks_.after_frame) {
     CaptureProgress progress = Progress(decision.reason);
     progress.cam_from_world = track.cam_from_world;
+    if (track.state != TrackState::kTracking && progress.waiting_for.empty())
+      progress.waiting_for = InWords(track);
     hooks_.after_frame(progress);
   }
   if (decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;

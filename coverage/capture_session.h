@@ -63,7 +63,8 @@ struct CaptureProgress {
   Reason reason = Reason::kTracking;
   double device_time_s = 0;
   std::optional<Rigid3> cam_from_world;  // as tracked live
-  // What recording waits for: the device (with its state), the disk; empty: nothing.
+  // What recording waits for: the device (with its state), the disk, tracking (and what would help it);
+  // empty: nothing.
   std::string waiting_for;
 };
 

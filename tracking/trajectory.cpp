@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "acquisition/error.h"
+#include "tracking/quantile.h"
 
 namespace ulf {
 
@@ -82,6 +83,14 @@ std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::sp
 
 namespace {
 
+constexpr double kDegrees = 180 / M_PI;
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double squared = 0;
+  for (const double value : values) squared += value * value;
+  return values.empty() ? 0 : std::sqrt(squared / static_cast<double>(values.size()));
+}
+
 struct Pair {
   double time_s;
   Rigid3 estimated;
@@ -122,32 +131,45 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   TrajectoryError error;
   error.matched = static_cast<int>(pairs.size());
   error.scale = similarity->scale;
-  double squared = 0, rotation_squared = 0;
+  error.truth_from_estimated = *similarity;
+  std::vector<double> distances, angles;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double distance = (*similarity * source[i] - target[i]).norm();
-    squared += distance * distance;
-    error.ate_max = std::max(error.ate_max, distance);
+    distances.push_back((*similarity * source[i] - target[i]).norm());
+    error.errors.push_back({pairs[i].time_s, distances.back()});
     const Matrix3d world_from_cam = similarity->rotation * pairs[i].estimated.RotationMatrix().transpose();
-    const double angle = RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam));
-    rotation_squared += angle * angle;
+    angles.push_back(RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam)));
   }
-  error.ate_rmse = std::sqrt(squared / static_cast<double>(pairs.size()));
-  error.rotation_rmse_deg = std::sqrt(rotation_squared / static_cast<double>(pairs.size())) * 180 / M_PI;
+  error.ate_rmse = RootMeanSquare(distances);
+  error.ate_median = Median(distances);
+  error.ate_max = *std::max_element(distances.begin(), distances.end());
+  error.rotation_rmse_deg = RootMeanSquare(angles) * kDegrees;
 
-  double step_squared = 0;
-  int steps = 0;
+  // The truth may be sparse: the step that comes nearest, told as if it had been exact.
+  std::vector<double> spacing_s, step_errors, step_angles, step_drifts;
+  for (std::size_t i = 1; i < pairs.size(); ++i) spacing_s.push_back(pairs[i].time_s - pairs[i - 1].time_s);
+  const double step_tolerance_s = std::max(tolerance_s, 0.51 * Median(spacing_s));
+  const auto off_s = [&](std::size_t i, std::size_t j) {
+    return std::abs(pairs[j].time_s - pairs[i].time_s - rpe_step_s);
+  };
   std::size_t j = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    while (j < pairs.size() && pairs[j].time_s < pairs[i].time_s + rpe_step_s - tolerance_s) ++j;
-    if (j >= pairs.size()) break;
-    if (pairs[j].time_s > pairs[i].time_s + rpe_step_s + tolerance_s) continue;
+    j = std::max(j, i);
+    while (j + 1 < pairs.size() && off_s(i, j + 1) <= off_s(i, j)) ++j;
+    if (j == i || off_s(i, j) > step_tolerance_s) continue;
+    const double share = rpe_step_s / (pairs[j].time_s - pairs[i].time_s);
     // Motion of j in i's camera frame, estimated (in truth units) against true.
     const Vector3d moved = similarity->scale * (pairs[i].estimated.rotation * (source[j] - source[i]));
     const Vector3d truly = pairs[i].truth.rotation * (target[j] - target[i]);
-    step_squared += (moved - truly).squaredNorm();
-    ++steps;
+    step_errors.push_back(share * (moved - truly).norm());
+    if (truly.norm() > 0) step_drifts.push_back((moved - truly).norm() / truly.norm());
+    const Eigen::Quaterniond turned = pairs[j].estimated.rotation * pairs[i].estimated.rotation.conjugate();
+    const Eigen::Quaterniond truly_turned = pairs[j].truth.rotation * pairs[i].truth.rotation.conjugate();
+    step_angles.push_back(share * RotationAngle(turned * truly_turned.conjugate()));
   }
-  if (steps > 0) error.rpe_rmse = std::sqrt(step_squared / steps);
+  error.steps = static_cast<int>(step_errors.size());
+  error.rpe_rmse = RootMeanSquare(step_errors);
+  error.rpe_rotation_rmse_deg = RootMeanSquare(step_angles) * kDegrees;
+  error.drift = Median(step_drifts);
   return error;
 }
 

@@ -10,9 +10,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/error.h"
 #include "tests/support/test_paths.h"
+#include "tracking/gnuplot.h"
+#include "tracking/track_words.h"
 #include "tracking/trajectory.h"
 
 namespace ulf {
@@ -53,8 +57,8 @@ TEST(TrackCommand, OutputsAreCheckedBeforeTheWork) {
 }
 
 TEST(TrackCommand, RunsAnySourceOfPoses) {
-  const auto known =
-      test::RunUlf("track 'sim:studio?width=160&height=120' --frames 12 --poses known --deterministic --json");
+  const auto known = test::RunUlf(
+      "track 'sim:studio?width=160&height=120' --frames 12 --poses known --deterministic --json");
   ASSERT_EQ(known.exit_code, 0) << known.errors;
   const auto report = nlohmann::json::parse(known.output);
   EXPECT_EQ(report["tracked"], 12);
@@ -64,6 +68,77 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
   const auto unknown = test::RunUlf("track sim:studio --frames 5 --poses rosary");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.errors, testing::HasSubstr("--poses rosary"));
+}
+
+// The figures are those of the files, and the picture is one.
+TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
+  const test::ScratchFolder scratch;
+  const std::string sim = "track 'sim:studio?width=320&height=240&noise=0' --frames 40 --deterministic ";
+  const auto in = [&](const char* name) { return (scratch / name).string(); };
+  // The device's own poses, as a file of truth.
+  ASSERT_EQ(test::RunUlf(sim + "--poses known -o " + in("truth.txt")).exit_code, 0);
+  const auto run = test::RunUlf(sim + "--json --truth " + in("truth.txt") + " -o " + in("live.txt") +
+                                " --final " + in("final.txt") + " --plot \"" + in("it's a run.png") + "\"");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output);
+  const auto truth = ReadTum(in("truth.txt"));
+  for (const auto& [which, file] : {std::pair("live", "live.txt"), std::pair("final", "final.txt")}) {
+    const auto error = CompareTrajectories(ReadTum(in(file)), truth, 0.01);
+    ASSERT_TRUE(error);
+    const std::string name = which;
+    const auto near = [&](const std::string& key, double value) {
+      ASSERT_TRUE(report.contains(key)) << key;
+      EXPECT_NEAR(report[key].get<double>(), value, 1e-4 * value + 1e-9) << key;
+    };
+    near("ate_" + name + "_rmse", error->ate_rmse);
+    near("ate_" + name + "_median", error->ate_median);
+    near("ate_" + name + "_max", error->ate_max);
+    near("rpe_" + name + "_rmse", error->rpe_rmse);
+    near("rpe_" + name + "_rotation_rmse_deg", error->rpe_rotation_rmse_deg);
+    near("drift_" + name, error->drift);
+  }
+  const auto& stages = report["stage_cpu_ms_mean"];
+  for (const char* stage : {"pyramid", "features", "matching", "alignment", "refinement", "initialisation"})
+    EXPECT_GT(stages[stage].get<double>(), 0) << stage;
+  EXPECT_GE(report["ms_longest"].get<double>(), report["ms_p95"].get<double>());
+  const cv::Mat picture = cv::imread(in("it's a run.png"));
+  ASSERT_FALSE(picture.empty());
+  EXPECT_EQ(picture.cols, 1200);
+}
+
+TEST(TrackCommand, WithoutGnuplotThePackageIsNamedBeforeTheWork) {
+  const test::ScratchFolder scratch;
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", scratch.path().c_str(), 1);
+  const auto refused = test::RunUlf("track sim:studio --frames 5 --plot " + (scratch / "run.png").string());
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, testing::HasSubstr("gnuplot-nox"));
+  EXPECT_EQ(test::RunUlf("track sim:studio --frames 5 --plot run.gif").exit_code, 2);
+}
+
+TEST(TrackCommand, AFailingChartLeavesNoHalfPicture) {
+  const test::ScratchFolder scratch;
+  const std::string path = (scratch / "chart.png").string();
+  try {
+    DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n");
+    FAIL() << "drawn";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("nothing_of_this_name"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+// What the person with the camera reads while nothing has started yet.
+TEST(TrackCommand, TheStartIsToldInWords) {
+  Track track;
+  track.start = StartProgress{StartObstacle::kLowParallax, 0.43, 0.8, 150, 60};
+  EXPECT_THAT(InWords(track),
+              testing::AllOf(testing::HasSubstr("sideways"), testing::HasSubstr("0.4 of 0.8 degrees")));
+  track.start->obstacle = StartObstacle::kRotationOnly;
+  EXPECT_THAT(InWords(track), testing::HasSubstr("only turns"));
+  track.start = StartProgress{StartObstacle::kTooFewMatches, 0, 0.8, 12, 60};
+  EXPECT_THAT(InWords(track), testing::HasSubstr("12 of 60"));
 }
 
 }  // namespace

@@ -292,7 +292,7 @@ TEST(TrackCommand, ReportsAndWritesPoses) {
   const auto report = nlohmann::json::parse(run.output);
   for (const char* key : {"frames", "init_frame", "tracked", "lost_count", "relocalised_count", "ms_median",
                           "ms_p95", "cpu_ms_median", "cpu_ms_p95", "map_points", "keyframes", "ate_live_rmse",
-                          "ate_final_rmse", "rpe_rmse", "scale"})
+                          "ate_final_rmse", "rpe_live_rmse", "rpe_final_rmse", "drift_live", "scale"})
     EXPECT_TRUE(report.contains(key)) << key;
   EXPECT_EQ(report["frames"], 30);
   EXPECT_EQ(ReadTum(folder / "live.txt").size(), report["tracked"].get<std::size_t>());

@@ -97,6 +97,26 @@ TEST(Trajectory, ErrorsAreThoseOfTheNoise) {
   EXPECT_NEAR(error->rpe_rmse, 0.01 * std::sqrt(6.0), 0.001);
 }
 
+// A world that turns by 1 degree a second too much, and whose truth comes in steps that do not divide the
+// second.
+TEST(Trajectory, RelativeErrorsAreTold) {
+  auto truth = MakeTrajectory(300, 5);
+  auto turning = truth;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    truth[i].time_s = turning[i].time_s = 0.4 * static_cast<double>(i);
+    const Eigen::Quaterniond extra(Eigen::AngleAxisd(truth[i].time_s * M_PI / 180, Eigen::Vector3d::UnitY()));
+    const Eigen::Vector3d center = truth[i].cam_from_world.OriginInSource();
+    turning[i].cam_from_world.rotation = truth[i].cam_from_world.rotation * extra;
+    turning[i].cam_from_world.translation = -(turning[i].cam_from_world.rotation * center);
+  }
+  const auto error = CompareTrajectories(turning, truth, 0.01);
+  ASSERT_TRUE(error);
+  EXPECT_GT(error->steps, 290);
+  EXPECT_NEAR(error->rpe_rotation_rmse_deg, 1, 1e-6);
+  EXPECT_LT(error->ate_max, 1e-9);
+  EXPECT_FALSE(CompareTrajectories(turning, truth, 0.01, 0.1)->steps) << "no poses so near to each other";
+}
+
 TEST(Trajectory, TimesPairWithinTheTolerance) {
   const auto truth = MakeTrajectory(30, 1);
   auto late = truth;
