@@ -66,6 +66,8 @@ Eigen::Matrix<double, 2, 5> FisheyeByCoefficients(const Vector3d& p) {
 
 // A polynomial distortion is trusted out to where its radius stops growing.
 bool GrowsUpTo(const std::array<double, 5>& c, double r2) {
+  // Usually the coefficients are too small to turn it round by then, whatever their signs.
+  if (r2 * (3 * std::abs(c[0]) + r2 * (5 * std::abs(c[1]) + r2 * 7 * std::abs(c[4]))) < 1) return true;
   // d(r·radial)/dr = 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶ must stay positive on [0, r].
   const auto slope = [&](double s) { return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4])); };
   if (slope(r2) <= 0) return false;

@@ -33,23 +33,14 @@ struct NormalEquations {
   double cost = 0;
 };
 
-double Cost(const CameraModel& camera, std::span<const PointObservation> observations,
-            const std::vector<bool>& used, const Rigid3& pose, double huber) {
-  double cost = 0;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (!used[i]) continue;
-    const auto img = camera.ImgFromCam(pose * observations[i].point_in_world);
-    const double squared = img ? (*img - observations[i].img).squaredNorm() /
-                                     (observations[i].sigma_px * observations[i].sigma_px)
-                               : kLostPointSigmas2;
-    cost += HuberCost(squared, huber);
-  }
-  return cost;
-}
-
+// Weighted least squares at a pose, of the observations in use.
 NormalEquations Linearize(const CameraModel& camera, std::span<const PointObservation> observations,
                           const std::vector<bool>& used, const Rigid3& pose, double huber) {
-  NormalEquations equations;
+  // A row of the Jacobian and its residual, padded to two vectors: the products of six entries with all of
+  // them are the upper rows of the normal matrix and, in the seventh column, the gradient.
+  using Double4 = double __attribute__((vector_size(32)));
+  Double4 left[6] = {}, right[6] = {};
+  double cost = 0;
   const Matrix3d rotation = pose.RotationMatrix();
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!used[i]) continue;
@@ -57,52 +48,68 @@ NormalEquations Linearize(const CameraModel& camera, std::span<const PointObserv
     Eigen::Matrix<double, 2, 3> img_by_point;
     const auto img = camera.ImgFromCam(point, &img_by_point);
     if (!img) {
-      equations.cost += HuberCost(kLostPointSigmas2, huber);
+      cost += HuberCost(kLostPointSigmas2, huber);
       continue;
     }
-    const double inverse_sigma = 1 / observations[i].sigma_px;
-    const Vector2d residual = (*img - observations[i].img) * inverse_sigma;
-    const double squared = residual.squaredNorm();
-    equations.cost += HuberCost(squared, huber);
-    const double weight = squared <= huber * huber ? 1 : huber / std::sqrt(squared);
-    Matrix3d minus_cross;
-    minus_cross << 0, point.z(), -point.y(), -point.z(), 0, point.x(), point.y(), -point.x(), 0;
-    Eigen::Matrix<double, 2, 6> jacobian;
-    jacobian.leftCols<3>().noalias() = img_by_point * minus_cross;
-    jacobian.rightCols<3>() = img_by_point;
-    jacobian *= inverse_sigma;
-    equations.hessian.noalias() += weight * jacobian.transpose() * jacobian;
-    equations.gradient.noalias() += weight * jacobian.transpose() * residual;
+    const double inverse_variance = 1 / (observations[i].sigma_px * observations[i].sigma_px);
+    const Vector2d residual = *img - observations[i].img;
+    const double squared = residual.squaredNorm() * inverse_variance;
+    cost += HuberCost(squared, huber);
+    const double weight = inverse_variance * (squared <= huber * huber ? 1 : huber / std::sqrt(squared));
+    for (int row = 0; row < 2; ++row) {
+      // Turning the camera frame by w moves the point by w x point.
+      const Vector3d move = img_by_point.row(row), turn = point.cross(move);
+      const double entries[6] = {turn.x(), turn.y(), turn.z(), move.x(), move.y(), move.z()};
+      const Double4 first = weight * Double4{turn.x(), turn.y(), turn.z(), move.x()};
+      const Double4 second = weight * Double4{move.y(), move.z(), residual(row), 0};
+      for (int k = 0; k < 6; ++k) {
+        left[k] += entries[k] * first;
+        right[k] += entries[k] * second;
+      }
+    }
+  }
+  NormalEquations equations;
+  equations.cost = cost;
+  for (int k = 0; k < 6; ++k) {
+    equations.hessian.row(k) << left[k][0], left[k][1], left[k][2], left[k][3], right[k][0], right[k][1];
+    equations.gradient(k) = right[k][2];
   }
   return equations;
 }
 
-Rigid3 Minimize(const CameraModel& camera, std::span<const PointObservation> observations,
-                const std::vector<bool>& used, Rigid3 pose, double huber, int max_iterations) {
+struct Minimum {
+  Rigid3 pose;
+  NormalEquations equations;  // there
+};
+
+Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> observations,
+                 const std::vector<bool>& used, const Rigid3& initial, const RefinePoseOptions& options) {
+  Minimum minimum{initial, Linearize(camera, observations, used, initial, options.huber_sigmas)};
   double damping = 1e-6;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const NormalEquations equations = Linearize(camera, observations, used, pose, huber);
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     bool moved = false;
     double step_size = 0;
     for (int attempt = 0; attempt < 5 && !moved; ++attempt) {
-      Matrix6d damped = equations.hessian;
+      Matrix6d damped = minimum.equations.hessian;
       damped.diagonal() *= 1 + damping;
-      const Vector6d step = -damped.ldlt().solve(equations.gradient);
-      if (!step.allFinite()) return pose;
-      const Rigid3 candidate = Perturbed(pose, step);
-      if (Cost(camera, observations, used, candidate, huber) <= equations.cost) {
-        const double relative_to = 1 + pose.translation.norm();
-        step_size = step.head<3>().norm() + step.tail<3>().norm() / relative_to;
-        pose = candidate;
+      const Vector6d step = -damped.ldlt().solve(minimum.equations.gradient);
+      if (!step.allFinite()) return minimum;
+      step_size = step.head<3>().norm() + step.tail<3>().norm() / (1 + minimum.pose.translation.norm());
+      // Where it would not move any more, the equations are those of the pose that it would move to.
+      if (step_size < options.min_step) return minimum;
+      const Rigid3 candidate = Perturbed(minimum.pose, step);
+      const NormalEquations there = Linearize(camera, observations, used, candidate, options.huber_sigmas);
+      if (there.cost <= minimum.equations.cost) {
+        minimum = {candidate, there};
         damping = std::max(1e-9, damping * 0.1);
         moved = true;
       } else {
         damping = std::max(1e-4, damping * 30);
       }
     }
-    if (!moved || step_size < 1e-7) break;
+    if (!moved) break;
   }
-  return pose;
+  return minimum;
 }
 
 }  // namespace
@@ -125,25 +132,29 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
   result.inlier.assign(observations.size(), true);
   result.inliers = static_cast<int>(observations.size());
   const double gate2 = options.gate_sigmas * options.gate_sigmas;
-  for (int round = 0; round < options.rounds; ++round) {
+  NormalEquations equations;
+  bool settled = false;
+  for (int round = 0; round < options.rounds && !settled; ++round) {
     if (result.inliers < kMinimum) return std::nullopt;
-    result.cam_from_world = Minimize(camera, observations, result.inlier, result.cam_from_world,
-                                     options.huber_sigmas, options.max_iterations);
+    const Minimum minimum = Minimize(camera, observations, result.inlier, result.cam_from_world, options);
+    result.cam_from_world = minimum.pose;
+    equations = minimum.equations;
+    const Matrix3d rotation = minimum.pose.RotationMatrix();
     std::vector<bool> inlier(observations.size());
     result.inliers = 0;
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      const auto img = camera.ImgFromCam(result.cam_from_world * observations[i].point_in_world);
+      const auto img =
+          camera.ImgFromCam(rotation * observations[i].point_in_world + minimum.pose.translation);
       const double sigma = observations[i].sigma_px;
       inlier[i] = img && (*img - observations[i].img).squaredNorm() <= gate2 * sigma * sigma;
       result.inliers += inlier[i];
     }
-    const bool settled = inlier == result.inlier;
+    settled = inlier == result.inlier;
     result.inlier = std::move(inlier);
-    if (settled) break;
   }
   if (result.inliers < kMinimum) return std::nullopt;
-  const NormalEquations equations =
-      Linearize(camera, observations, result.inlier, result.cam_from_world, options.huber_sigmas);
+  if (!settled)
+    equations = Linearize(camera, observations, result.inlier, result.cam_from_world, options.huber_sigmas);
   const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
   if (!lu.isInvertible()) return std::nullopt;
   result.covariance = lu.inverse();

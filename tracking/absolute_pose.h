@@ -27,6 +27,7 @@ struct RefinePoseOptions {
   double gate_sigmas = 2.45;   // beyond it an observation is an outlier of the result
   int rounds = 3;              // of refining and gating
   int max_iterations = 8;      // a round
+  double min_step = 1e-6;      // a step that turns by less and moves by less (of the distance) ends a round
 };
 
 struct PoseRefinement {

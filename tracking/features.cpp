@@ -18,53 +18,94 @@ constexpr int kFastStart = 15, kFastLowest = 6, kFastHighest = 40;
 
 struct Corner {
   int x = 0, y = 0;
-  float response = 0;
-  int rank = 0;  // within its cell, strongest first
+  int response = 0;
 };
 
-// The strongest of each cell first, then the second strongest of each, until there are enough: even over the
-// image.
-void KeepSpread(std::vector<Corner>& corners, int count, cv::Size size) {
-  if (static_cast<int>(corners.size()) <= count) return;
-  const double cell = std::max(8.0, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
-  const int columns = static_cast<int>(size.width / cell) + 1;
-  std::vector<int> taken(static_cast<std::size_t>(columns * (static_cast<int>(size.height / cell) + 1)), 0);
-  const auto stronger = [](const Corner& a, const Corner& b) {
-    if (a.response != b.response) return a.response > b.response;
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-  };
-  std::sort(corners.begin(), corners.end(), stronger);
-  for (Corner& corner : corners)
-    corner.rank = taken[static_cast<std::size_t>(static_cast<int>(corner.y / cell) * columns +
-                                                 static_cast<int>(corner.x / cell))]++;
-  std::stable_sort(corners.begin(), corners.end(),
-                   [](const Corner& a, const Corner& b) { return a.rank < b.rank; });
-  corners.resize(static_cast<std::size_t>(count));
+bool Stronger(const Corner& a, const Corner& b) {
+  if (a.response != b.response) return a.response > b.response;
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
-// Where the circle of the orientation patch ends on each row.
-std::array<int, kPatchRadius + 1> CircleExtents() {
-  std::array<int, kPatchRadius + 1> extents{};
-  for (int v = 0; v <= kPatchRadius; ++v)
-    extents[static_cast<std::size_t>(v)] =
-        static_cast<int>(std::lround(std::sqrt(static_cast<double>(kPatchRadius * kPatchRadius - v * v))));
-  return extents;
-}
-
-// Direction from the patch's centre to its centroid of intensity.
-float Orientation(const cv::Mat& image, int x, int y) {
-  static const std::array<int, kPatchRadius + 1> extents = CircleExtents();
-  int moment_x = 0, moment_y = 0;
-  for (int v = -kPatchRadius; v <= kPatchRadius; ++v) {
-    const std::uint8_t* row = image.ptr<std::uint8_t>(y + v) + x;
-    const int extent = extents[static_cast<std::size_t>(std::abs(v))];
-    int sum = 0, weighted = 0;
-    for (int u = -extent; u <= extent; ++u) {
-      sum += row[u];
-      weighted += u * row[u];
+// Chooses corners even over the image: the strongest of each cell first, then the second strongest of each,
+// until there are enough.
+class Spreader {
+ public:
+  // Leaves at most `count` in `corners`.
+  void Keep(std::vector<Corner>& corners, int count, cv::Size size) {
+    if (static_cast<int>(corners.size()) <= count) return;
+    const double cell = std::max(8.0, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
+    const double cells_per_px = 1 / cell;
+    const int columns = static_cast<int>(size.width / cell) + 1;
+    const auto cell_of = [&](const Corner& corner) {
+      return static_cast<std::size_t>(static_cast<int>(corner.y * cells_per_px) * columns +
+                                      static_cast<int>(corner.x * cells_per_px));
+    };
+    starts_.assign(static_cast<std::size_t>(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
+    for (const Corner& corner : corners) ++starts_[cell_of(corner) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    next_.assign(starts_.begin(), starts_.end() - 1);
+    by_cell_.resize(corners.size());
+    for (const Corner& corner : corners)
+      by_cell_[static_cast<std::size_t>(next_[cell_of(corner)]++)] = corner;
+    corners.clear();
+    next_.clear();  // now: the cells that are not exhausted
+    for (std::size_t c = 0; c + 1 < starts_.size(); ++c) {
+      if (starts_[c] == starts_[c + 1]) continue;
+      std::sort(by_cell_.begin() + starts_[c], by_cell_.begin() + starts_[c + 1], Stronger);
+      next_.push_back(static_cast<int>(c));
     }
-    moment_x += weighted;
-    moment_y += v * sum;
+    for (int rank = 0; static_cast<int>(corners.size()) < count; ++rank) {
+      const std::size_t before = corners.size();
+      std::erase_if(next_, [&](int c) {
+        const int at = starts_[static_cast<std::size_t>(c)] + rank;
+        corners.push_back(by_cell_[static_cast<std::size_t>(at)]);
+        return at + 1 == starts_[static_cast<std::size_t>(c) + 1];
+      });
+      std::sort(corners.begin() + static_cast<long>(before), corners.end(), Stronger);
+    }
+    corners.resize(static_cast<std::size_t>(count));
+  }
+
+ private:
+  std::vector<int> starts_, next_;
+  std::vector<Corner> by_cell_;
+};
+
+constexpr int kSide = 32;  // pixels that a row of a patch is read as: whole vectors
+using PatchRow = std::array<std::int16_t, kSide>;
+
+// By row of the orientation patch: all ones inside the circle, from x - kPatchRadius on.
+std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
+  std::array<PatchRow, kPatchRadius + 1> masks{};
+  for (int v = 0; v <= kPatchRadius; ++v) {
+    const int extent =
+        static_cast<int>(std::lround(std::sqrt(static_cast<double>(kPatchRadius * kPatchRadius - v * v))));
+    for (int u = -extent; u <= extent; ++u)
+      masks[static_cast<std::size_t>(v)][static_cast<std::size_t>(u + kPatchRadius)] = -1;
+  }
+  return masks;
+}
+
+// Direction from the patch's centre to its centroid of intensity. Rows above and below the centre are taken
+// together, so that 16 bits hold every sum of a column.
+float Orientation(const cv::Mat& image, int x, int y) {
+  static const std::array<PatchRow, kPatchRadius + 1> masks = CircleMasks();
+  PatchRow column{}, column_by_y{};
+  const std::uint8_t* center = image.ptr<std::uint8_t>(y) + x - kPatchRadius;
+  for (std::size_t u = 0; u < kSide; ++u) column[u] = static_cast<std::int16_t>(center[u] & masks[0][u]);
+  for (int v = 1; v <= kPatchRadius; ++v) {
+    const std::uint8_t* above = image.ptr<std::uint8_t>(y - v) + x - kPatchRadius;
+    const std::uint8_t* below = image.ptr<std::uint8_t>(y + v) + x - kPatchRadius;
+    const PatchRow& mask = masks[static_cast<std::size_t>(v)];
+    for (std::size_t u = 0; u < kSide; ++u) {
+      column[u] = static_cast<std::int16_t>(column[u] + ((below[u] + above[u]) & mask[u]));
+      column_by_y[u] = static_cast<std::int16_t>(column_by_y[u] + v * ((below[u] - above[u]) & mask[u]));
+    }
+  }
+  int moment_x = 0, moment_y = 0;
+  for (int u = 0; u < kSide; ++u) {
+    moment_x += (u - kPatchRadius) * column[static_cast<std::size_t>(u)];
+    moment_y += column_by_y[static_cast<std::size_t>(u)];
   }
   return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
 }
@@ -72,49 +113,63 @@ float Orientation(const cv::Mat& image, int x, int y) {
 // The peak of the corner response around an integer corner, by parabolas: FAST's own maximum is quantised to
 // pixels.
 Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
-  constexpr int kWindow = 3, kReach = kWindow + 1, kSide = 2 * kReach + 1;
-  float xx[kSide][kSide], xy[kSide][kSide], yy[kSide][kSide];
-  for (int v = 0; v < kSide; ++v) {
-    const std::uint8_t* above = image.ptr<std::uint8_t>(y + v - kReach - 1) + x - kReach;
+  constexpr int kWindow = 3, kReach = kWindow + 1, kRows = 2 * kReach + 1, kLanes = 16;
+  // Structure tensors of a window's columns: of the window around the corner, and one row up and down.
+  using Columns = std::array<std::int32_t, kLanes>;
+  struct Sums {
+    Columns xx{}, xy{}, yy{};
+  };
+  Sums middle, first, second_last, second, last;
+  for (int v = 0; v < kRows; ++v) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y + v - kReach) + x - kReach;
-    const std::uint8_t* below = image.ptr<std::uint8_t>(y + v - kReach + 1) + x - kReach;
-    for (int u = 0; u < kSide; ++u) {
-      const float gx = static_cast<float>(row[u + 1] - row[u - 1]);
-      const float gy = static_cast<float>(below[u] - above[u]);
-      xx[v][u] = gx * gx;
-      xy[v][u] = gx * gy;
-      yy[v][u] = gy * gy;
+    const std::uint8_t* above = row - image.step;
+    const std::uint8_t* below = row + image.step;
+    Sums of_row;
+    for (std::size_t u = 0; u < kLanes; ++u) {
+      const std::int32_t gx = row[u + 1] - *(row + u - 1), gy = below[u] - above[u];
+      of_row.xx[u] = gx * gx;
+      of_row.xy[u] = gx * gy;
+      of_row.yy[u] = gy * gy;
+    }
+    if (v == 0) first = of_row;
+    if (v == 1) second = of_row;
+    if (v == kRows - 2) second_last = of_row;
+    if (v == kRows - 1) last = of_row;
+    if (v == 0 || v == kRows - 1) continue;
+    for (std::size_t u = 0; u < kLanes; ++u) {
+      middle.xx[u] += of_row.xx[u];
+      middle.xy[u] += of_row.xy[u];
+      middle.yy[u] += of_row.yy[u];
     }
   }
-  const auto response = [&](int dx, int dy) {
-    float a = 0, b = 0, c = 0;
-    for (int v = 1; v < kSide - 1; ++v)
-      for (int u = 1; u < kSide - 1; ++u) {
-        a += xx[v + dy][u + dx];
-        b += xy[v + dy][u + dx];
-        c += yy[v + dy][u + dx];
-      }
+  const auto window = [](const Columns& columns, int from) {
+    std::int32_t sum = 0;
+    for (int u = from; u <= from + 2 * kWindow; ++u) sum += columns[static_cast<std::size_t>(u)];
+    return sum;
+  };
+  const auto of = [](std::int32_t xx, std::int32_t xy, std::int32_t yy) {
+    const float a = static_cast<float>(xx), b = static_cast<float>(xy), c = static_cast<float>(yy);
     return a * c - b * b - 0.04f * (a + c) * (a + c);
   };
-  const float center = response(0, 0);
+  const auto beside = [&](int from) {
+    return of(window(middle.xx, from), window(middle.xy, from), window(middle.yy, from));
+  };
+  const auto moved = [&](const Sums& gained, const Sums& left_behind) {
+    const auto one = [&](Columns Sums::*which) {
+      return window(middle.*which, 1) + window(gained.*which, 1) - window(left_behind.*which, 1);
+    };
+    return of(one(&Sums::xx), one(&Sums::xy), one(&Sums::yy));
+  };
+  const float center = beside(1);
   const auto peak = [center](float before, float after) {
     const float curvature = before - 2 * center + after;
     if (curvature >= 0) return 0.0f;
     return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
   };
-  return {x + peak(response(-1, 0), response(1, 0)), y + peak(response(0, -1), response(0, 1))};
+  return {x + peak(beside(0), beside(2)), y + peak(moved(first, second_last), moved(last, second))};
 }
 
 }  // namespace
-
-double LevelScale(int level) {
-  static const auto scales = [] {
-    std::array<double, kPyramidLevels> made{};
-    for (int l = 0; l < kPyramidLevels; ++l) made[static_cast<std::size_t>(l)] = std::pow(kPyramidFactor, l);
-    return made;
-  }();
-  return scales[static_cast<std::size_t>(level)];
-}
 
 Vector2d Pyramid::ToLevel(int level, const Vector2d& img) const {
   const cv::Mat &base = levels[0], &image = levels[static_cast<std::size_t>(level)];
@@ -167,6 +222,11 @@ struct FeatureExtractor::State {
   CameraModel camera;
   cv::Ptr<cv::ORB> describer;
   std::array<int, kPyramidLevels> fast_threshold;
+  Spreader spreader;
+  // Kept from frame to frame for their memory.
+  std::vector<cv::KeyPoint> keypoints;
+  std::vector<Corner> corners;
+  cv::Mat descriptors;
 };
 
 FeatureExtractor::FeatureExtractor(const CameraModel& camera) : state_(std::make_unique<State>()) {
@@ -186,8 +246,9 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
   for (int level = 0; level < kPyramidLevels; ++level) shares += 1 / LevelScale(level);
 
   std::vector<Feature> features;
-  std::vector<cv::KeyPoint> keypoints;
-  std::vector<Corner> corners;
+  features.reserve(static_cast<std::size_t>(count) + kPyramidLevels);
+  std::vector<cv::KeyPoint>& keypoints = state_->keypoints;
+  std::vector<Corner>& corners = state_->corners;
   for (int level = 0; level < kPyramidLevels; ++level) {
     const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
     if (image.cols <= 2 * kBorder || image.rows <= 2 * kBorder) break;
@@ -204,8 +265,8 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     corners.clear();
     for (const cv::KeyPoint& keypoint : keypoints)
       corners.push_back({static_cast<int>(keypoint.pt.x) + inside.x,
-                         static_cast<int>(keypoint.pt.y) + inside.y, keypoint.response});
-    KeepSpread(corners, wanted, image.size());
+                         static_cast<int>(keypoint.pt.y) + inside.y, static_cast<int>(keypoint.response)});
+    state_->spreader.Keep(corners, wanted, image.size());
 
     keypoints.clear();
     for (const Corner& corner : corners) {
@@ -217,7 +278,7 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
       keypoints.push_back(keypoint);
     }
     if (keypoints.empty()) continue;
-    cv::Mat descriptors;
+    cv::Mat& descriptors = state_->descriptors;
     state_->describer->compute(image, keypoints, descriptors);
     for (int k = 0; k < static_cast<int>(keypoints.size()); ++k) {
       const cv::KeyPoint& keypoint = keypoints[static_cast<std::size_t>(k)];

@@ -29,7 +29,13 @@ inline int Distance(const Descriptor& a, const Descriptor& b) {
 
 inline constexpr int kPyramidLevels = 8;
 inline constexpr double kPyramidFactor = 1.2;
-double LevelScale(int level);  // kPyramidFactor^level, level 0 to kPyramidLevels - 1
+// kPyramidFactor^level, level 0 to kPyramidLevels - 1
+inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
+  std::array<double, kPyramidLevels> scales{1};
+  for (std::size_t l = 1; l < kPyramidLevels; ++l) scales[l] = scales[l - 1] * kPyramidFactor;
+  return scales;
+}();
+inline double LevelScale(int level) { return kLevelScales[static_cast<std::size_t>(level)]; }
 
 // Grey images, each 1 / kPyramidFactor of the one before.
 struct Pyramid {
