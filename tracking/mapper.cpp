@@ -318,6 +318,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       }
       if (best < 0 || best_distance > 0.9 * second_distance) continue;
       if (other.point_of_feature[static_cast<std::size_t>(best)] >= 0) continue;
+      if (HasTwin(features, i, best_distance * 4 / 3)) continue;
       const Feature& match = other_features[best];
       const auto point =
           TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);

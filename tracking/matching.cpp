@@ -120,4 +120,14 @@ void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::ve
   });
 }
 
+bool HasTwin(const FeatureSet& features, int feature, int distance) {
+  const Feature& one = features[feature];
+  // The same corner on other levels is no twin.
+  const double apart_px = 10 * LevelScale(one.level);
+  return std::any_of(features.all().begin(), features.all().end(), [&](const Feature& other) {
+    return Distance(one.descriptor, other.descriptor) <= distance &&
+           (one.img - other.img).squaredNorm() > apart_px * apart_px;
+  });
+}
+
 }  // namespace ulf

@@ -50,6 +50,10 @@ struct Expected {
 std::vector<int> MatchExpected(std::span<const Expected> expected, const FeatureSet& features,
                                const MatchOptions& options = {});
 
+// Whether another place in the same picture looks like this feature, to within `distance`: a tile among
+// tiles, which a search that is not led by a prediction takes for its neighbour.
+bool HasTwin(const FeatureSet& features, int feature, int distance);
+
 // Drops matches whose patches turned otherwise than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);
 

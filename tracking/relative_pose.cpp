@@ -110,6 +110,25 @@ double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const
   return cost;
 }
 
+// Whether a pair's rays meet behind a camera under this motion, by more than `noise` of parallax can feign.
+bool MeetBehind(const Motion& motion, const RayPair& pair, double noise) {
+  const Vector3d turned = motion.second_from_first.rotation * pair.first;
+  const Vector3d& t = motion.second_from_first.translation;
+  const Vector3d across = turned.cross(pair.second);
+  if (across.squaredNorm() < noise * noise) return false;
+  return pair.second.cross(t).dot(across) < 0 || turned.cross(t).dot(across) < 0;
+}
+
+// Truncated cost in which a pair that meets behind a camera is not explained at all.
+double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise) {
+  double cost = 0;
+  for (const RayPair& pair : pairs) {
+    const double error = EpipolarError(motion.essential, pair);
+    cost += error < gate && !MeetBehind(motion, pair, noise) ? error * error : gate * gate;
+  }
+  return cost;
+}
+
 struct MotionStep {
   Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
@@ -183,8 +202,19 @@ Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const
   return motion;
 }
 
+// By the directions of translation, as axes: the sign follows from which side the points are on.
+bool ClearlyDifferent(const Rigid3& a, const Rigid3& b) {
+  constexpr double kDifferent = 10 / kDegrees;
+  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) > kDifferent;
+}
+
+// `other_than`: only motions clearly different from this one count.
 std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> pairs, double threshold,
-                                                      unsigned seed) {
+                                                      unsigned seed, int max_iterations,
+                                                      const std::optional<Rigid3>& other_than = {}) {
+  const auto counts = [&](const Motion& motion) {
+    return !other_than || ClearlyDifferent(motion.second_from_first, *other_than);
+  };
   const auto solve = [&](const std::vector<int>& sample) {
     std::array<Vector3d, 5> first, second;
     for (std::size_t k = 0; k < 5; ++k) {
@@ -194,7 +224,8 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
     std::vector<Motion> motions;
     for (const Matrix3d& essential : SolveFivePoint(first, second)) {
       // A sixth and further points choose the sign of translation only; the sample's own five suffice.
-      if (const auto motion = BestMotion(essential, pairs, sample)) motions.push_back(*motion);
+      if (const auto motion = BestMotion(essential, pairs, sample); motion && counts(*motion))
+        motions.push_back(*motion);
     }
     return motions;
   };
@@ -204,10 +235,11 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
   };
   const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
     if (inliers.size() < 8) return std::nullopt;
-    return RefineMotion(motion, pairs, inliers, 1.5 * threshold, 4);
+    const Motion refined = RefineMotion(motion, pairs, inliers, 1.5 * threshold, 4);
+    return counts(refined) ? std::optional(refined) : std::nullopt;
   };
   return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve,
-                                 {.threshold = threshold, .max_iterations = 500, .seed = seed});
+                                 {.threshold = threshold, .max_iterations = max_iterations, .seed = seed});
 }
 
 // second ~ H first, from four or more pairs of unit rays (direct linear transform).
@@ -329,33 +361,42 @@ std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<cons
 
 MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
                           double threshold) {
-  constexpr double kDifferent = 10 / kDegrees;  // between translation directions
-  std::vector<std::pair<double, Motion>> motions;
+  std::vector<Motion> motions;
   std::vector<int> all(pairs.size());
   std::iota(all.begin(), all.end(), 0);
   for (const auto& [start, far] : starts)
-    if (const auto motion = SettleMotion(start, far, pairs, all, threshold))
-      motions.emplace_back(TruncatedCost(*motion, pairs, all, threshold), *motion);
+    if (const auto motion = SettleMotion(start, far, pairs, all, threshold)) motions.push_back(*motion);
   MotionChoice choice;
   if (motions.empty()) return choice;
-  const auto best = std::min_element(motions.begin(), motions.end(),
-                                     [](const auto& a, const auto& b) { return a.first < b.first; });
-  choice.best = best->second;
+  const auto costs_by = [&](const auto& cost_of) {
+    std::vector<double> costs;
+    for (const Motion& motion : motions) costs.push_back(cost_of(motion));
+    return costs;
+  };
+  const auto index_of_least = [](const std::vector<double>& costs) {
+    return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+  };
+  const std::size_t nearest = index_of_least(
+      costs_by([&](const Motion& motion) { return TruncatedCost(motion, pairs, all, threshold); }));
   std::vector<double> errors;
   for (const RayPair& pair : pairs) {
-    const double error = EpipolarError(choice.best->essential, pair);
+    const double error = EpipolarError(motions[nearest].essential, pair);
     if (error < threshold) errors.push_back(error);
   }
   constexpr double kSigmaOverMedian = 1.4826, kLeastNoise = 1e-6;
   choice.noise = std::max(kLeastNoise, kSigmaOverMedian * Median(errors));
+  // A plane's second motion has the same epipolar lines' worth, but much of it behind the cameras as soon as
+  // the noise lets that be seen.
+  constexpr double kSurelyBehind = 5;
+  const std::vector<double> costs = costs_by([&](const Motion& motion) {
+    return CostInFront(motion, pairs, threshold, std::min(2 * threshold, kSurelyBehind * choice.noise));
+  });
+  const std::size_t best = index_of_least(costs);
+  choice.best = motions[best];
   double runner_up = std::numeric_limits<double>::infinity();
-  for (const auto& [cost, motion] : motions) {
-    // As axes: the sign follows from which side the points are on.
-    const double cosine =
-        motion.second_from_first.translation.dot(choice.best->second_from_first.translation);
-    if (std::acos(std::min(1.0, std::abs(cosine))) > kDifferent)
-      runner_up = std::min(runner_up, cost - best->first);
-  }
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    if (ClearlyDifferent(motions[i].second_from_first, choice.best->second_from_first))
+      runner_up = std::min(runner_up, costs[i] - costs[best]);
   choice.runner_up = runner_up / (choice.noise * choice.noise);
   // Once more on what is certainly its own: outliers that happen to lie in the band pull no longer.
   const double direction_sigma = choice.best->direction_sigma;
@@ -384,6 +425,8 @@ const char* Name(RelativePoseOutcome outcome) {
       return "too few points";
     case RelativePoseOutcome::kAmbiguous:
       return "ambiguous";
+    case RelativePoseOutcome::kConflicting:
+      return "conflicting motions";
   }
   return "unknown";
 }
@@ -410,7 +453,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   const double threshold = options.threshold_px / options.focal_px;
 
   const auto rotation = SampleRotation(pairs, 1.5 * threshold, options.seed);
-  const auto essential = SampleEssential(pairs, threshold, options.seed + 1);
+  const auto essential = SampleEssential(pairs, threshold, options.seed + 1, 500);
   const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
   if (rotation) {
     std::vector<double> left_over;
@@ -426,7 +469,15 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
       static_cast<double>(homography->inliers.size()) > 0.85 * static_cast<double>(essential->inliers.size());
   result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
   std::vector<std::pair<Rigid3, bool>> starts;  // and whether it may be far off
-  if (essential) starts.emplace_back(essential->model.second_from_first, false);
+  if (essential) {
+    starts.emplace_back(essential->model.second_from_first, false);
+    // Points on a ruled quadric through both centres have a second motion that explains them all: most
+    // samples lead to either, so a few find the one that the first search did not.
+    constexpr int kRivalSamples = 40;
+    if (const auto rival = SampleEssential(pairs, threshold, options.seed + 3, kRivalSamples,
+                                           essential->model.second_from_first))
+      starts.emplace_back(rival->model.second_from_first, false);
+  }
   if (homography)
     for (const Rigid3& pose : DecomposeHomography(homography->model)) starts.emplace_back(pose, false);
   if (rotation)
@@ -468,6 +519,11 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     return result;
   }
   const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
+  result.points = made.count;
+  if (made.count < options.min_point_share * static_cast<double>(pairs.size())) {
+    result.outcome = RelativePoseOutcome::kConflicting;
+    return result;
+  }
   if (made.count < options.min_points) {
     result.outcome = RelativePoseOutcome::kTooFewPoints;
     return result;
@@ -485,7 +541,6 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   result.outcome = RelativePoseOutcome::kFound;
   result.second_from_first = made.pose;
   result.points_in_first = made.points;
-  result.points = made.count;
   return result;
 }
 

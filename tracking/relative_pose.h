@@ -30,6 +30,7 @@ struct RelativePoseOptions {
   double threshold_px = 1.5;
   double min_parallax_deg = 0.8;       // median over the triangulated points
   int min_points = 60;                 // triangulated, in front of both views
+  double min_point_share = 0;          // triangulated, of all pairs
   double max_direction_sigma_deg = 4;  // of the translation's direction
   unsigned seed = 1;
 };
@@ -40,7 +41,8 @@ enum class RelativePoseOutcome {
   kRotationOnly,  // a rotation explains the matches
   kLowParallax,
   kTooFewPoints,
-  kAmbiguous,  // two motions explain the matches about equally well
+  kAmbiguous,    // two motions explain the matches about equally well
+  kConflicting,  // too many of the matches follow another motion than the best
 };
 const char* Name(RelativePoseOutcome outcome);
 
@@ -51,7 +53,7 @@ struct RelativePoseResult {
   RelativePoseModel model = RelativePoseModel::kEssential;
   Rigid3 second_from_first;                                     // of kFound only, as are the points
   std::vector<std::optional<Eigen::Vector3d>> points_in_first;  // by pair
-  int points = 0;
+  int points = 0;                                               // where it came to triangulating
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   double runner_up = 0;            // excess cost of the best different motion, in noise variances
   // Known for every outcome with enough matches: after removing the best rotation, later that of the points.

@@ -5,13 +5,14 @@
 namespace ulf {
 
 enum class StartObstacle {
-  kNone,            // the map has started
-  kFirstView,       // this frame is what later ones are compared with
-  kTooFewMatches,   // hardly any texture, blur, darkness, or a jump
-  kRotationOnly,    // the camera only turned, or stood still
-  kLowParallax,     // it moved, not far enough for the direction to be certain
-  kAmbiguousPlane,  // what is seen is flat, and two motions explain it
-  kMapDidNotHold,   // a map was made and refused: this frame could not be tracked on it
+  kNone,                // the map has started
+  kFirstView,           // this frame is what later ones are compared with
+  kTooFewMatches,       // hardly any texture, blur, darkness, or a jump
+  kRotationOnly,        // the camera only turned, or stood still
+  kLowParallax,         // it moved, not far enough for the direction to be certain
+  kAmbiguousPlane,      // what is seen is flat, and two motions explain it
+  kConflictingMotions,  // parts of the picture move differently, or repeat
+  kMapDidNotHold,       // a map was made and refused: this frame could not be tracked on it
 };
 
 struct StartProgress {
@@ -38,6 +39,8 @@ inline const char* Advice(StartObstacle obstacle) {
       return "too little parallax: move on sideways";
     case StartObstacle::kAmbiguousPlane:
       return "what is seen is flat and two motions explain it: move on, or show something that stands out";
+    case StartObstacle::kConflictingMotions:
+      return "parts of the picture move on their own, or repeat: show more that stands still";
     case StartObstacle::kMapDidNotHold:
       return "the first map did not hold: move on sideways";
   }

@@ -10,6 +10,7 @@ std::string InWords(const StartProgress& start) {
   switch (start.obstacle) {
     case StartObstacle::kNone:
     case StartObstacle::kFirstView:
+    case StartObstacle::kConflictingMotions:
       return Advice(start.obstacle);
     case StartObstacle::kTooFewMatches:
       return fmt::format("{} ({} of {})", Advice(start.obstacle), start.matches, start.matches_needed);

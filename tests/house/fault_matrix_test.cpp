@@ -1,4 +1,5 @@
-// The matrix of docs/devices.md: every fault has an outcome, and a test that exists.
+// The tables of docs/devices.md (faults) and docs/tracking.md (where tracking is hard): every row has an
+// outcome, and a test that exists.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -41,10 +42,17 @@ struct Row {
   std::vector<std::string> cells;
 };
 
-// Rows of the table under "## Faults", without its head.
-std::vector<Row> MatrixOf(const std::string& page) {
+// A table, by the heading it stands under.
+struct Matrix {
+  std::string heading;
+  std::size_t cells;  // a row; the last one names the test
+};
+const Matrix kFaults{"\n## Faults", 4}, kSituations{"\n## Where tracking is hard", 3};
+
+// Its rows, without the head.
+std::vector<Row> RowsOf(const std::string& page, const Matrix& matrix) {
   std::vector<Row> rows;
-  const std::size_t begin = page.find("\n## Faults");
+  const std::size_t begin = page.find(matrix.heading);
   if (begin == std::string::npos) return rows;
   const std::size_t end = page.find("\n## ", begin + 1);
   std::istringstream section(page.substr(begin, end == std::string::npos ? end : end - begin));
@@ -59,18 +67,19 @@ std::vector<Row> MatrixOf(const std::string& page) {
   return rows;
 }
 
-// What is wrong with the matrix, a line each.
-std::vector<std::string> Faults(const std::string& page, const std::set<std::string>& tests) {
+// What is wrong with the table, a line each.
+std::vector<std::string> Faults(const std::string& page, const Matrix& matrix,
+                                const std::set<std::string>& tests) {
   static const std::regex quoted("`([^`]+)`");
   std::vector<std::string> faults;
-  for (const Row& row : MatrixOf(page)) {
-    if (row.cells.size() != 4) {
-      faults.push_back("not four cells: " + row.line);
+  for (const Row& row : RowsOf(page, matrix)) {
+    if (row.cells.size() != matrix.cells) {
+      faults.push_back("not " + std::to_string(matrix.cells) + " cells: " + row.line);
       continue;
     }
     for (const std::string& cell : row.cells)
       if (cell.find_first_not_of(' ') == std::string::npos) faults.push_back("an empty cell: " + row.line);
-    const std::string& cell = row.cells[3];
+    const std::string& cell = row.cells.back();
     // What cannot be tested without a thing that nobody had says so.
     bool named = cell.starts_with(" none: ") && cell.size() > 9;
     for (std::sregex_iterator it(cell.begin(), cell.end(), quoted), end; it != end; ++it) {
@@ -83,19 +92,23 @@ std::vector<std::string> Faults(const std::string& page, const std::set<std::str
 }
 
 TEST(FaultMatrix, EveryRowNamesATestThatExists) {
-  const std::string page = TextOf(Checkout() / "docs" / "devices.md");
-  ASSERT_GT(MatrixOf(page).size(), 10u) << "the table was not found";
-  EXPECT_THAT(Faults(page, TestsUnder(Checkout() / "tests")), IsEmpty());
+  const std::set<std::string> tests = TestsUnder(Checkout() / "tests");
+  const std::string devices = TextOf(Checkout() / "docs" / "devices.md");
+  ASSERT_GT(RowsOf(devices, kFaults).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(devices, kFaults, tests), IsEmpty());
+  const std::string tracking = TextOf(Checkout() / "docs" / "tracking.md");
+  ASSERT_GT(RowsOf(tracking, kSituations).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(tracking, kSituations, tests), IsEmpty());
 }
 
 TEST(FaultMatrix, FindsWhatIsWrong) {
   const std::set<std::string> tests{"A.B"};
   const std::string head = "# Page\n\n## Faults\n\n| d | f | o | t |\n| --- | --- | --- | --- |\n";
-  EXPECT_THAT(Faults(head + "| any | x | y | `A.B` |\n", tests), IsEmpty());
-  EXPECT_THAT(Faults(head + "| any | x | y | none: needs a USB camera |\n", tests), IsEmpty());
+  EXPECT_THAT(Faults(head + "| any | x | y | `A.B` |\n", kFaults, tests), IsEmpty());
+  EXPECT_THAT(Faults(head + "| any | x | y | none: needs a USB camera |\n", kFaults, tests), IsEmpty());
   for (const char* row : {"| any | x | y | `A.C` |\n", "| any | x | y | none |\n", "| any | x |  | `A.B` |\n",
                           "| any | x | `A.B` |\n"})
-    EXPECT_EQ(Faults(head + row, tests).size(), 1u) << row;
+    EXPECT_EQ(Faults(head + row, kFaults, tests).size(), 1u) << row;
   EXPECT_TRUE(TestsUnder(Checkout() / "tests").count("FaultMatrix.FindsWhatIsWrong"));
 }
 

@@ -133,7 +133,7 @@ TEST(Matching, AFeatureIsGivenOnce) {
 // The wall's points seen again from elsewhere: the aligned position against the exact one.
 TEST(PatchAlignmentTest, FindsTheExactPlaceUnderWarpAndExposure) {
   const CameraModel camera = TexturedRoom::Camera();
-  const TexturedRoom wall({.panels = false, .noise = 2});
+  const TexturedRoom wall({.furniture = test::Furniture::kWall, .noise = 2});
   const Rigid3 reference = LookAt({0, 0, 0}, {0, 0, 3}, -Eigen::Vector3d::UnitY());
   const Pyramid reference_pyramid = BuildPyramid(wall.Take(reference, 0).image.pixels);
   FeatureExtractor extractor(camera);

@@ -48,8 +48,10 @@ inline DataRun TrackData(const std::filesystem::path& folder, const std::string&
   tracker.Finish();
   for (const auto& [time_s, anchor] : anchors) final.push_back({time_s, tracker.PoseOf(anchor)});
   const auto reference = ReadTum(folder / truth);
-  run.live = CompareTrajectories(live, reference, 1.0 / 60).value_or(TrajectoryError{.ate_rmse = 1e9});
-  run.final = CompareTrajectories(final, reference, 1.0 / 60).value_or(TrajectoryError{.ate_rmse = 1e9});
+  TrajectoryError hopeless;
+  hopeless.ate_rmse = hopeless.ate_max = 1e9;
+  run.live = CompareTrajectories(live, reference, 1.0 / 60).value_or(hopeless);
+  run.final = CompareTrajectories(final, reference, 1.0 / 60).value_or(hopeless);
   return run;
 }
 
