@@ -36,6 +36,13 @@ inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
   return scales;
 }();
 inline double LevelScale(int level) { return kLevelScales[static_cast<std::size_t>(level)]; }
+// The level whose scale is nearest, by ratio.
+inline int NearestLevel(double scale) {
+  constexpr double kHalfStep = 1.0954451150103321;  // the root of kPyramidFactor
+  int level = 0;
+  while (level + 1 < kPyramidLevels && scale >= LevelScale(level) * kHalfStep) ++level;
+  return level;
+}
 
 // Grey images, each 1 / kPyramidFactor of the one before.
 struct Pyramid {

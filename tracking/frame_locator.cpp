@@ -26,12 +26,12 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
 std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
                                             double first_radius_px,
                                             const std::unordered_map<int, Vector2d>& first_points,
-                                            StageTimes& stages) const {
+                                            StageTimes& stages) {
   StageTimer matching(&stages.matching_s);
   Located located;
   {
     const std::lock_guard lock(shared_.mutex);
-    located.candidates = GatherCandidates(shared_.map, camera_, predicted);
+    located.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
   }
   std::vector<int> first;
   for (int i = 0; i < static_cast<int>(located.candidates.size()); ++i)
@@ -42,8 +42,8 @@ std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rig
                                      {.radius_px = first_radius_px, .max_distance = 80, .align = false});
   matching.Stop();
   StageTimer refinement(&stages.refinement_s);
-  const auto refined =
-      RefinePose(camera_, ToObservations(located.candidates, coarse.matches), predicted, {.gate_sigmas = 3});
+  const auto refined = RefinePose(camera_, ToObservations(located.candidates, coarse.matches), predicted,
+                                  {.gate_sigmas = 3, .rounds = 2, .min_step = 1e-5});
   refinement.Stop();
   if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
@@ -138,10 +138,7 @@ void FrameLocator::Describe(const FeatureSet& detected, const Located& located, 
     if (!ray) continue;
     const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
     const double distance = (located.cam_from_world * candidate.position).norm();
-    const int level =
-        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
-                                                std::log(kPyramidFactor))),
-                   0, kPyramidLevels - 1);
+    const int level = NearestLevel(candidate.reference_distance / distance);
     constexpr double kShadowPx = 3;
     detected.ForEachNear(match.img, kShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
                          [&](int i) { shadowed[static_cast<std::size_t>(i)] = true; });

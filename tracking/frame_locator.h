@@ -35,10 +35,10 @@ class FrameLocator {
   FrameLocator(const CameraModel& camera, const SharedMap& shared, int most_undetected)
       : camera_(camera), shared_(shared), most_undetected_(most_undetected) {}
 
-  // Begins with the points in `first` (by id), within `first_radius_px` of where the prediction has them.
+  // Follows: begins with the points in `first` (by id: those of the frame before), within `first_radius_px`
+  // of where the prediction has them.
   std::optional<Located> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
-                                const std::unordered_map<int, Eigen::Vector2d>& first,
-                                StageTimes& stages) const;
+                                const std::unordered_map<int, Eigen::Vector2d>& first, StageTimes& stages);
   // From candidates and a pose that is good to `radius_px`.
   std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px,
                                 StageTimes& stages) const;
@@ -57,6 +57,7 @@ class FrameLocator {
   CameraModel camera_;
   const SharedMap& shared_;
   int most_undetected_;
+  int sweep_ = 0;  // where the next look at the far rest of the map begins
 };
 
 }  // namespace ulf

@@ -8,27 +8,95 @@ namespace ulf {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+// Takes the points that a camera may see.
+class Gatherer {
+ public:
+  Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)
+      : camera_(camera),
+        options_(options),
+        center_(cam_from_world.OriginInSource()),
+        rotation_(cam_from_world.RotationMatrix()),
+        min_cosine_(std::cos(options.max_view_change_deg * M_PI / 180)) {}
+
+  void Offer(const MapPoint& point) {
+    if (!point.alive) return;
+    const Vector3d towards = point.position - center_;
+    const double distance = towards.norm();
+    if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) return;
+    if (towards.dot(point.mean_direction) < min_cosine_ * distance) return;
+    const auto img = camera_.ImgFromCam(rotation_ * towards);
+    if (!img || img->x() < -options_.margin_px || img->y() < -options_.margin_px ||
+        img->x() > camera_.width + options_.margin_px || img->y() > camera_.height + options_.margin_px)
+      return;
+    taken_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
+                      point.reference_distance, point.nearest, point.farthest,
+                      (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes});
+  }
+  std::vector<Candidate> Taken() && { return std::move(taken_); }
+
+ private:
+  const CameraModel& camera_;
+  CandidateOptions options_;
+  Vector3d center_;
+  Eigen::Matrix3d rotation_;
+  double min_cosine_;
+  std::vector<Candidate> taken_;
+};
+
+// The keyframes that see most of these points, by id.
+std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, Vector2d>& points, int most) {
+  std::vector<int> seen(map.keyframes().size(), 0);
+  for (const auto& [id, img] : points)
+    if (const int alive = map.Resolve(id); alive >= 0)
+      for (const Observation& o : map.point(alive).observations) ++seen[static_cast<std::size_t>(o.keyframe)];
+  std::vector<int> chosen;
+  for (int k = 0; k < static_cast<int>(seen.size()); ++k)
+    if (seen[static_cast<std::size_t>(k)] > 0) chosen.push_back(k);
+  if (static_cast<int>(chosen.size()) > most) {
+    std::nth_element(chosen.begin(), chosen.begin() + most, chosen.end(), [&](int a, int b) {
+      const int in_a = seen[static_cast<std::size_t>(a)], in_b = seen[static_cast<std::size_t>(b)];
+      return in_a != in_b ? in_a > in_b : a > b;
+    });
+    chosen.resize(static_cast<std::size_t>(most));
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+}  // namespace
+
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
                                         const Rigid3& cam_from_world, const CandidateOptions& options) {
-  std::vector<Candidate> candidates;
-  const Vector3d center = cam_from_world.OriginInSource();
-  const Eigen::Matrix3d rotation = cam_from_world.RotationMatrix();
-  const double min_cosine = std::cos(options.max_view_change_deg * M_PI / 180);
-  for (const MapPoint& point : map.points()) {
-    if (!point.alive) continue;
-    const Vector3d towards = point.position - center;
-    const double distance = towards.norm();
-    if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) continue;
-    if (towards.dot(point.mean_direction) < min_cosine * distance) continue;
-    const auto img = camera.ImgFromCam(rotation * towards);
-    if (!img || img->x() < -options.margin_px || img->y() < -options.margin_px ||
-        img->x() > camera.width + options.margin_px || img->y() > camera.height + options.margin_px)
-      continue;
-    candidates.push_back({point.id, point.position, point.mean_direction, point.descriptor,
-                          point.reference_distance, point.nearest, point.farthest,
-                          (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes});
+  Gatherer gatherer(camera, cam_from_world, options);
+  for (const MapPoint& point : map.points()) gatherer.Offer(point);
+  return std::move(gatherer).Taken();
+}
+
+std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
+                                            const Rigid3& cam_from_world,
+                                            const std::unordered_map<int, Vector2d>& seen_before, int& sweep,
+                                            const CandidateOptions& options) {
+  const int count = static_cast<int>(map.points().size());
+  if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, options);
+  constexpr int kKeyframes = 12;
+  Gatherer gatherer(camera, cam_from_world, options);
+  std::vector<bool> offered(static_cast<std::size_t>(count), false);
+  const auto offer = [&](int id) {
+    if (offered[static_cast<std::size_t>(id)]) return;
+    offered[static_cast<std::size_t>(id)] = true;
+    gatherer.Offer(map.point(id));
+  };
+  for (const int keyframe : KeyframesSeeing(map, seen_before, kKeyframes))
+    for (const int id : map.keyframe(keyframe).point_of_feature)
+      if (id >= 0) offer(id);
+  if (sweep >= count) sweep = 0;
+  for (int k = 0; k < kSweptPoints; ++k) {
+    offer(sweep);
+    sweep = (sweep + 1) % count;
   }
-  return candidates;
+  return std::move(gatherer).Taken();
 }
 
 MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
@@ -44,10 +112,7 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
     if (distance < candidate.nearest || distance > candidate.farthest) return;
     const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
     if (!img || img->x() < 0 || img->y() < 0 || img->x() >= camera.width || img->y() >= camera.height) return;
-    const int level =
-        std::clamp(static_cast<int>(std::lround(std::log(candidate.reference_distance / distance) /
-                                                std::log(kPyramidFactor))),
-                   0, kPyramidLevels - 1);
+    const int level = NearestLevel(candidate.reference_distance / distance);
     if (img->x() >= kBorderPx && img->y() >= kBorderPx && img->x() < camera.width - kBorderPx &&
         img->y() < camera.height - kBorderPx)
       result.expected.push_back(index);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "acquisition/camera_model.h"
@@ -47,6 +48,16 @@ struct CandidateOptions {
 // Living points that a camera near this pose may see.
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
                                         const Rigid3& cam_from_world, const CandidateOptions& options = {});
+
+// The same for every frame, at a cost that does not grow with the map: the points of the keyframes that share
+// most with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn.
+// What was seen long ago and comes into view again is met within a sweep, and its keyframes with it; a map
+// smaller than that is looked at whole. `sweep` keeps the place.
+inline constexpr int kSweptPoints = 1024;
+std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
+                                            const Rigid3& cam_from_world,
+                                            const std::unordered_map<int, Eigen::Vector2d>& seen_before,
+                                            int& sweep, const CandidateOptions& options = {});
 
 struct PointMatch {
   int candidate = -1;  // index

@@ -233,8 +233,7 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   const double area = img_by_reference.determinant();
   if (!(area > 1e-3 && area < 1e3)) return std::nullopt;
   // The level on which a patch pixel is about one pixel.
-  const int level = std::clamp(static_cast<int>(std::lround(0.5 * std::log(area) / std::log(kPyramidFactor))),
-                               0, kPyramidLevels - 1);
+  const int level = NearestLevel(std::sqrt(area));
   std::array<float, kFramed * kFramed> framed;
   if (!Warp(patch, (img_by_reference / LevelScale(level)).inverse(), framed)) return std::nullopt;
   const auto wanted = MakeTemplate(framed);

@@ -7,6 +7,7 @@
 #include "tests/tracking/geometry_scene.h"
 #include "tests/tracking/textured_room.h"
 #include "tracking/bundle_adjustment.h"
+#include "tracking/map.h"
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
 #include "tracking/tracker.h"
@@ -81,6 +82,32 @@ void BM_AlignPatch(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_AlignPatch)->Unit(benchmark::kMicrosecond);
+
+// What a frame reads out of the map, of which it sees 400 points however large it is.
+void BM_GatherCandidatesNear(benchmark::State& state) {
+  const CameraModel camera = TexturedRoom::Camera();
+  Map map(camera);
+  constexpr int kSeen = 400;
+  const int points = static_cast<int>(state.range(0));
+  std::vector<Feature> features(kSeen);
+  Keyframe keyframe;
+  keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
+  map.AddKeyframe(std::move(keyframe));
+  std::unordered_map<int, Eigen::Vector2d> seen_before;
+  for (int k = 0; k < points; ++k) {
+    const bool seen = k < kSeen;
+    MapPoint& point = map.point(map.AddPoint({seen ? 0.002 * (k - kSeen / 2) : 10.0 + k, 0, 3}));
+    point.mean_direction = Eigen::Vector3d::UnitZ();
+    point.reference_distance = point.farthest = 10;
+    if (!seen) continue;
+    map.Observe(point.id, {0, k, Eigen::Vector2d(0, 0), 1});
+    seen_before.emplace(point.id, Eigen::Vector2d(0, 0));
+  }
+  int sweep = 0;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(GatherCandidatesNear(map, camera, Rigid3{}, seen_before, sweep));
+}
+BENCHMARK(BM_GatherCandidatesNear)->Arg(4000)->Arg(40000)->Arg(400000)->Unit(benchmark::kMicrosecond);
 
 void BM_RefinePose(benchmark::State& state) {
   const auto scene = test::MakeAbsoluteScene(static_cast<int>(state.range(0)), 0.5, 0.1, 1);

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <unordered_map>
+
 #include "tests/tracking/geometry_scene.h"
+#include "tracking/map_matching.h"
 #include "tracking/relocalizer.h"
 
 namespace ulf {
@@ -190,6 +194,41 @@ TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
   EXPECT_LT((found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.01);
   for (Feature& feature : features) feature.descriptor = RandomDescriptor(draw);
   EXPECT_FALSE(ProposePose(world.camera, world.map, 2, FeatureSet(features, 640, 480), 1));
+}
+
+TEST(GatherCandidatesNearTest, SeesTheNeighbourhoodAtOnceAndTheRestInTurn) {
+  const World world(160);
+  const int here = 80;
+  const Rigid3& pose = world.map.keyframe(here).cam_from_world;
+  ASSERT_GT(static_cast<int>(world.points.size()), 2 * kSweptPoints);
+  const auto ids_of = [](const std::vector<Candidate>& candidates) {
+    std::set<int> ids;
+    for (const Candidate& candidate : candidates) ids.insert(candidate.id);
+    EXPECT_EQ(ids.size(), candidates.size()) << "a point was taken twice";
+    return ids;
+  };
+  const std::set<int> whole = ids_of(GatherCandidates(world.map, world.camera, pose));
+  ASSERT_GT(whole.size(), 100u);
+
+  // Known from the frame before: a few points lead to the keyframes that see all of them.
+  std::unordered_map<int, Eigen::Vector2d> seen_before;
+  for (const int id : world.map.keyframe(here).point_of_feature)
+    if (seen_before.size() < 20) seen_before.emplace(id, Eigen::Vector2d(0, 0));
+  int sweep = 0;
+  EXPECT_EQ(ids_of(GatherCandidatesNear(world.map, world.camera, pose, seen_before, sweep)), whole);
+
+  // Nothing known: the map comes by in turn, whole, and again and again.
+  sweep = 0;
+  const int turns = static_cast<int>(world.map.points().size()) / kSweptPoints + 1;
+  for (int again = 0; again < 2; ++again) {
+    std::set<int> swept;
+    for (int turn = 0; turn < turns; ++turn) {
+      const std::set<int> now = ids_of(GatherCandidatesNear(world.map, world.camera, pose, {}, sweep));
+      EXPECT_LT(now.size(), whole.size());
+      swept.insert(now.begin(), now.end());
+    }
+    EXPECT_EQ(swept, whole);
+  }
 }
 
 }  // namespace
