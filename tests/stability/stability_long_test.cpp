@@ -30,7 +30,7 @@ std::optional<Rigid3> NearestIn(const std::vector<TimedPose>& truth, double time
   const auto near = std::min_element(truth.begin(), truth.end(), [&](const TimedPose& a, const TimedPose& b) {
     return std::abs(a.time_s - time_s) < std::abs(b.time_s - time_s);
   });
-  if (near == truth.end() || std::abs(near->time_s - time_s) > 0.005) return std::nullopt;
+  if (near == truth.end() || std::abs(near->time_s - time_s) > 1.0 / 60) return std::nullopt;
   return near->cam_from_world;
 }
 
