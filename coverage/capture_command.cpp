@@ -104,11 +104,11 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {
-    if (!args.poses.AreGiven() && !args.resume)
+    if (!args.poses.HaveAWorld() && !args.resume)
       throw UsageError(
           "--subject {}: the tracker's world does not exist before it has begun; use --subject auto, go on "
           "with a "
-          "light field (--resume), or take poses that are known (--poses known)",
+          "light field (--resume), or take poses whose world is known (--poses known, markers:, tum:, tcp:)",
           args.subject);
     options.subject = ParseSubject(args.subject);
   }
@@ -189,11 +189,17 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     if (!options->subject) options->subject = prepared.writer->Contents().subject;
   }
   if (args.poses.AreGiven() && !options->subject) {
-    options->subject = SubjectOfReplay(args.uri);
+    if (args.poses.ComeWithFrames()) options->subject = SubjectOfReplay(args.uri);
     if (!options->subject)
       throw UsageError(
-          "--poses known: there are no tracked points to find the subject by; give --subject x,y,z,r");
+          "--poses {}: there are no tracked points to find the subject by; give --subject x,y,z,r",
+          args.poses.Text());
   }
+  const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
+  if (args.resume && own_world && prepared.writer->Contents().units != "metres")
+    throw UsageError(
+        "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
+        args.poses.Text());
   prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   prepared.device->Start();
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
@@ -231,8 +237,9 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
       prepared.camera,
       {.tracker = {.deterministic = args.deterministic, .wait_for_mapper = !prepared.device->IsLive()},
        .subject = options->subject,
-       .metric = info.bus == "simulated"});
-  if (!args.poses.AreGiven() && args.resume && !prepared.writer->Contents().views.empty())
+       .metric = info.bus == "simulated",
+       .stop = StopOnSignal::Asked});
+  if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
     SeedFrom(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   if (!prepared.writer) {
     header.camera = options->still_camera.value_or(prepared.camera);

@@ -3,6 +3,7 @@
 #include "coverage/capture_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
+#include "coverage/review_command.h"
 #include "coverage/sheet_command.h"
 
 namespace ulf {
@@ -12,6 +13,7 @@ void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddCaptureCommand(app, chosen);
   AddInfoCommand(app, chosen);
   AddSheetCommand(app, chosen);
+  AddReviewCommand(app, chosen);
 }
 
 }  // namespace ulf

@@ -1,18 +1,23 @@
 // Where poses come from: the tracker, what a frame knows already (the simulator's truth, a replayed light
-// field), or something beside the camera. One small interface, so that whoever needs a pose for every frame
+// field), markers, or something beside the camera. One small interface, so that whoever needs a pose for
+// every frame
 // (`ulf track`, `ulf capture`) does not care.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/camera_model.h"
 #include "acquisition/frame.h"
 #include "acquisition/light_field.h"
+#include "tracking/marker_spec.h"
+#include "tracking/pose_stream.h"
 #include "tracking/tracker.h"
 
 namespace ulf {
@@ -33,6 +38,8 @@ class PoseSource {
   virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }
   virtual void Finish() {}
   virtual TrackerStatistics Statistics() const { return {}; }  // of the map; zero where there is none
+  // What became of poses from outside, by name, in the order to be shown.
+  virtual std::vector<std::pair<std::string, std::uint64_t>> Counts() const { return {}; }
   // Whether the world's unit is the metre; it may become so while tracking.
   virtual bool IsMetric() const { return false; }
 };
@@ -45,14 +52,37 @@ std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
                                                 const std::optional<Subject>& subject = {},
                                                 bool metric = false);
 
+// By markers alone, and with a map of features that the markers begin, give its metre, and help out of sight.
+std::unique_ptr<PoseSource> MakeMarkerSource(const CameraModel& camera, const MarkerSpec& spec);
+std::unique_ptr<PoseSource> MakeFeaturesAndMarkersSource(const CameraModel& camera, const MarkerSpec& spec,
+                                                         const TrackerOptions& options);
+
+// From a TUM file, by the frames' device times; between poses it interpolates.
+struct TrajectoryOptions {
+  double offset_s = 0;     // added to a frame's time before it is looked up
+  double max_gap_s = 0.2;  // between poses farther apart there is none
+  Rigid3 tool_from_cam;    // where the camera sits on what the poses are of
+};
+std::unique_ptr<PoseSource> MakeTrajectorySource(const CameraModel& camera, const std::filesystem::path& file,
+                                                 const TrajectoryOptions& options,
+                                                 const std::optional<Subject>& subject = {});
+
+// From a program that sends them (pose_stream.h).
+std::unique_ptr<PoseSource> MakeStreamSource(const CameraModel& camera, std::unique_ptr<PoseStream> stream,
+                                             const Rigid3& tool_from_cam,
+                                             const std::optional<Subject>& subject = {});
+
 struct PoseSourceOptions {
   TrackerOptions tracker = {};
-  std::optional<Subject> subject = {};  // of poses that are known
-  bool metric = false;             // known poses are in metres
+  std::optional<Subject> subject = {};  // of poses that are given
+  bool metric = false;                  // known poses are in metres
+  std::function<bool()> stop = {};      // asked while waiting for poses from outside
 };
 
 // As `--poses` says it, on the command line of `ulf track` and `ulf capture`.
-inline constexpr const char* kPosesHelp = "Where poses come from: features (tracked), known (by the device)";
+inline constexpr const char* kPosesHelp =
+    "Where poses come from: features (tracked), markers:SPEC, features+markers:SPEC, known (by the device), "
+    "tum:FILE, tcp:PORT (docs/tracking.md)";
 
 class PosesSpec {
  public:
@@ -60,14 +90,22 @@ class PosesSpec {
   static PosesSpec Parse(const std::string& text);
   const std::string& Text() const { return text_; }
   // Not found in the images: given with the frames or from outside; there are no tracked points.
-  bool AreGiven() const { return kind_ == Kind::kKnown; }
+  bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
+  // The world is known before the first frame: a subject can be named in it.
+  bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
+  // A map of features is built, which a capture that goes on must be given.
+  bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
 
  private:
-  enum class Kind { kFeatures, kKnown };
+  enum class Kind { kFeatures, kKnown, kMarkers, kBoth, kFile, kStream };
   std::string text_ = "features";
   Kind kind_ = Kind::kFeatures;
+  MarkerSpec markers_;
+  std::filesystem::path file_;
+  TrajectoryOptions trajectory_;
+  PoseStreamOptions stream_;
 };
 
 }  // namespace ulf

@@ -84,7 +84,8 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
                         {.tracker = {.deterministic = args.deterministic,
                                      .seed = args.seed,
                                      .features = args.features,
-                                     .wait_for_mapper = !device.IsLive()}});
+                                     .wait_for_mapper = !device.IsLive()},
+                         .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -115,6 +116,7 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
       run.final.push_back({sample.time_s, sample.track.anchor ? poses->PoseOf(*sample.track.anchor)
                                                               : *sample.track.cam_from_world});
   run.map = poses->Statistics();
+  run.from_outside = poses->Counts();
   return followed;
 }
 

@@ -97,6 +97,16 @@ std::string StagesLine(const Counts& counts) {
   return text.empty() ? text : "CPU by stage, ms a frame on average: " + text + "\n";
 }
 
+std::string OutsideLine(const TrackRun& run) {
+  std::string text;
+  for (const auto& [name, count] : run.from_outside) {
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", words, count);
+  }
+  return text.empty() ? text : "from outside: " + text + "\n";
+}
+
 std::string Length(double metres) {
   return std::abs(metres) < 0.1 ? fmt::format("{:.3g} mm", 1000 * metres) : fmt::format("{:.3g} m", metres);
 }
@@ -177,6 +187,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["map_points"] = run.map.map_points;
   report["keyframes"] = run.map.keyframes;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
+  for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
     report["cpu_over_orb"] = Quantile(counts.cpu_ms, 0.5) / Quantile(run.orb_cpu_ms, 0.5);
@@ -208,7 +219,7 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         Quantile(counts.wall_ms, 0.5), Quantile(counts.wall_ms, 0.95), counts.longest_ms,
         counts.longest_frame, run.deterministic ? " with mapping" : "", Quantile(counts.cpu_ms, 0.5),
         Quantile(counts.cpu_ms, 0.95));
-  text += StagesLine(counts);
+  text += StagesLine(counts) + OutsideLine(run);
   if (!run.orb_cpu_ms.empty()) {
     const double orb_ms = Quantile(run.orb_cpu_ms, 0.5);
     text += fmt::format("cv::ORB with 1000 features: {:.1f} ms; tracking costs {:.2f} times that\n", orb_ms,

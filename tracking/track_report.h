@@ -28,6 +28,7 @@ struct TrackRun {
   std::vector<TimedPose> live, final;  // as tracked; after the last adjustment
   std::vector<double> orb_cpu_ms;      // cv::ORB with 1000 features on some of the frames
   TrackerStatistics map;
+  std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
 // The poses of the last map alone.

@@ -228,12 +228,56 @@ F4 Posters(const PaintedPoint& at) {
   return color;
 }
 
+// The board's ink at a point of the sheet, in quarters of a millimetre: finer than any texel.
+bool IsInk(double x_mm, double y_mm) {
+  constexpr int kPerMm = 4;
+  struct Raster {
+    int width, height;
+    std::vector<bool> ink;
+  };
+  static const Raster raster = [] {
+    const Board board = MarkerSheet::PrintedBoard();
+    const auto cells = [](double mm) { return static_cast<int>(std::lround(mm * kPerMm)); };
+    Raster drawn{cells(board.WidthMm()), cells(board.HeightMm()), {}};
+    drawn.ink.resize(static_cast<std::size_t>(drawn.width) * static_cast<std::size_t>(drawn.height));
+    for (const RectangleMm& dark : board.Dark())
+      for (int y = cells(dark.y); y < cells(dark.y + dark.height); ++y)
+        for (int x = cells(dark.x); x < cells(dark.x + dark.width); ++x)
+          drawn.ink[static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width) +
+                    static_cast<std::size_t>(x)] = true;
+    return drawn;
+  }();
+  const int x = static_cast<int>(std::floor(x_mm * kPerMm)), y = static_cast<int>(std::floor(y_mm * kPerMm));
+  return x >= 0 && y >= 0 && x < raster.width && y < raster.height &&
+         raster.ink[static_cast<std::size_t>(y) * static_cast<std::size_t>(raster.width) +
+                    static_cast<std::size_t>(x)];
+}
+
+F4 PrintedSheet(const PaintedPoint& at) {
+  const Board board = MarkerSheet::PrintedBoard();
+  const double x_mm = 1000 * static_cast<double>(at.local.x()) + 0.5 * board.WidthMm(),
+               y_mm = 0.5 * board.HeightMm() - 1000 * static_cast<double>(at.local.z());
+  int ink = 0;
+  constexpr int kSide = 4;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i)
+      ink += IsInk(x_mm + ((i + 0.5) / kSide - 0.5) * 1000 * at.texel_m,
+                   y_mm + ((j + 0.5) / kSide - 0.5) * 1000 * at.texel_m);
+  return Mix(Rgb(.82f, .82f, .80f), Rgb(.04f, .04f, .04f), static_cast<float>(ink) / (kSide * kSide));
+}
+
 }  // namespace
+
+Board MarkerSheet::PrintedBoard() {
+  static const Board board = Board::Parse("aruco:3x4:45:9:DICT_4X4_50");
+  return board;
+}
 
 F4 Reflectance(int material, const PaintedPoint& at) {
   using Paint = F4 (*)(const PaintedPoint&);
-  static constexpr Paint kPaints[] = {Terrazzo, Fieldstone, Plaster,   Mosaic, Marbled,     Glaze,
-                                      Printed,  Label,      Patchwork, Banded, RedTerrazzo, Posters};
+  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     Mosaic,    Marbled,
+                                      Glaze,       Printed,    Label,       Patchwork, Banded,
+                                      RedTerrazzo, Posters,    PrintedSheet};
   F4 color = kPaints[material](at);
   for (int i = 0; i < 3; ++i) color[i] = std::clamp(color[i], 0.01f, 0.92f);
   return color;

@@ -3,10 +3,19 @@
 // in corners at several scales, and nowhere repeating, so that a place can be told from every other.
 #pragma once
 
+#include "acquisition/calibration/board.h"
 #include "acquisition/simulator/lanes.h"
 #include "acquisition/simulator/primitive.h"
 
 namespace ulf {
+
+// The sheet of kMarkerSheet: its board, with a white rim around it.
+struct MarkerSheet {
+  static Board PrintedBoard();
+  static constexpr double kRimMm = 15;
+  static double WidthM() { return 0.001 * (PrintedBoard().WidthMm() + 2 * kRimMm); }
+  static double HeightM() { return 0.001 * (PrintedBoard().HeightMm() + 2 * kRimMm); }
+};
 
 namespace material {
 enum Name : int {
@@ -22,6 +31,7 @@ enum Name : int {
   kBanded,       // torus
   kRedTerrazzo,  // small sphere
   kPosters,      // the flat scene's wall
+  kMarkerSheet,  // the marker board on the easel, on the box's face towards -y
 };
 }
 

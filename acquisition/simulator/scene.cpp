@@ -52,6 +52,30 @@ class SceneBuilder {
 
   void SetSubject(const Vector3d& center, double radius) { scene_->subject_ = {center, radius}; }
 
+  // A sheet of markers, its front towards -y of `world_from_local`.
+  void AddBoard(const Rigid3& world_from_local) {
+    const Board board = MarkerSheet::PrintedBoard();
+    constexpr float kHalfThickness = 0.003f;
+    constexpr int kFront = 3;
+    Add({.shape = Shape::kBox,
+         .size = {static_cast<float>(0.5 * MarkerSheet::WidthM()), kHalfThickness,
+                  static_cast<float>(0.5 * MarkerSheet::HeightM())},
+         .position = world_from_local.translation,
+         .material = material::kMarkerSheet,
+         .texel_m = 0.0005f,
+         .light_m = 0.01f,
+         .of_subject = false,
+         .main_chart = kFront,
+         .world_from_local = world_from_local.rotation});
+    // Local x to the right, z up, -y towards the viewer; of the board x to the right, y down, z into the
+    // sheet.
+    Eigen::Matrix3d board_from_local;
+    board_from_local << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+    const Rigid3 in_board{Eigen::Quaterniond(board_from_local),
+                          {0.0005 * board.WidthMm(), 0.0005 * board.HeightMm(), kHalfThickness}};
+    scene_->board_ = StandingBoard{board, in_board * world_from_local.Inverse()};
+  }
+
   void EncloseSubject(const Vector3d& center) {
     double radius = 0;
     for (const Primitive& primitive : scene_->primitives_)
@@ -91,7 +115,7 @@ void AddRoom(SceneBuilder& builder, double wall_y) {
                .of_subject = false});
 }
 
-std::shared_ptr<const Scene> BuildStudio() {
+std::shared_ptr<const Scene> BuildStudioWith(bool easel) {
   SceneBuilder builder;
   constexpr double kWallY = 0.55, kPlinth = 0.026;
   AddRoom(builder, kWallY);
@@ -152,12 +176,17 @@ std::shared_ptr<const Scene> BuildStudio() {
                .position = {-0.08, -0.04, kPlinth + 0.046},
                .material = material::kBanded,
                .world_from_local = TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 68)});
+  if (easel)
+    builder.AddBoard({TurnedAbout(z, 18) * TurnedAbout(Vector3d::UnitX(), -22), {-0.3, 0.12, 0.125}});
   builder.EncloseSubject({0, 0, 0.07});
   builder.AddLight({-1.25f, -0.45f, 1.3f}, {0, 0, 0.1f}, 0.26f, 0.26f, 4.0f);
   builder.AddLight({1.3f, -1.1f, 0.9f}, {0, 0, 0.1f}, 0.16f, 0.45f, 0.45f);
   constexpr double kElevation = 33 * M_PI / 180;
   return builder.Finish({0, -std::cos(kElevation), std::sin(kElevation)});
 }
+
+std::shared_ptr<const Scene> BuildStudio() { return BuildStudioWith(false); }
+std::shared_ptr<const Scene> BuildEasel() { return BuildStudioWith(true); }
 
 std::shared_ptr<const Scene> BuildWall() {
   SceneBuilder builder;
@@ -178,7 +207,7 @@ struct NamedScene {
   const char* name;
   std::shared_ptr<const Scene> (*build)();
 };
-constexpr NamedScene kScenes[] = {{"studio", BuildStudio}, {"wall", BuildWall}};
+constexpr NamedScene kScenes[] = {{"studio", BuildStudio}, {"easel", BuildEasel}, {"wall", BuildWall}};
 
 struct Meeting {
   double distance = std::numeric_limits<double>::infinity();

@@ -3,6 +3,7 @@
 //   studio  a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
 //   terrazzo
 //           table before a stone wall
+//   easel   the studio, and a board of markers on an easel beside the subject (its frame is the board's)
 //   wall    one plane covered with paper: the degenerate case for two-view initialisation
 //
 // Light does not move, so all that does not depend on the eye is computed once: reflectance times the light
@@ -12,9 +13,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "acquisition/calibration/board.h"
 #include "acquisition/light_field.h"
 #include "acquisition/simulator/primitive.h"
 #include "acquisition/simulator/texture.h"
@@ -25,6 +28,12 @@ namespace ulf {
 struct AreaLight {
   Eigen::Vector3f center, half_u, half_v, normal;
   float power = 1;  // irradiance on a surface that faces it at one metre, unshadowed
+};
+
+// A printed board that stands in the scene.
+struct StandingBoard {
+  Board board;
+  Rigid3 board_from_world;  // metres, the frame of calibration/board.h
 };
 
 class Scene {
@@ -40,6 +49,8 @@ class Scene {
   // The sphere that encloses the subject: exact geometry, no estimate.
   const Subject& subject() const { return subject_; }
   Eigen::Vector3d UpInWorld() const { return Eigen::Vector3d::UnitZ(); }
+  // None but on the easel.
+  const std::optional<StandingBoard>& board() const { return board_; }
   // From the subject to where a capture starts, unit, and how far away.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return 1.0; }
@@ -61,6 +72,7 @@ class Scene {
   std::vector<MipTexture> charts_;
   std::vector<AreaLight> lights_;
   Subject subject_;
+  std::optional<StandingBoard> board_;
   Eigen::Vector3d first_direction_;
 };
 

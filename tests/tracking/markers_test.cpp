@@ -1,0 +1,355 @@
+// Poses from markers and boards: against the simulator's truth in millimetres, the two poses of a plane,
+// markers that are learnt, features beside the board, and photographs of real ones.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "acquisition/error.h"
+#include "acquisition/simulator/simulated_board.h"
+#include "acquisition/simulator/simulated_camera.h"
+#include "tests/support/test_paths.h"
+#include "tracking/marker_locator.h"
+#include "tracking/pose_source.h"
+#include "tracking/quantile.h"
+
+namespace ulf {
+namespace {
+
+using ::testing::HasSubstr;
+
+BoardScene SceneOf(const std::string& board, const std::string& lens = "barrel", std::uint64_t seed = 7) {
+  BoardSceneOptions options;
+  options.board = Board::Parse(board);
+  options.camera = SimulatedLens(lens, 640, 480);
+  options.seed = seed;
+  return BoardScene(options);
+}
+
+Rigid3 InMetres(const Rigid3& cam_from_board_mm) {
+  return {cam_from_board_mm.rotation, 0.001 * cam_from_board_mm.translation};
+}
+
+// As GrayForTracking gives it: the simulated sensor is linear.
+cv::Mat Picture(const BoardScene& scene, const Rigid3& cam_from_board, int noise) {
+  return GrayForTracking(
+      {scene.Render(cam_from_board, static_cast<std::uint64_t>(noise)), Transfer::kLinear});
+}
+
+double CentreErrorMm(const Rigid3& pose, const Rigid3& truth) {
+  return 1000 * (pose.OriginInSource() - truth.OriginInSource()).norm();
+}
+
+double TurnDeg(const Rigid3& a, const Rigid3& b) {
+  return RotationAngle(a.rotation * b.rotation.conjugate()) * 180 / M_PI;
+}
+
+Frame FrameOf(const cv::Mat& gray, double time_s) {
+  Frame frame;
+  frame.image = {gray, Transfer::kSrgb};
+  frame.device_time_s = time_s;
+  return frame;
+}
+
+TEST(MarkerSpec, WhatCannotBeReadIsSaid) {
+  const std::pair<const char*, const char*> kCases[] = {{"chessboard:8x6:25", "half a turn"},
+                                                        {"dots", "charuco:"},
+                                                        {"marker:80", "marker:80:"},
+                                                        {"marker:80:DICT_9X9:1", "DICT_9X9"},
+                                                        {"marker:-4:DICT_4X4_50:1", "SIDE_MM"},
+                                                        {"marker:40:DICT_4X4_50:one", "'one'"}};
+  for (const auto& [text, mentioned] : kCases) {
+    try {
+      MarkerSpec::Parse(text);
+      ADD_FAILURE() << "accepted " << text;
+    } catch (const UsageError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
+    }
+  }
+  EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50:7").id, 7);
+  EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50").kind, MarkerSpec::Kind::kSeveral);
+  EXPECT_THROW(PosesSpec::Parse("markers:dots"), UsageError);
+}
+
+// A board in a hand, behind lenses with and without distortion: metric from the first frame, a fraction of a
+// millimetre, and the predicted error is of the true one's size.
+TEST(Markers, ABoardsPoseIsMetric) {
+  struct Case {
+    const char *board, *lens;
+    double within_mm;
+  };
+  for (const Case& c : {Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "barrel", 0.6},
+                        Case{"charuco:7x5:30:22:DICT_5X5_100", "barrel", 0.4},
+                        Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "fisheye", 1.2}}) {
+    const BoardScene scene = SceneOf(c.board, c.lens);
+    const auto source = PosesSpec::Parse("markers:" + std::string(c.board)).Open(scene.options().camera, {});
+    EXPECT_TRUE(source->IsMetric());
+    std::vector<double> errors_mm, turns_deg, in_sigmas, qualities;
+    constexpr int kStops = 24;
+    for (int stop = 0; stop < kStops; ++stop) {
+      const Rigid3 truth = scene.HeldAt(static_cast<std::uint64_t>(stop), 0);
+      const cv::Mat gray = Picture(scene, truth, stop);
+      const Track track = source->Step(FrameOf(gray, stop / 30.0));
+      if (!track.cam_from_world) continue;
+      EXPECT_EQ(track.state, TrackState::kTracking);
+      ASSERT_TRUE(track.center_sigma);
+      qualities.push_back(track.quality);
+      errors_mm.push_back(CentreErrorMm(*track.cam_from_world, InMetres(truth)));
+      turns_deg.push_back(TurnDeg(*track.cam_from_world, InMetres(truth)));
+      in_sigmas.push_back(errors_mm.back() / (1000 * *track.center_sigma));
+    }
+    std::printf("%s, %s: %zu of %d, centre %.2f mm (95 %%: %.2f), turn %.3f deg, error / predicted %.2f\n",
+                c.board, c.lens, errors_mm.size(), kStops, Median(errors_mm), Quantile(errors_mm, 0.95),
+                Median(turns_deg), Median(in_sigmas));
+    EXPECT_GE(errors_mm.size(), 22u) << c.board;
+    EXPECT_LT(Median(errors_mm), c.within_mm) << c.board;
+    EXPECT_LT(Quantile(errors_mm, 0.95), 5 * c.within_mm) << c.board;
+    EXPECT_GT(Median(qualities), 0.5) << c.board;
+    EXPECT_GT(Median(in_sigmas), 0.1) << c.board;
+    EXPECT_LT(Median(in_sigmas), 3) << c.board;
+  }
+}
+
+// A small marker far away, without history: either the right one of its two poses or none. The nearer one in
+// the image alone would have been wrong in some.
+TEST(Markers, OfTwoEquallyLikelyPosesNoneIsGuessed) {
+  BoardSceneOptions options;
+  options.board = Board::Parse("aruco:1x1:40:10:DICT_4X4_50");
+  options.camera = SimulatedLens("pinhole", 640, 480);
+  const BoardScene scene(options);
+  const MarkerSpec spec = MarkerSpec::Parse("marker:40:DICT_4X4_50:0");
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int seen = 0, given = 0, wrong = 0, guessed_wrong = 0;
+  for (int i = 0; i < 150; ++i) {
+    const double size_px = 16 + 40 * uniform(random);
+    const double distance_mm = options.camera.MeanFocalPx() * 40 / size_px;
+    const double tilt = 50 * M_PI / 180 * uniform(random), about = 2 * M_PI * uniform(random);
+    const Eigen::Quaterniond turn(
+        Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(about), std::sin(about), 0)));
+    const Eigen::Vector3d middle(20, 20, 0);
+    const Eigen::Vector3d place(0.3 * distance_mm * (uniform(random) - 0.5),
+                                0.3 * distance_mm * (uniform(random) - 0.5), distance_mm);
+    const Rigid3 cam_from_board{turn, place - turn * middle};
+    const Rigid3 truth = Rigid3{turn, 0.001 * place};  // the marker's own frame begins in its middle
+    const cv::Mat gray = Picture(scene, cam_from_board, i);
+    const auto sure = MarkerLocator(options.camera, spec).Locate(gray, 0);
+    const auto guess = MarkerLocator(options.camera, spec, {.sure_difference = 0}).Locate(gray, 0);
+    constexpr double kOtherPoseDeg = 12;
+    seen += guess.has_value();
+    guessed_wrong += guess && TurnDeg(guess->cam_from_world, truth) > kOtherPoseDeg;
+    given += sure.has_value();
+    wrong += sure && TurnDeg(sure->cam_from_world, truth) > kOtherPoseDeg;
+  }
+  std::printf("of 150 single markers of 16 to 56 px %d seen, %d sure, %d of them wrong; guessing: %d wrong\n",
+              seen, given, wrong, guessed_wrong);
+  EXPECT_GT(seen, 120);
+  EXPECT_GT(given, 40);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(guessed_wrong, 0);
+}
+
+// What the frame before knew decides where the corners cannot.
+TEST(Markers, HistoryCarriesThroughAmbiguousFrames) {
+  BoardSceneOptions options;
+  options.board = Board::Parse("aruco:1x1:40:10:DICT_4X4_50");
+  options.camera = SimulatedLens("pinhole", 640, 480);
+  const BoardScene scene(options);
+  const MarkerSpec spec = MarkerSpec::Parse("marker:40:DICT_4X4_50:0");
+  MarkerLocator following(options.camera, spec);
+  int alone = 0, followed = 0, by_history = 0, wrong = 0;
+  constexpr int kFrames = 60;
+  for (int i = 0; i < kFrames; ++i) {
+    // From near, where all is clear, back to where it is not.
+    const double distance_mm = 350 + 20.0 * i;
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.6, Eigen::Vector3d(0.8, 0.6, 0)));
+    const Rigid3 cam_from_board{turn, Eigen::Vector3d(0, 0, distance_mm) - turn * Eigen::Vector3d(20, 20, 0)};
+    const cv::Mat gray = Picture(scene, cam_from_board, i);
+    alone += MarkerLocator(options.camera, spec).Locate(gray, 0).has_value();
+    const auto pose = following.Locate(gray, i / 30.0);
+    followed += pose.has_value();
+    by_history += pose && pose->by_history;
+    wrong += pose && TurnDeg(pose->cam_from_world, {turn, {}}) > 12;
+  }
+  std::printf("%d of %d frames alone, %d with history (%d by it)\n", alone, kFrames, followed, by_history);
+  EXPECT_LT(alone, followed);
+  EXPECT_GT(by_history, 3);
+  EXPECT_GT(followed, kFrames * 7 / 10);
+  EXPECT_EQ(wrong, 0);
+}
+
+// Four markers whose arrangement nobody told: learnt to a fraction of a millimetre.
+TEST(Markers, AnArrangementIsLearnt) {
+  const BoardScene scene = SceneOf("aruco:2x2:60:30:DICT_4X4_50");
+  MarkerLocator locator(scene.options().camera, MarkerSpec::Parse("marker:60:DICT_4X4_50"));
+  std::vector<double> errors_mm;
+  int first = -1;
+  for (int i = 0; i < 60; ++i) {
+    const Rigid3 truth = scene.HeldAt(static_cast<std::uint64_t>(i / 3), (i % 3) / 3.0);
+    const auto pose = locator.Locate(Picture(scene, truth, i), i / 10.0);
+    if (!pose) continue;
+    // The world is the first marker's middle: which one that is shows in the first pose.
+    const Rigid3 board_from_world = InMetres(truth).Inverse() * pose->cam_from_world;
+    if (first < 0) {
+      for (int id = 0; id < 4; ++id) {
+        const Eigen::Vector3d middle(0.03 + 0.09 * (id % 2), 0.03 + 0.09 * (id / 2), 0);
+        if ((board_from_world.translation - middle).norm() < 0.02) first = id;
+      }
+      ASSERT_GE(first, 0);
+    }
+    const Eigen::Vector3d middle(0.03 + 0.09 * (first % 2), 0.03 + 0.09 * (first / 2), 0);
+    const Rigid3 expected = InMetres(truth) * Rigid3{Eigen::Quaterniond::Identity(), middle};
+    if (i >= 40) errors_mm.push_back(CentreErrorMm(pose->cam_from_world, expected));
+  }
+  std::printf("%d markers learnt, centre %.2f mm (95 %%: %.2f)\n", locator.KnownMarkers(), Median(errors_mm),
+              Quantile(errors_mm, 0.95));
+  EXPECT_EQ(locator.KnownMarkers(), 4);
+  EXPECT_GE(errors_mm.size(), 18u);
+  EXPECT_LT(Median(errors_mm), 1.5);
+}
+
+// The studio with a board on an easel. The board begins the map at once and gives the metre; covered up for a
+// while, features go on in its frame; in a fog that leaves only the board, the board carries.
+TEST(Markers, FeaturesAndBoardHelpEachOther) {
+  SimulationOptions options;
+  options.scene = "easel";
+  options.looks_away = false;
+  options.fps = 10;
+  const SimulatedCamera camera(options);
+  const StandingBoard& standing = *camera.scene().board();
+  const auto source = PosesSpec::Parse("features+markers:" + standing.board.Text())
+                          .Open(camera.camera(), {.tracker = {.deterministic = true}});
+  EXPECT_TRUE(source->IsMetric());
+  std::vector<double> open_mm, covered_mm, fog_mm;
+  std::vector<std::pair<Anchored, Rigid3>> anchors;
+  constexpr int kCovered = 36, kFog = 48, kEnd = 55;
+  for (int i = 0; i < kEnd; ++i) {
+    Frame frame = camera.Capture(static_cast<std::uint64_t>(i));
+    const Rigid3 truth = *frame.known_cam_from_world * standing.board_from_world.Inverse();
+    if (i >= kCovered) {
+      std::vector<cv::Point> outline;
+      const double w = 0.001 * standing.board.WidthMm() + 0.02, h = 0.001 * standing.board.HeightMm() + 0.02;
+      for (const Eigen::Vector3d& corner :
+           {Eigen::Vector3d(-0.02, -0.02, 0), {w, -0.02, 0}, {w, h, 0}, {-0.02, h, 0}}) {
+        const auto img = camera.camera().ImgFromCam(truth * corner);
+        ASSERT_TRUE(img);
+        outline.emplace_back(static_cast<int>(img->x()), static_cast<int>(img->y()));
+      }
+      cv::Mat mask(frame.image.pixels.size(), CV_8U, cv::Scalar(i < kFog ? 0 : 255));
+      cv::fillConvexPoly(mask, outline, cv::Scalar(i < kFog ? 255 : 0));
+      cv::Mat pixels = frame.image.pixels.clone();
+      pixels.setTo(cv::Scalar::all(90), mask);
+      frame.image.pixels = pixels;
+    }
+    frame.known_cam_from_world.reset();
+    const Track track = source->Step(frame);
+    ASSERT_TRUE(track.cam_from_world || i > 0) << "the board gives a pose at once";
+    if (!track.cam_from_world) continue;
+    (i < kCovered ? open_mm
+     : i < kFog   ? covered_mm
+                  : fog_mm)
+        .push_back(CentreErrorMm(*track.cam_from_world, truth));
+    anchors.emplace_back(*track.anchor, truth);
+  }
+  source->Finish();
+  std::vector<double> final_mm;
+  for (const auto& [anchor, truth] : anchors)
+    final_mm.push_back(CentreErrorMm(source->PoseOf(anchor), truth));
+  std::printf(
+      "centre: with both %.2f mm, board covered %.2f, board alone %.2f; after the run %.2f (95 %%: %.2f); %d "
+      "points\n",
+      Median(open_mm), Median(covered_mm), Median(fog_mm), Median(final_mm), Quantile(final_mm, 0.95),
+      source->Statistics().map_points);
+  EXPECT_EQ(open_mm.size(), static_cast<std::size_t>(kCovered));
+  EXPECT_GE(covered_mm.size(), 11u);
+  EXPECT_GE(fog_mm.size(), 6u);
+  EXPECT_GT(source->Statistics().map_points, 100);
+  // No alignment: in the board's own frame, in millimetres, from a metre away.
+  EXPECT_LT(Median(open_mm), 4);
+  EXPECT_LT(Median(covered_mm), 5);
+  EXPECT_LT(Median(fog_mm), 2);
+  EXPECT_LT(Median(final_mm), 4);
+}
+
+// A printed board in a hand, and one of its markers by itself: they agree as well as they say they do.
+TEST(Markers, RealBoard) {
+  ULF_NEED_TEST_DATA(data, "aruco_board");
+  const CameraModel camera = CameraModel::FromOpenCv(640, 480, 813, 813, 319, 240);
+  const MarkerSpec board = MarkerSpec::Parse("aruco:4x5:37.5:5:DICT_6X6_1000");
+  const MarkerSpec one = MarkerSpec::Parse("marker:37.5:DICT_6X6_1000:6");
+  int posed = 0, alone = 0, wrong = 0, all = 0;
+  std::vector<double> rms_px, sigma_mm;
+  for (const auto& entry : std::filesystem::directory_iterator(data / "aruco_data")) {
+    if (entry.path().extension() != ".jpg") continue;
+    ++all;
+    const cv::Mat gray = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
+    const auto whole = MarkerLocator(camera, board).Locate(gray, 0);
+    if (!whole) continue;
+    ++posed;
+    rms_px.push_back(whole->rms_px);
+    sigma_mm.push_back(1000 * whole->center_sigma);
+    const auto single = MarkerLocator(camera, one).Locate(gray, 0);
+    if (!single) continue;
+    ++alone;
+    const Rigid3 expected = whole->cam_from_world * Rigid3{Eigen::Quaterniond::Identity(),
+                                                           {0.0425 * 2 + 0.01875, 0.0425 + 0.01875, 0}};
+    wrong += TurnDeg(single->cam_from_world, expected) > 15;
+  }
+  std::printf("%d of %d photographs posed, %.2f px, sigma %.2f mm; a single marker in %d, wrong in %d\n",
+              posed, all, Median(rms_px), Median(sigma_mm), alone, wrong);
+  EXPECT_EQ(posed, all);
+  EXPECT_GT(all, 40);
+  EXPECT_LT(Median(rms_px), 1.2);
+  EXPECT_LT(Median(sigma_mm), 2);
+  EXPECT_GT(alone, 5);
+  EXPECT_EQ(wrong, 0);
+}
+
+// Photographs of cubes that all carry tag 0: found where the AprilTag library finds them, and no pose,
+// because nobody knows which is which.
+TEST(Markers, RealTags) {
+  ULF_NEED_TEST_DATA(data, "apriltag_photos");
+  int matched = 0, files = 0;
+  std::vector<double> off_px;
+  for (const auto& entry : std::filesystem::directory_iterator(data)) {
+    if (entry.path().extension() != ".jpg") continue;
+    ++files;
+    const cv::Mat gray = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
+    std::ifstream list(std::filesystem::path(entry.path()).replace_extension(".txt"));
+    std::vector<MarkerImage> tags;
+    for (std::string line; std::getline(list, line);) {
+      MarkerImage t;
+      if (std::sscanf(line.c_str(), "0, (%lf %lf), (%lf %lf), (%lf %lf), (%lf %lf)", &t[0].x(), &t[0].y(),
+                      &t[1].x(), &t[1].y(), &t[2].x(), &t[2].y(), &t[3].x(), &t[3].y()) == 8)
+        tags.push_back(t);
+    }
+    for (const auto& [id, img] : DetectMarkers("DICT_APRILTAG_36h11", gray)) {
+      double nearest = 1e9;
+      for (const MarkerImage& tag : tags) {
+        double off = 0;
+        for (const Eigen::Vector2d& corner : img) {
+          double closest = 1e9;
+          for (const Eigen::Vector2d& other : tag) closest = std::min(closest, (corner - other).norm());
+          off = std::max(off, closest);
+        }
+        nearest = std::min(nearest, off);
+      }
+      if (id != 0 || nearest > 5) continue;
+      ++matched;
+      off_px.push_back(nearest);
+    }
+    const CameraModel camera = CameraModel::Pinhole(gray.cols, gray.rows, 800);
+    EXPECT_FALSE(MarkerLocator(camera, MarkerSpec::Parse("marker:150:DICT_APRILTAG_36h11:0")).Locate(gray, 0))
+        << entry.path();
+  }
+  std::printf("%d of 47 listed tags in %d photographs, worst corner off by %.2f px (median)\n", matched,
+              files, Median(off_px));
+  EXPECT_EQ(files, 3);
+  EXPECT_GE(matched, 18);
+  EXPECT_LT(Median(off_px), 2);
+}
+
+}  // namespace
+}  // namespace ulf
