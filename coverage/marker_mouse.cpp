@@ -24,7 +24,10 @@ MarkerMouse::MarkerMouse(const RenderScene& scene, const Eigen::Vector3d& middle
 Rigid3 MarkerMouse::CamFromWorld(const Rigid3& cam_from_marker) {
   const Eigen::Vector3d middle_in_cam = cam_from_marker * middle_;
   if (!world_per_metre_) world_per_metre_ = distance_ / std::max(1e-6, middle_in_cam.norm());
-  return Rigid3{cam_from_marker.rotation, *world_per_metre_ * middle_in_cam} * held_from_world_;
+  // Seen from where the camera is, but aimed: a marker held off the middle is not a subject off the picture.
+  const auto aimed = Eigen::Quaterniond::FromTwoVectors(middle_in_cam, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d ahead(0, 0, *world_per_metre_ * middle_in_cam.norm());
+  return Rigid3{(aimed * cam_from_marker.rotation).normalized(), ahead} * held_from_world_;
 }
 
 }  // namespace ulf

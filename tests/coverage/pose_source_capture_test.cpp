@@ -122,6 +122,10 @@ TEST(NearestView, AgreesWithTheReference) {
   const Rigid3 nearer = mouse.CamFromWorld({Eigen::Quaterniond::Identity(), {0, 0, 0.25}});
   EXPECT_NEAR((nearer * scene.subject.center_in_world).z(), 0.5 * (start * scene.subject.center_in_world).z(),
               1e-9);
+  // Held off the middle it is seen from the side a little, and still in the middle of the picture.
+  const Rigid3 aside = mouse.CamFromWorld({Eigen::Quaterniond::Identity(), {0.1, 0.05, 0.5}});
+  EXPECT_LT((aside * scene.subject.center_in_world).head<2>().norm(), 1e-9);
+  EXPECT_GT((aside.OriginInSource() - start.OriginInSource()).norm(), 0.15 * distance);
   const double turn = 0.2;
   const Rigid3 turned = mouse.CamFromWorld(
       {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY())), {0, 0, 0.5}});
