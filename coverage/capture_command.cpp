@@ -27,6 +27,7 @@
 #include "coverage/capture_start.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
+#include "coverage/map_cache.h"
 #include "coverage/pose_errors.h"
 
 namespace ulf {
@@ -126,26 +127,6 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
-// The map is built again from recorded photographs, evenly spread.
-void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSource& poses) {
-  constexpr std::size_t kMostViews = 80;
-  const std::size_t count = light_field.views.size();
-  const std::size_t used = std::min(count, kMostViews);
-  std::vector<SeedView> seeds;
-  for (std::size_t i = 0; i < used; ++i) {
-    const View& view = light_field.views[i * count / used];
-    Image image = ReadRecordedImage(light_field, view);
-    const CameraModel& camera = light_field.CameraOf(view);
-    if (camera != tracked) image = AsSeenBy(tracked, image, camera);
-    seeds.push_back({std::move(image), view.cam_from_world});
-  }
-  if (!poses.SeedMap(seeds))
-    throw Error(
-        "{}: its {} views show too little in common to find the camera's position among them; begin a new "
-        "one",
-        light_field.root.string(), count);
-}
-
 struct Prepared {
   std::unique_ptr<Device> device;
   std::vector<Frame> first;   // what came until the first live frame, which is the last
@@ -240,7 +221,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
        .metric = info.bus == "simulated",
        .stop = StopOnSignal::Asked});
   if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
-    SeedFrom(prepared.writer->Contents(), prepared.camera, *prepared.poses);
+    RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   if (!prepared.writer) {
     header.camera = options->still_camera.value_or(prepared.camera);
     header.device_uri = info.uri;
@@ -401,6 +382,8 @@ int RunCaptureCommand(const CaptureArgs& args) {
                kept.left_out + kept.written, kept.problem);
   SayWhatTheDiskRefused(summary);
   const LightField light_field = ReadLightField(args.dir);
+  if (summary.stopped_because != StoppedBecause::kDisk && !light_field.views.empty())
+    SaveMapCache(light_field, prepared.camera, *prepared.poses);
   const LightFieldReport report =
       Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   std::optional<PoseErrors> errors;

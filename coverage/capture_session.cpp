@@ -92,7 +92,7 @@ class Session {
   void EndPause(double now_s, bool ended = false);
   void Say(const std::string& text) const;
   CaptureProgress Progress(Reason reason) const;
-  void CorrectPoses(bool last);
+  bool CorrectPoses(bool last);
   bool CapIsCovered();
   std::vector<CriterionView> ViewsForCriterion() const;
   void Close();
@@ -120,6 +120,8 @@ class Session {
   std::optional<OpenGap> device_gap_, pause_;
   double frame_period_s_ = 0;
   bool tracked_before_ = false;
+  int map_revision_ = 0;  // of the tracker, as last seen
+  bool poses_due_ = false;
   std::size_t views_at_last_measure_ = 0;
   double ended_after_s_ = 0;  // by this machine's clock
 };
@@ -290,8 +292,9 @@ CaptureProgress Session::Progress(Reason reason) const {
   return progress;
 }
 
-void Session::CorrectPoses(bool last) {
-  if (view_poses_.empty()) return;
+// False when it has to be tried again: the disk is behind.
+bool Session::CorrectPoses(bool last) {
+  if (view_poses_.empty()) return true;
   std::vector<Rigid3> corrected;
   double largest_move = 0;
   for (const ViewPose& view : view_poses_) {
@@ -303,10 +306,11 @@ void Session::CorrectPoses(bool last) {
         std::max({largest_move, RotationAngle(moved.rotation), moved.translation.norm() / distance});
   }
   constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
-  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return;
-  if (!last && !spool_.TryUpdatePoses(corrected)) return;
+  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
+  if (!last && !spool_.TryUpdatePoses(corrected)) return false;
   for (std::size_t i = 0; i < corrected.size(); ++i) view_poses_[i].cam_from_world = corrected[i];
   if (map_) map_->SetViews(ViewsForCriterion());
+  return true;
 }
 
 // The map says when it is worth measuring; the measure, on directions of its own, decides.
@@ -368,8 +372,10 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   PlaceSubject(track);
   const Decision decision = DecideAndRecord(*frame, track);
   NotePause(*last_time_s_);
-  if (summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0)
-    CorrectPoses(false);
+  // A closed loop moves views at once by what drift had come to.
+  poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
+                summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
+  if (poses_due_) poses_due_ = !CorrectPoses(false);
   if (hooks_.after_frame) {
     CaptureProgress progress = Progress(decision.reason);
     progress.cam_from_world = track.cam_from_world;

@@ -3,7 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <unordered_set>
+
+#include "tracking/quantile.h"
 
 namespace ulf {
 
@@ -19,6 +23,48 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (refined.inlier[i]) inliers.push_back(matches[i]);
   return inliers;
+}
+
+// Seen from either, what is matched lies where the other one has it.
+bool SamePlace(const Located& a, const Located& b) {
+  std::vector<double> apart;
+  for (const PointMatch& match : a.matches) {
+    const Eigen::Vector3d& point = a.candidates[static_cast<std::size_t>(match.candidate)].position;
+    const Eigen::Vector3d in_a = a.cam_from_world * point;
+    apart.push_back((in_a - b.cam_from_world * point).norm() / in_a.norm());
+  }
+  constexpr double kTolerance = 0.02;
+  return Median(std::move(apart)) < kTolerance;
+}
+
+// So much more of the image speaks for the first that the second is chance or a repetition.
+bool Outdoes(const Located& first, const Located& second) {
+  return second.matches.size() < 0.8 * static_cast<double>(first.matches.size());
+}
+
+// A hand hides whole regions; a wrong pose misses points everywhere among those that it finds. Where anything
+// is found, half of what should be must be.
+bool FillsWhereItIs(const CameraModel& camera, const Located& located) {
+  constexpr int kColumns = 4, kRows = 3;
+  std::array<double, kColumns * kRows> expected{}, found{};
+  const auto cell_of = [&](const Vector2d& img) {
+    const int column = std::clamp(static_cast<int>(kColumns * img.x() / camera.width), 0, kColumns - 1);
+    const int row = std::clamp(static_cast<int>(kRows * img.y() / camera.height), 0, kRows - 1);
+    return static_cast<std::size_t>(row * kColumns + column);
+  };
+  const std::unordered_set<int> ids(located.expected_ids.begin(), located.expected_ids.end());
+  for (const Candidate& candidate : located.candidates)
+    if (ids.contains(candidate.id))
+      if (const auto img = camera.ImgFromCam(located.cam_from_world * candidate.position))
+        expected[cell_of(*img)] += candidate.find_rate;
+  for (const PointMatch& match : located.matches) ++found[cell_of(match.img)];
+  double sum_expected = 0, sum_found = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (found[i] < 2) continue;
+    sum_expected += expected[i];
+    sum_found += found[i];
+  }
+  return sum_found >= 0.5 * sum_expected;
 }
 
 }  // namespace
@@ -87,27 +133,62 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
 
 std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                           unsigned seed, int min_points) const {
-  constexpr int kKeyframes = 5;
+  constexpr int kRanked = 24;
+  constexpr int kTried = 6;       // keyframes, until one shows where this is
+  constexpr int kRivals = 3;      // and others, which may show that it could be elsewhere
+  constexpr double kAlike = 0.3;  // of the best keyframe's votes: less is no rival
+  const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, kRanked);
+  std::optional<Located> best;
+  std::unordered_map<int, int> shown;  // by keyframe: how many of the best one's points it sees
+  int tried = 0, rivals = 0;
+  for (const auto& [keyframe, votes] : ranked) {
+    if (best ? rivals >= kRivals || votes < kAlike * ranked.front().votes : tried >= kTried) break;
+    if (best && 3 * shown[keyframe] > static_cast<int>(best->matches.size())) continue;
+    ++(best ? rivals : tried);
+    std::optional<Located> found = FindBy(keyframe, image, seed, min_points);
+    if (!found) continue;
+    if (best && SamePlace(*best, *found)) continue;
+    if (best && !Outdoes(*best, *found) && !Outdoes(*found, *best)) {
+      spdlog::debug("keyframe {} shows another place that looks as much like it: {} points and {}", keyframe,
+                    found->matches.size(), best->matches.size());
+      return std::nullopt;
+    }
+    if (best && !Outdoes(*found, *best)) continue;
+    spdlog::debug("found by keyframe {} with {} points of {:.0f}", keyframe, found->matches.size(),
+                  found->expected);
+    best = std::move(found);
+    shown.clear();
+    const std::lock_guard lock(shared_.mutex);
+    for (const PointMatch& match : best->matches) {
+      const int id = best->candidates[static_cast<std::size_t>(match.candidate)].id;
+      for (const Observation& o : shared_.map.point(id).observations) ++shown[o.keyframe];
+    }
+  }
+  return best;
+}
+
+std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed,
+                                            int min_points) const {
   StageTimes ignored;  // the caller counts all of this as one stage
   const double unit = camera_.width / 640.0;
-  for (const int keyframe : index.Query(*image.features, kKeyframes)) {
-    std::optional<PoseProposal> proposal;
-    Located located;
-    {
-      const std::lock_guard lock(shared_.mutex);
-      proposal = ProposePose(camera_, shared_.map, keyframe, *image.features, seed);
-      if (proposal) located.candidates = GatherCandidates(shared_.map, camera_, proposal->cam_from_world);
-    }
-    if (!proposal) continue;
-    located.cam_from_world = proposal->cam_from_world;
-    std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
-    if (!wide) continue;
-    std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
-    if (!found || !IsSure(*found, min_points)) continue;
-    spdlog::debug("found by keyframe {} with {} points", keyframe, found->matches.size());
-    return found;
+  KeyframePoints points;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    points = PointsOf(shared_.map, keyframe);
   }
-  return std::nullopt;
+  const auto proposal = ProposePose(camera_, points, *image.features, seed);
+  if (!proposal) return std::nullopt;
+  Located located;
+  located.cam_from_world = proposal->cam_from_world;
+  {
+    const std::lock_guard lock(shared_.mutex);
+    located.candidates = GatherCandidates(shared_.map, camera_, proposal->cam_from_world);
+  }
+  std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
+  if (!wide) return std::nullopt;
+  std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
+  if (!found || !IsSure(*found, min_points) || !FillsWhereItIs(camera_, *found)) return std::nullopt;
+  return found;
 }
 
 bool IsSure(const Located& located, int min_points) {

@@ -44,7 +44,8 @@ class FrameLocator {
                                 StageTimes& stages) const;
 
   // From nothing but what the image looks like: by descriptors, P3P, and then the whole map under that pose.
-  // None when fewer than `min_points` support it, or less than 0.3 of what should be seen.
+  // None when fewer than `min_points` support it, or less than 0.3 of what should be seen, or when another
+  // place of the map looks as much like it.
   std::optional<Located> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed,
                               int min_points) const;
 
@@ -54,6 +55,7 @@ class FrameLocator {
   void Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const;
 
  private:
+  std::optional<Located> FindBy(int keyframe, const TrackedImage& image, unsigned seed, int min_points) const;
   CameraModel camera_;
   const SharedMap& shared_;
   int most_undetected_;

@@ -117,6 +117,12 @@ Rigid3 Map::PoseOf(int id) const {
                                          : found.cam_from_parent * PoseOf(found.parent);
 }
 
+Rigid3 Map::PoseOf(const Anchored& anchor) const {
+  Rigid3 cam_from_keyframe = anchor.cam_from_keyframe;
+  cam_from_keyframe.translation *= keyframe(anchor.keyframe_id).unit / anchor.unit;
+  return cam_from_keyframe * PoseOf(anchor.keyframe_id);
+}
+
 std::vector<Map::Neighbour> Map::Covisible(int id, int min_shared) const {
   std::vector<int> shared(keyframes_.size(), 0);
   for (const int point_id : keyframe(id).point_of_feature)

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -17,6 +18,7 @@
 
 #include "acquisition/camera_model.h"
 #include "acquisition/rigid3.h"
+#include "tracking/anchored.h"
 #include "tracking/features.h"
 #include "tracking/patch_alignment.h"
 
@@ -59,6 +61,8 @@ struct Keyframe {
   bool alive = true;
   double time_s = 0;
   Rigid3 cam_from_world;
+  // How much lengths about it have been scaled by closed loops since it was made.
+  double unit = 1;
   // Of a removed keyframe: this keyframe's pose relative to another.
   int parent = -1;
   Rigid3 cam_from_parent;
@@ -98,6 +102,7 @@ class Map {
 
   // Follows removed keyframes to living ones.
   Rigid3 PoseOf(int keyframe) const;
+  Rigid3 PoseOf(const Anchored& anchor) const;
 
   struct Neighbour {
     int keyframe;
@@ -124,6 +129,9 @@ struct SharedMap {
   explicit SharedMap(const CameraModel& camera) : map(camera) {}
   mutable std::mutex mutex;
   Map map;
+  std::atomic<int> loops{0};  // closed so far
+  // Counts corrections that move much at once: who keeps poses should ask for them again.
+  std::atomic<int> revision{0};
 };
 
 }  // namespace ulf

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "tracking/loop_closer.h"
 #include "tracking/map_adjustment.h"
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
@@ -37,8 +38,14 @@ double MedianDepth(const Map& map, const Keyframe& keyframe) {
 
 }  // namespace
 
-Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous)
-    : camera_(camera), shared_(shared), map_(shared.map), index_(index), synchronous_(synchronous) {
+Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
+               unsigned seed)
+    : camera_(camera),
+      shared_(shared),
+      map_(shared.map),
+      index_(index),
+      synchronous_(synchronous),
+      loops_(std::make_unique<LoopCloser>(camera, shared, index, LoopOptions{.seed = seed})) {
   if (!synchronous_) thread_ = std::thread([this] { Run(); });
 }
 
@@ -105,6 +112,11 @@ void Mapper::Process(NewKeyframe& offered) {
   AdjustLocal(newest, true);
   const auto adjusted = Clock::now();
   CullKeyframes(newest);
+  if (const auto loop = loops_->Examine(newest)) {
+    for (const int recent : loop->recent) Fuse(recent, loop->old);
+    AdjustAll();
+    ++shared_.revision;
+  }
   index_.Add(map_.keyframe(newest));
   const auto ms = [](auto from, auto to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
@@ -173,6 +185,7 @@ void Mapper::Reset() {
   map_.Clear();
   index_.Clear();
   recent_points_.clear();
+  loops_->Reset();
 }
 
 int Mapper::Insert(NewKeyframe& offered) {

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -34,10 +35,13 @@ struct NewKeyframe {
   std::vector<Seen> seen;
 };
 
+class LoopCloser;
+
 class Mapper {
  public:
   // Synchronous: everything happens inside Offer().
-  Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous);
+  Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
+         unsigned seed = 1);
   ~Mapper();
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
@@ -73,6 +77,7 @@ class Mapper {
   Map& map_;
   KeyframeIndex& index_;
   bool synchronous_;
+  std::unique_ptr<LoopCloser> loops_;
   std::vector<int> recent_points_;
 
   std::mutex work_mutex_;  // of the following

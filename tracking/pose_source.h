@@ -36,6 +36,11 @@ class PoseSource {
   virtual std::vector<ScenePoint> Points() const { return {}; }
   // Before the first Step(), to go on with a capture.
   virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }
+  // As Tracker's; nothing where there is no map.
+  virtual void SaveMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) const {}
+  virtual std::string RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {
+    return "these poses need no map";
+  }
   virtual void Finish() {}
   virtual TrackerStatistics Statistics() const { return {}; }  // of the map; zero where there is none
   // What became of poses from outside, by name, in the order to be shown.

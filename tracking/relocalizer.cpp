@@ -1,8 +1,9 @@
 #include "tracking/relocalizer.h"
 
 #include <algorithm>
-#include <map>
+#include <numeric>
 #include <random>
+#include <utility>
 
 #include "tracking/absolute_pose.h"
 #include "tracking/matching.h"
@@ -57,50 +58,65 @@ void KeyframeIndex::Clear() {
   keys_of_.clear();
 }
 
-std::vector<int> KeyframeIndex::Query(const FeatureSet& features, int most) const {
+std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& features, int most) const {
   const std::lock_guard lock(mutex_);
-  std::map<int, double> votes;
+  int count = 0;
+  for (const auto& [keyframe, keys] : keys_of_) count = std::max(count, keyframe + 1);
+  std::vector<double> votes(static_cast<std::size_t>(count), 0);
+  std::vector<int> voted_by(static_cast<std::size_t>(count), -1);  // the last feature that did
   std::vector<int> hit;
-  for (const Feature& feature : features.all()) {
+  for (int i = 0; i < features.size(); ++i) {
     hit.clear();
     double weight = 0;
     for (int t = 0; t < kTables; ++t) {
       const auto& table = tables_[static_cast<std::size_t>(t)];
-      const auto bucket = table.find(Key(t, feature.descriptor));
-      if (bucket == table.end()) continue;
-      hit.insert(hit.end(), bucket->second.begin(), bucket->second.end());
+      const auto bucket = table.find(Key(t, features[i].descriptor));
+      if (bucket == table.end() || bucket->second.size() > kTooCommon) continue;
+      for (const int keyframe : bucket->second)
+        if (std::exchange(voted_by[static_cast<std::size_t>(keyframe)], i) != i) hit.push_back(keyframe);
       weight = std::max(weight, 1.0 / static_cast<double>(bucket->second.size()));
     }
-    std::sort(hit.begin(), hit.end());
-    hit.erase(std::unique(hit.begin(), hit.end()), hit.end());
-    for (const int keyframe : hit) votes[keyframe] += weight;
+    for (const int keyframe : hit) votes[static_cast<std::size_t>(keyframe)] += weight;
   }
-  std::vector<std::pair<double, int>> ranked;
-  for (const auto& [keyframe, vote] : votes) ranked.emplace_back(-vote, keyframe);
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<int> best;
-  for (const auto& [vote, keyframe] : ranked)
-    if (static_cast<int>(best.size()) < most) best.push_back(keyframe);
-  return best;
+  std::vector<Ranked> ranked;
+  for (int k = 0; k < count; ++k)
+    if (votes[static_cast<std::size_t>(k)] > 0) ranked.push_back({k, votes[static_cast<std::size_t>(k)]});
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const Ranked& a, const Ranked& b) { return a.votes > b.votes; });
+  if (static_cast<int>(ranked.size()) > most) ranked.resize(static_cast<std::size_t>(most));
+  return ranked;
 }
 
-std::optional<PoseProposal> ProposePose(const CameraModel& camera, const Map& map, int keyframe_id,
+KeyframePoints PointsOf(const Map& map, int id) {
+  KeyframePoints points;
+  points.keyframe = id;
+  const Keyframe& keyframe = map.keyframe(id);
+  if (!keyframe.alive) return points;
+  points.features = keyframe.features;
+  points.positions.resize(static_cast<std::size_t>(keyframe.features->size()));
+  for (int i = 0; i < keyframe.features->size(); ++i) {
+    const int point = keyframe.point_of_feature[static_cast<std::size_t>(i)];
+    if (point < 0) continue;
+    points.with_points.push_back(i);
+    points.positions[static_cast<std::size_t>(i)] = map.point(point).position;
+  }
+  return points;
+}
+
+std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
                                         const FeatureSet& features, unsigned seed) {
   constexpr int kMinMatches = 12;
-  const Keyframe& keyframe = map.keyframe(keyframe_id);
-  if (!keyframe.alive) return std::nullopt;
-  std::vector<int> with_points, all(static_cast<std::size_t>(features.size()));
-  for (int i = 0; i < keyframe.features->size(); ++i)
-    if (keyframe.point_of_feature[static_cast<std::size_t>(i)] >= 0) with_points.push_back(i);
-  for (int i = 0; i < features.size(); ++i) all[static_cast<std::size_t>(i)] = i;
-  const auto matches = MatchAll(*keyframe.features, with_points, features, all,
+  if (!keyframe.features) return std::nullopt;
+  std::vector<int> all(static_cast<std::size_t>(features.size()));
+  std::iota(all.begin(), all.end(), 0);
+  const auto matches = MatchAll(*keyframe.features, keyframe.with_points, features, all,
                                 {.max_distance = 70, .max_ratio = 0.85, .same_rotation = true});
   if (static_cast<int>(matches.size()) < kMinMatches) return std::nullopt;
   std::vector<PointObservation> observations;
   for (const FeatureMatch& match : matches) {
-    const int point = keyframe.point_of_feature[static_cast<std::size_t>(match.first)];
     const Feature& feature = features[match.second];
-    observations.push_back({map.point(point).position, feature.img, DetectedSigmaPx(feature.level)});
+    observations.push_back({keyframe.positions[static_cast<std::size_t>(match.first)], feature.img,
+                            DetectedSigmaPx(feature.level)});
   }
   const auto pose = AbsolutePose(camera, observations, {.threshold_px = 5, .min_inliers = 10, .seed = seed});
   if (!pose) return std::nullopt;
@@ -108,7 +124,7 @@ std::optional<PoseProposal> ProposePose(const CameraModel& camera, const Map& ma
   for (const int i : pose->inliers) agreeing.push_back(observations[static_cast<std::size_t>(i)]);
   const auto refined = RefinePose(camera, agreeing, pose->cam_from_world);
   if (!refined || refined->inliers < 10) return std::nullopt;
-  return PoseProposal{refined->cam_from_world, refined->inliers, keyframe_id};
+  return PoseProposal{refined->cam_from_world, refined->inliers, keyframe.keyframe};
 }
 
 }  // namespace ulf

@@ -7,6 +7,7 @@
 // map.
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -25,12 +26,18 @@ class KeyframeIndex {
   void Add(const Keyframe& keyframe);
   void Remove(int keyframe);
   void Clear();
+  struct Ranked {
+    int keyframe = -1;
+    double votes = 0;
+  };
   // Keyframes by falling similarity.
-  std::vector<int> Query(const FeatureSet& features, int most) const;
+  std::vector<Ranked> Query(const FeatureSet& features, int most) const;
 
  private:
   static constexpr int kTables = 12;
   static constexpr int kBits = 16;
+  // A key under which more is filed says nothing about which keyframe it is.
+  static constexpr std::size_t kTooCommon = 200;
   std::uint32_t Key(int table, const Descriptor& descriptor) const;
   mutable std::mutex mutex_;
   std::array<std::array<int, kBits>, kTables> bits_{};
@@ -44,8 +51,18 @@ struct PoseProposal {
   int keyframe = -1;
 };
 
-// The pose that matches with one keyframe's points suggest. `map` is read: hold its lock.
-std::optional<PoseProposal> ProposePose(const CameraModel& camera, const Map& map, int keyframe,
+// What a keyframe shows of the map, copied so that matching needs no lock.
+struct KeyframePoints {
+  int keyframe = -1;
+  std::shared_ptr<const FeatureSet> features;
+  std::vector<int> with_points;            // features
+  std::vector<Eigen::Vector3d> positions;  // by feature; of those with points
+};
+// Of a removed keyframe: nothing. `map` is read: hold its lock.
+KeyframePoints PointsOf(const Map& map, int keyframe);
+
+// The pose that matches with one keyframe's points suggest.
+std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
                                         const FeatureSet& features, unsigned seed);
 
 }  // namespace ulf

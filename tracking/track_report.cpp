@@ -84,6 +84,7 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
 std::string MapLine(const TrackerStatistics& map) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
+  if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
   if (map.keyframes_left_out > 0)
     text += fmt::format("; {} left out, mapping was behind", Counted(map.keyframes_left_out, "keyframe"));
   return text + "\n";
@@ -186,6 +187,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
     report["stage_cpu_ms_mean"][kStages[k].name] = counts.stage_ms[k];
   report["map_points"] = run.map.map_points;
   report["keyframes"] = run.map.keyframes;
+  report["loops"] = run.map.loops;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
   if (!run.orb_cpu_ms.empty()) {

@@ -9,9 +9,11 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "tracking/frame_locator.h"
 #include "tracking/initializer.h"
+#include "tracking/map_file.h"
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
 #include "tracking/photograph_locator.h"
@@ -80,7 +82,7 @@ struct Tracker::State {
         extractor(camera_in),
         shared(camera_in),
         index(options_in.seed),
-        mapper(camera_in, shared, index, options_in.deterministic),
+        mapper(camera_in, shared, index, options_in.deterministic, options_in.seed),
         locator(camera_in, shared, options_in.features / 5),
         initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed) {}
 
@@ -123,7 +125,7 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
     const std::lock_guard lock(shared.mutex);
-    last_pose = last.anchor.cam_from_keyframe * shared.map.PoseOf(last.anchor.keyframe_id);
+    last_pose = shared.map.PoseOf(last.anchor);
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
   const double unit = camera.width / 640.0;
@@ -175,7 +177,7 @@ Anchored Tracker::State::AnchorOf(const Located& located) const {
   }
   const int reference =
       static_cast<int>(std::max_element(seen_with.begin(), seen_with.end()) - seen_with.begin());
-  return {reference, located.cam_from_world * map.PoseOf(reference).Inverse()};
+  return {reference, located.cam_from_world * map.PoseOf(reference).Inverse(), map.keyframe(reference).unit};
 }
 
 void Tracker::State::Describe(const Located& located, Track& track) {
@@ -207,7 +209,7 @@ void Tracker::State::Accept(const Located& located, Track& track) {
     }
     now.anchor = AnchorOf(located);
     if (last.anchor.keyframe_id >= 0) {
-      const Rigid3 last_pose = last.anchor.cam_from_keyframe * map.PoseOf(last.anchor.keyframe_id);
+      const Rigid3 last_pose = map.PoseOf(last.anchor);
       now.velocity = located.cam_from_world * last_pose.Inverse();
     }
   }
@@ -274,8 +276,8 @@ void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in
   if (!attempt.start) return;
   StartMap(*attempt.start, Srgb8(frame_in.image));
   // The map stands or falls by whether this frame can be tracked on it.
-  last.anchor = {shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1,
-                 {}};
+  last.anchor = {
+      shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1, {}, 1};
   if (last.anchor.keyframe_id >= 0) {
     for (const MapPoint& point : shared.map.points())
       if (point.alive) last.img_of_point[point.id] = point.observations.back().img;
@@ -361,6 +363,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
   }
   track.state = state;
   track.map_id = map_id;
+  track.map_revision = shared.revision;
   track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
   return track;
 }
@@ -409,7 +412,7 @@ void Tracker::Finish() {
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
   const std::lock_guard lock(state_->shared.mutex);
-  return anchor.cam_from_keyframe * state_->shared.map.PoseOf(anchor.keyframe_id);
+  return state_->shared.map.PoseOf(anchor);
 }
 
 std::vector<VisiblePoint> Tracker::VisiblePoints() const { return state_->last.visible; }
@@ -426,7 +429,7 @@ std::vector<Anchored> Tracker::Keyframes() const {
   const std::lock_guard lock(state_->shared.mutex);
   std::vector<Anchored> anchors;
   for (const Keyframe& keyframe : state_->shared.map.keyframes())
-    if (keyframe.alive) anchors.push_back({keyframe.id, {}});
+    if (keyframe.alive) anchors.push_back({keyframe.id, {}, keyframe.unit});
   return anchors;
 }
 
@@ -466,10 +469,34 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   return true;
 }
 
+void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
+  state_->mapper.Drain();
+  if (state_->shared.map.LivingPoints() == 0) return;
+  WriteFileAtomically(file, MapToBytes(state_->shared.map, key));
+}
+
+std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
+  State& state = *state_;
+  state.mapper.Drain();
+  auto restored = std::make_unique<State>(state.camera, state.options);
+  try {
+    const std::string problem = MapFromBytes(ReadWholeFile(file), key, state.camera, restored->shared.map);
+    if (!problem.empty()) return problem;
+  } catch (const Error& error) {
+    return error.what();
+  }
+  for (const Keyframe& keyframe : restored->shared.map.keyframes())
+    if (keyframe.alive) restored->index.Add(keyframe);
+  restored->state = TrackState::kLost;
+  restored->frames_tracked = 10;  // it proved itself before
+  state_ = std::move(restored);
+  return {};
+}
+
 TrackerStatistics Tracker::Statistics() const {
   const std::lock_guard lock(state_->shared.mutex);
-  return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(),
-          state_->keyframes_left_out};
+  return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(), state_->keyframes_left_out,
+          state_->shared.loops};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -17,15 +17,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "acquisition/camera_model.h"
 #include "acquisition/frame.h"
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
+#include "tracking/anchored.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
 
@@ -43,12 +46,6 @@ struct TrackerOptions {
 };
 
 enum class TrackState { kInitializing, kTracking, kLost };
-
-// A pose relative to a keyframe, which later adjustment may move.
-struct Anchored {
-  int keyframe_id = -1;
-  Rigid3 cam_from_keyframe;
-};
 
 // What became of one frame.
 struct Track {
@@ -68,8 +65,10 @@ struct Track {
   double sharpness = 1;   // fine detail relative to the recent frames' median: well below 1 is blurred
   double speed_px = 0;    // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;  // this frame was handed to the mapper
-  double cpu_s = 0;       // CPU time of tracking, without mapping even where it ran inside Step()
-  StageTimes stages;      // where it went; their sum is a little less
+  // Changes when a closed loop or the like has moved much of the map: ask PoseOf() for all poses again.
+  int map_revision = 0;
+  double cpu_s = 0;   // CPU time of tracking, without mapping even where it ran inside Step()
+  StageTimes stages;  // where it went; their sum is a little less
 };
 
 // A map point found in the last frame.
@@ -89,6 +88,7 @@ struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
   int keyframes_left_out = 0;  // the mapper was behind
+  int loops = 0;               // closed
 };
 
 class Tracker {
@@ -128,6 +128,13 @@ class Tracker {
   // The tracker is then lost and finds itself with the next frame that sees the map. False, with the tracker
   // as it was before, when too few points could be triangulated.
   bool SeedMap(std::span<const SeedView> views);
+
+  // The map as a file (map_file.h) for a tracker of another day, whole or not at all; `key` says what it
+  // belongs to. Nothing is written while there is no map. Throws as WriteFileAtomically does.
+  void SaveMap(const std::filesystem::path& file, std::uint64_t key) const;
+  // Instead of SeedMap(), where such a file fits: the tracker is then lost and finds itself. Otherwise it
+  // says what is wrong with the file, and the tracker is as it was.
+  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key);
 
   TrackerStatistics Statistics() const;
   const CameraModel& camera() const;

@@ -15,6 +15,12 @@ class TrackerSource : public PoseSource {
   std::vector<VisiblePoint> VisiblePoints() const override { return tracker_.VisiblePoints(); }
   std::vector<ScenePoint> Points() const override { return tracker_.Points(); }
   bool SeedMap(std::span<const SeedView> views) override { return tracker_.SeedMap(views); }
+  void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
+    tracker_.SaveMap(file, key);
+  }
+  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key) override {
+    return tracker_.RestoreMap(file, key);
+  }
   void Finish() override { tracker_.Finish(); }
   TrackerStatistics Statistics() const override { return tracker_.Statistics(); }
 

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -53,32 +51,6 @@ void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> pose
   file.flush();
   if (!file)
     throw Error("{}: cannot be written; check that the folder exists and the disk has room", path.string());
-}
-
-std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::span<const Vector3d> target) {
-  const std::size_t count = std::min(source.size(), target.size());
-  if (count < 3) return std::nullopt;
-  Vector3d source_mean = Vector3d::Zero(), target_mean = Vector3d::Zero();
-  for (std::size_t i = 0; i < count; ++i) {
-    source_mean += source[i] / static_cast<double>(count);
-    target_mean += target[i] / static_cast<double>(count);
-  }
-  Matrix3d covariance = Matrix3d::Zero();
-  double variance = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    covariance += (target[i] - target_mean) * (source[i] - source_mean).transpose();
-    variance += (source[i] - source_mean).squaredNorm();
-  }
-  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector3d singular = svd.singularValues();
-  if (!(variance > 0) || !(singular(1) > 1e-9 * singular(0))) return std::nullopt;
-  Vector3d signs(1, 1, 1);
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
-  Similarity3 similarity;
-  similarity.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  similarity.scale = singular.dot(signs) / variance;
-  similarity.translation = target_mean - similarity.scale * (similarity.rotation * source_mean);
-  return similarity;
 }
 
 namespace {

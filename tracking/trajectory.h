@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "acquisition/rigid3.h"
+#include "tracking/similarity3.h"
 
 namespace ulf {
 
@@ -24,20 +25,6 @@ struct TimedPose {
 // Throws Error naming file and line.
 std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
 void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
-
-// target = scale · rotation · source + translation
-struct Similarity3 {
-  double scale = 1;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-};
-inline Eigen::Vector3d operator*(const Similarity3& target_from_source, const Eigen::Vector3d& point) {
-  return target_from_source.scale * (target_from_source.rotation * point) + target_from_source.translation;
-}
-
-// Least squares over corresponding points; none for fewer than three or when they lie on one line.
-std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
-                                       std::span<const Eigen::Vector3d> target);
 
 struct TrajectoryError {
   int matched = 0;

@@ -7,6 +7,7 @@
 #include "tests/tracking/geometry_scene.h"
 #include "tests/tracking/textured_room.h"
 #include "tracking/bundle_adjustment.h"
+#include "tracking/frame_locator.h"
 #include "tracking/map.h"
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
@@ -153,6 +154,83 @@ void BM_TrackedFrame(benchmark::State& state) {
   for (auto _ : state) state.SetIterationTime(step().cpu_s);
 }
 BENCHMARK(BM_TrackedFrame)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+// A map of a thousand keyframes: a hundred rooms far from each other, ten pictures of each.
+struct LargeMap {
+  static constexpr int kRooms = 100, kPictures = 10;
+  CameraModel camera = TexturedRoom::Camera();
+  SharedMap shared{camera};
+  KeyframeIndex index{1};
+  std::vector<std::shared_ptr<const Pyramid>> lost;  // pictures of some rooms that are not in the map
+  std::vector<std::shared_ptr<const FeatureSet>> lost_features;
+
+  LargeMap() {
+    FeatureExtractor extractor(camera);
+    for (int r = 0; r < kRooms; ++r) {
+      const TexturedRoom room({.seed = static_cast<unsigned>(r + 1)});
+      Rigid3 pose;
+      pose.translation.x() = -100.0 * r;
+      std::vector<int> points;  // of the room, by the first picture's feature
+      std::shared_ptr<const FeatureSet> first;
+      for (int k = 0; k <= kPictures; ++k) {
+        const Frame frame = room.Take(Rigid3{}, static_cast<std::uint64_t>(k));
+        auto pyramid = std::make_shared<const Pyramid>(BuildPyramid(frame.image.pixels));
+        auto features = std::make_shared<const FeatureSet>(extractor.Extract(*pyramid, 1000));
+        if (k == kPictures) {
+          if (r % 10 == 0) lost.push_back(pyramid), lost_features.push_back(features);
+          break;
+        }
+        AddKeyframe(pose, features, first, points);
+        if (!first) first = features;
+      }
+      for (const int point : points) shared.map.Update(point);
+    }
+    for (const Keyframe& keyframe : shared.map.keyframes()) index.Add(keyframe);
+    for (const MapPoint& point : shared.map.points())
+      shared.map.point(point.id).found = shared.map.point(point.id).expected = 10;
+  }
+
+  void AddKeyframe(const Rigid3& pose, const std::shared_ptr<const FeatureSet>& features,
+                   const std::shared_ptr<const FeatureSet>& first, std::vector<int>& points) {
+    Map& map = shared.map;
+    Keyframe keyframe;
+    keyframe.cam_from_world = pose;
+    keyframe.features = features;
+    const int id = map.AddKeyframe(std::move(keyframe));
+    constexpr double kDistance = 2.5;
+    for (int i = 0; i < features->size(); ++i) {
+      const Feature& feature = (*features)[i];
+      int point = -1;
+      if (!first) {
+        points.push_back(point = map.AddPoint(pose.Inverse() * (kDistance * feature.ray)));
+      } else {
+        first->ForEachNear(feature.img, 1.5, feature.level, feature.level, [&](int j) {
+          if (Distance(feature.descriptor, (*first)[j].descriptor) < kSureDistance)
+            point = points[static_cast<std::size_t>(j)];
+        });
+      }
+      if (point >= 0) map.Observe(point, {id, i, feature.img, 1});
+    }
+  }
+};
+
+void BM_RelocalizeAmong1000Keyframes(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const LargeMap large;
+  const FrameLocator locator(large.camera, large.shared, 200);
+  std::size_t next = 0, found = 0, asked = 0;
+  for (auto _ : state) {
+    const std::size_t i = next++ % large.lost.size();
+    const TrackedImage image{0, large.lost[i], large.lost_features[i]};
+    const auto located = locator.Find(image, large.index, 1, 35);
+    ++asked;
+    found +=
+        located && std::abs(located->cam_from_world.translation.x() + 1000.0 * static_cast<double>(i)) < 0.1;
+  }
+  state.counters["points"] = large.shared.map.LivingPoints();
+  state.counters["found"] = static_cast<double>(found) / static_cast<double>(std::max<std::size_t>(1, asked));
+}
+BENCHMARK(BM_RelocalizeAmong1000Keyframes)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ulf

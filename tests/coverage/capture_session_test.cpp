@@ -414,6 +414,7 @@ class DriftingSource : public PoseSource {
     track.cam_from_world = frame.known_cam_from_world;
     track.anchor = Anchored{3, *frame.known_cam_from_world};
     track.quality = 1;
+    track.map_revision = revision_;
     last_ = *frame.known_cam_from_world;
     return track;
   }
@@ -437,25 +438,30 @@ class DriftingSource : public PoseSource {
   std::vector<ScenePoint> Points() const override { return {{{0.1, 0.2, 0.3}, {1, 2, 3}}}; }
   bool SeedMap(std::span<const SeedView>) override { return false; }
   void Finish() override { adjusted_ = true; }
-  void Adjust() { adjusted_ = true; }
+  void Adjust(bool tells) {
+    adjusted_ = true;
+    revision_ += tells;
+  }
 
  private:
   Rigid3 live_from_late_, last_;
   bool adjusted_ = false;
+  int revision_ = 0;
 };
 
 TEST(CaptureSession, PosesFollowTheAdjustedMap) {
   const Rigid3 late_from_live{Eigen::Quaterniond(Eigen::AngleAxisd(0.02, Vector3d::UnitZ())), {0.01, 0, 0}};
-  for (const bool while_capturing : {false, true}) {
+  enum class When { kAtTheEnd, kAtAnInterval, kAtOnce };
+  for (const When when : {When::kAtTheEnd, When::kAtAnInterval, When::kAtOnce}) {
     const ScratchFolder scratch;
     DriftingSource poses(late_from_live);
     PlanarDevice device(Sweep(10, 4, 0.8));
     device.Start();
     CaptureOptions options = Options();
-    options.frames_between_pose_updates = 10;
+    options.frames_between_pose_updates = when == When::kAtOnce ? 1'000'000 : 10;
     CaptureHooks hooks;
     hooks.after_frame = [&](const CaptureProgress& now) {
-      if (while_capturing && now.frames == 35) poses.Adjust();
+      if (when != When::kAtTheEnd && now.frames == 35) poses.Adjust(when == When::kAtOnce);
     };
     const CaptureSummary summary =
         RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), options, hooks);
@@ -475,7 +481,7 @@ TEST(CaptureSession, PosesFollowTheAdjustedMap) {
       views_after_update += updates > 0 && line.find("\"view\"") != std::string::npos;
     }
     EXPECT_GE(updates, 1);
-    EXPECT_EQ(views_after_update > 0, while_capturing) << "journaled while the capture goes on";
+    EXPECT_EQ(views_after_update > 0, when != When::kAtTheEnd) << "journaled while the capture goes on";
   }
 }
 

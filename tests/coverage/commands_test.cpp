@@ -144,7 +144,11 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const auto first = JsonOf(RunUlf(capture + " --frames 100"));
   ASSERT_GT(first["views"], 10);
   // The hand begins anew: what it sees first has all been recorded.
-  const auto second = JsonOf(RunUlf(capture + " --resume --frames 130"));
+  const std::filesystem::path saved_map = scratch / "lf" / "cache" / "map.ulf";
+  ASSERT_TRUE(std::filesystem::exists(saved_map));
+  const CommandResult with_map = RunUlf(capture + " --resume --frames 130");
+  EXPECT_EQ(with_map.errors.find("made anew"), std::string::npos) << with_map.errors;
+  const auto second = JsonOf(with_map);
   const auto counted = [&](const char* reason) {
     return second["reasons"][reason].get<int>() - first["reasons"][reason].get<int>();
   };
@@ -153,6 +157,19 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_GT(counted("covered"), 70);
   EXPECT_GT(second["recorded"], 2) << "and it goes on";
   EXPECT_EQ(second["subject"], first["subject"]);
+
+  // The map is a cache: torn or missing, it is made anew.
+  std::filesystem::resize_file(saved_map, std::filesystem::file_size(saved_map) / 2);
+  const CommandResult torn = RunUlf(capture + " --resume --frames 15");
+  EXPECT_NE(torn.errors.find("map.ulf: it is damaged; the map is made anew"), std::string::npos)
+      << torn.errors;
+  const auto third = JsonOf(torn);
+  EXPECT_LT(third["reasons"]["tracking"].get<int>() - second["reasons"]["tracking"].get<int>(), 10);
+  std::filesystem::remove(saved_map);
+  const CommandResult without = RunUlf(capture + " --resume --frames 15");
+  EXPECT_EQ(without.errors.find("made anew"), std::string::npos) << without.errors;
+  EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
+  EXPECT_TRUE(std::filesystem::exists(saved_map));
 }
 
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {

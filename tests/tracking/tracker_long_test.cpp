@@ -1,6 +1,12 @@
 // Whole real sequences, several seeds: stable, not lucky.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/tracker_data.h"
 
@@ -27,6 +33,73 @@ TEST(TrackerLong, WholeKitchen) {
     EXPECT_LT(run.live.ate_rmse, 0.03) << "seed " << seed;
     EXPECT_LT(run.final.ate_rmse, 0.02) << "seed " << seed;
   }
+}
+
+// The first frame that shows the scene again after the hand is 641.
+TEST(TrackerLong, FoundAtOnceWhenTheHandLifts) {
+  ULF_NEED_TEST_DATA(folder, "scan_synthetic");
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+    const auto run = test::TrackData(folder, "*.jpg", "groundtruth.txt", 660, seed);
+    ASSERT_FALSE(run.relocalized.empty()) << "seed " << seed;
+    std::printf("seed %u: found at frame %d\n", seed, run.relocalized.back());
+    EXPECT_LE(run.relocalized.back(), 642) << "seed " << seed;
+    EXPECT_LT(run.live.ate_max, 0.02) << "seed " << seed;
+  }
+}
+
+// Fifty times shaken or covered, and then before any side that was seen in the first 40 s.
+TEST(TrackerLong, FiftyRelocalisations) {
+  SimulationOptions options;
+  options.looks_away = false;
+  const SimulatedCamera camera(options);
+  Tracker tracker(camera.camera(), {.deterministic = true});
+  std::vector<TimedPose> live, truth;
+  std::uint64_t id = 0;
+  const auto step = [&](Frame frame) {
+    frame.id = id;
+    frame.device_time_s = static_cast<double>(id++) / options.fps;
+    const Track track = tracker.Step(frame);
+    truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
+    if (track.cam_from_world) live.push_back({frame.device_time_s, *track.cam_from_world});
+    return track;
+  };
+  constexpr std::uint64_t kScan = 600;
+  std::uint64_t first_tracked = kScan;
+  for (std::uint64_t k = 0; k < kScan; ++k)
+    if (step(camera.Capture(k)).cam_from_world) first_tracked = std::min(first_tracked, k);
+  ASSERT_LT(first_tracked, 60u);
+  std::mt19937 random(1);
+  std::map<int, int> waits;
+  std::vector<double> ms;
+  for (int event = 0; event < 50; ++event) {
+    const std::uint64_t next = first_tracked + random() % (kScan - first_tracked - 12);
+    for (std::uint64_t k = 0; k < 3; ++k) {
+      Frame frame = camera.Capture(next + k);
+      frame.image.pixels = frame.image.pixels.clone();
+      if (event % 2 == 0)
+        cv::blur(frame.image.pixels, frame.image.pixels, {120, 20});
+      else
+        frame.image.pixels.setTo(cv::Scalar(40, 60, 90));
+      EXPECT_FALSE(step(frame).cam_from_world) << "event " << event;
+    }
+    int waited = 0;
+    for (bool found = false; !found && waited < 10; waited += !found) {
+      const Track track = step(camera.Capture(next + 3 + static_cast<std::uint64_t>(waited)));
+      found = track.cam_from_world.has_value();
+      ms.push_back(1000 * track.cpu_s);
+    }
+    ++waits[waited];
+    EXPECT_LT(waited, 3) << "event " << event;
+    for (std::uint64_t k = 0; k < 2; ++k)
+      step(camera.Capture(next + 4 + k + static_cast<std::uint64_t>(waited)));
+  }
+  const auto error = CompareTrajectories(live, truth, 0.001);
+  ASSERT_TRUE(error);
+  for (const auto& [waited, count] : waits) std::printf("%d events: found %d frames after\n", count, waited);
+  std::sort(ms.begin(), ms.end());
+  std::printf("CPU to find: median %.1f ms, largest %.1f ms; centres: RMS %.2f mm, largest %.2f mm\n",
+              ms[ms.size() / 2], ms.back(), 1000 * error->ate_rmse, 1000 * error->ate_max);
+  EXPECT_LT(error->ate_max, 0.02) << "never wrong";
 }
 
 }  // namespace

@@ -1,0 +1,222 @@
+// Found again, at once and never wrong: after shakes and occlusions, and where things look alike.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/support/test_paths.h"
+#include "tests/tracking/geometry_scene.h"
+#include "tests/tracking/textured_room.h"
+#include "tracking/frame_locator.h"
+#include "tracking/tracker.h"
+#include "tracking/trajectory.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using test::Draw;
+using test::TexturedRoom;
+
+// A wall of points that repeats itself along x, mapped by keyframes that moved along a part of it.
+class TiledWall {
+ public:
+  struct Options {
+    double period = 0.8;      // of the image's width at the wall
+    double unique_share = 0;  // of the points look like no other tile's
+    unsigned seed = 1;
+  };
+  static constexpr double kDepth = 2, kWidth = kDepth * 640 / 525;  // of what an image shows
+  static constexpr double kMapped = 5 * kWidth;
+
+  explicit TiledWall(const Options& options) {
+    Draw draw(options.seed);
+    const double period = options.period * kWidth;
+    const int in_tile = static_cast<int>(300 * options.period);
+    const int tiles = static_cast<int>(std::ceil(3 * kMapped / period));
+    for (int i = 0; i < in_tile; ++i) {
+      const Vector3d place(draw.Uniform(0, period), draw.Uniform(-0.8, 0.8),
+                           kDepth + draw.Uniform(-0.2, 0.2));
+      const Descriptor look = RandomLook(draw);
+      const bool unique = draw.Uniform(0, 1) < options.unique_share;
+      for (int t = 0; t < tiles; ++t)
+        dots_.push_back({place + Vector3d(t * period - kMapped, 0, 0), unique ? RandomLook(draw) : look});
+    }
+    Map& map = shared_.map;
+    std::vector<int> point_of(dots_.size(), -1);
+    for (double x = 0.5 * kWidth; x <= kMapped - 0.5 * kWidth; x += 0.12 * kWidth) {
+      Keyframe keyframe;
+      keyframe.cam_from_world = PoseAt(x, draw);
+      std::vector<int> seen;
+      keyframe.features = Look(keyframe.cam_from_world, draw, &seen);
+      const auto features = keyframe.features;
+      const int id = map.AddKeyframe(std::move(keyframe));
+      for (int i = 0; i < features->size(); ++i) {
+        int& point = point_of[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])];
+        if (point < 0)
+          point = map.AddPoint(dots_[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])].place);
+        map.Observe(point, {id, i, (*features)[i].img, 1});
+      }
+      for (const int dot : seen) map.Update(point_of[static_cast<std::size_t>(dot)]);
+      index_.Add(map.keyframe(id));
+    }
+    for (const MapPoint& point : map.points())
+      map.point(point.id).expected = map.point(point.id).found = static_cast<int>(point.observations.size());
+  }
+
+  static Rigid3 PoseAt(double x, Draw& draw) {
+    const Vector3d center(x, draw.Uniform(-0.1, 0.1), draw.Uniform(-0.1, 0.1));
+    return LookAt(center, center + Vector3d(draw.Uniform(-0.1, 0.1), 0, 2), -Vector3d::UnitY());
+  }
+
+  std::optional<Located> Find(const Rigid3& cam_from_world, Draw& draw) const {
+    const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
+    return FrameLocator(camera_, shared_, 200).Find(image, index_, 1, 35);
+  }
+
+ private:
+  struct Dot {
+    Vector3d place;
+    Descriptor look;
+  };
+  static Descriptor RandomLook(Draw& draw) {
+    Descriptor look{};
+    for (auto& word : look)
+      for (int bit = 0; bit < 64; ++bit) word = word << 1 | (draw.Uniform(0, 1) < 0.5 ? 1u : 0u);
+    return look;
+  }
+  std::shared_ptr<const FeatureSet> Look(const Rigid3& cam_from_world, Draw& draw,
+                                         std::vector<int>* seen) const {
+    std::vector<Feature> features;
+    for (std::size_t d = 0; d < dots_.size(); ++d) {
+      const Vector3d in_cam = cam_from_world * dots_[d].place;
+      if (std::abs(in_cam.x()) > in_cam.z()) continue;
+      const auto img = camera_.ImgFromCam(in_cam);
+      if (!img || !camera_.Contains(*img) || draw.Uniform(0, 1) < 0.2) continue;
+      Descriptor look = dots_[d].look;
+      for (int i = 0; i < 18; ++i) {
+        const int bit = static_cast<int>(draw.Uniform(0, 255.9));
+        look[static_cast<std::size_t>(bit / 64)] ^= std::uint64_t{1} << (bit % 64);
+      }
+      const Eigen::Vector2d measured = *img + Eigen::Vector2d(draw.Normal(0.5), draw.Normal(0.5));
+      const auto ray = camera_.RayFromImg(measured);
+      if (!ray) continue;
+      features.push_back({measured, *ray, 0, 0, look});
+      if (seen) seen->push_back(static_cast<int>(d));
+    }
+    return std::make_shared<const FeatureSet>(std::move(features), camera_.width, camera_.height);
+  }
+
+  CameraModel camera_ = test::SceneCamera();
+  std::vector<Dot> dots_;
+  SharedMap shared_{camera_};
+  KeyframeIndex index_{1};
+};
+
+struct Answers {
+  int right = 0, wrong = 0, none = 0;
+};
+
+Answers Ask(const TiledWall& wall, double from, double to, unsigned seed) {
+  Draw draw(seed + 100);
+  Answers answers;
+  constexpr int kQuestions = 8;
+  for (int i = 0; i < kQuestions; ++i) {
+    const Rigid3 truth = TiledWall::PoseAt(draw.Uniform(from, to), draw);
+    const auto found = wall.Find(truth, draw);
+    if (!found)
+      ++answers.none;
+    else if ((found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm() < 0.05)
+      ++answers.right;
+    else
+      ++answers.wrong;
+  }
+  return answers;
+}
+
+TEST(RelocalizationTest, ATiledWallNeverGivesAWrongPose) {
+  for (const double period : {0.4, 0.8, 1.0, 1.3, 2.0})
+    for (const double unique : {0.0, 0.1, 0.3, 0.6}) {
+      const TiledWall wall({.period = period, .unique_share = unique});
+      // On the mapped part, and where the wall goes on beyond it.
+      const Answers inside = Ask(wall, TiledWall::kWidth, TiledWall::kMapped - TiledWall::kWidth, 1);
+      const Answers outside = Ask(wall, TiledWall::kMapped + TiledWall::kWidth, 2 * TiledWall::kMapped, 2);
+      EXPECT_EQ(inside.wrong, 0) << "period " << period << ", unique " << unique;
+      EXPECT_EQ(outside.wrong + outside.right, 0) << "period " << period << ", unique " << unique;
+      if (unique >= 0.6) {
+        EXPECT_EQ(inside.right, 8) << "period " << period << ", unique " << unique;
+      }
+      if (unique == 0) {
+        EXPECT_EQ(inside.right, 0) << "by luck: nothing tells the tiles apart; period " << period;
+      }
+      std::printf("period %.1f, %3.0f %% unique: %d right, %d wrong, %d none; beyond the map %d wrong\n",
+                  period, 100 * unique, inside.right, inside.wrong, inside.none, outside.wrong);
+    }
+}
+
+// Shaken, covered by a hand, and then before another part of what has been seen.
+TEST(RelocalizationTest, ShakesAndOcclusionsAreSurvived) {
+  for (const unsigned seed : {1u}) {
+    const TexturedRoom room({.seed = seed});
+    Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
+    std::vector<TimedPose> live, truth;
+    std::uint64_t id = 0;
+    const auto step = [&](Frame frame) {
+      frame.id = id;
+      frame.device_time_s = static_cast<double>(id++) / 30;
+      const Track track = tracker.Step(frame);
+      truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
+      if (track.cam_from_world) live.push_back({frame.device_time_s, *track.cam_from_world});
+      return track;
+    };
+    for (int k = 0; k < 100; ++k) step(room.Take(TexturedRoom::HandAt(k), id));
+    Draw draw(seed);
+    for (int event = 0; event < 5; ++event) {
+      const int next = static_cast<int>(draw.Uniform(20, 99));
+      for (int k = 0; k < 4; ++k) {
+        Frame frame = room.Take(TexturedRoom::HandAt(next + k), id);
+        if (event % 2 == 0)  // shaken
+          cv::blur(frame.image.pixels, frame.image.pixels, {90, 15});
+        else  // a hand before the lens
+          frame.image.pixels(cv::Rect(0, 0, 600, 480)).setTo(60);
+        const Track track = step(frame);
+        EXPECT_FALSE(track.cam_from_world) << "seed " << seed << ", event " << event;
+      }
+      int waited = 0;
+      while (waited < 3 && !step(room.Take(TexturedRoom::HandAt(next + waited), id)).cam_from_world) ++waited;
+      EXPECT_LT(waited, 3) << "seed " << seed << ", event " << event;
+    }
+    EXPECT_LT(CompareTrajectories(live, truth, 0.001)->ate_max, 0.02) << "seed " << seed;
+  }
+}
+
+TEST(RelocalizationTest, ASavedMapIsFoundInAtOnce) {
+  const test::ScratchFolder scratch;
+  const TexturedRoom room({});
+  Tracker first(TexturedRoom::Camera(), {.deterministic = true});
+  Rigid3 expected;
+  for (int k = 0; k < 60; ++k) {
+    const Track track = first.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)));
+    if (k == 40 && track.cam_from_world) expected = *track.cam_from_world;
+  }
+  first.Finish();
+  first.SaveMap(scratch / "map.ulf", 5);
+  Tracker second(TexturedRoom::Camera(), {.deterministic = true});
+  EXPECT_NE(second.RestoreMap(scratch / "map.ulf", 6), "") << "of other views";
+  EXPECT_NE(second.RestoreMap(scratch / "none.ulf", 5), "");
+  EXPECT_EQ(second.Step(room.Take(TexturedRoom::HandAt(40), 1)).state, TrackState::kInitializing);
+  ASSERT_EQ(second.RestoreMap(scratch / "map.ulf", 5), "");
+  EXPECT_EQ(second.Statistics().map_points, first.Statistics().map_points);
+  for (int k = 40; k < 70; ++k) {
+    const Track track = second.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)));
+    ASSERT_TRUE(track.cam_from_world) << k;
+    if (k == 40) {
+      EXPECT_LT((track.cam_from_world->OriginInSource() - expected.OriginInSource()).norm(), 0.01);
+    }
+  }
+  EXPECT_GT(second.Statistics().keyframes, 2);
+}
+
+}  // namespace
+}  // namespace ulf
