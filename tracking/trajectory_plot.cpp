@@ -256,11 +256,6 @@ Line LineOf(std::string name, std::string style, const std::vector<TimedPose>& p
   return line;
 }
 
-Similarity3 operator*(const Similarity3& c_from_b, const Similarity3& b_from_a) {
-  return {c_from_b.scale * b_from_a.scale, c_from_b.rotation * b_from_a.rotation,
-          c_from_b * b_from_a.translation};
-}
-
 }  // namespace
 
 void PlotRun(const std::string& path, const TrackRun& run, const TrackErrors* errors,
