@@ -37,14 +37,9 @@ bool SamePlace(const Located& a, const Located& b) {
   return Median(std::move(apart)) < kTolerance;
 }
 
-// So much more of the image speaks for the first that the second is chance or a repetition.
-bool Outdoes(const Located& first, const Located& second) {
-  return second.matches.size() < 0.8 * static_cast<double>(first.matches.size());
-}
-
-// A hand hides whole regions; a wrong pose misses points everywhere among those that it finds. Where anything
-// is found, half of what should be must be.
-bool FillsWhereItIs(const CameraModel& camera, const Located& located) {
+// A hand hides whole regions; a wrong pose misses points everywhere among those that it finds. The share
+// found of what should be, where anything is.
+double FillOf(const CameraModel& camera, const Located& located) {
   constexpr int kColumns = 4, kRows = 3;
   std::array<double, kColumns * kRows> expected{}, found{};
   const auto cell_of = [&](const Vector2d& img) {
@@ -64,7 +59,14 @@ bool FillsWhereItIs(const CameraModel& camera, const Located& located) {
     sum_expected += expected[i];
     sum_found += found[i];
   }
-  return sum_found >= 0.5 * sum_expected;
+  return sum_expected > 0 ? sum_found / sum_expected : 1;
+}
+
+// So much more of the image speaks for the first that the second is chance or a repetition; a first that
+// itself misses a part of what it should see must be better still.
+bool Outdoes(const CameraModel& camera, const Located& first, const Located& second) {
+  const double margin = FillOf(camera, first) > 0.85 ? 0.8 : 0.6;
+  return static_cast<double>(second.matches.size()) < margin * static_cast<double>(first.matches.size());
 }
 
 }  // namespace
@@ -148,12 +150,12 @@ std::optional<Located> FrameLocator::Find(const TrackedImage& image, const Keyfr
     std::optional<Located> found = FindBy(keyframe, image, seed, min_points);
     if (!found) continue;
     if (best && SamePlace(*best, *found)) continue;
-    if (best && !Outdoes(*best, *found) && !Outdoes(*found, *best)) {
+    if (best && !Outdoes(camera_, *best, *found) && !Outdoes(camera_, *found, *best)) {
       spdlog::debug("keyframe {} shows another place that looks as much like it: {} points and {}", keyframe,
                     found->matches.size(), best->matches.size());
       return std::nullopt;
     }
-    if (best && !Outdoes(*found, *best)) continue;
+    if (best && !Outdoes(camera_, *found, *best)) continue;
     spdlog::debug("found by keyframe {} with {} points of {:.0f}", keyframe, found->matches.size(),
                   found->expected);
     best = std::move(found);
@@ -187,7 +189,7 @@ std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& im
   std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
   if (!wide) return std::nullopt;
   std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
-  if (!found || !IsSure(*found, min_points) || !FillsWhereItIs(camera_, *found)) return std::nullopt;
+  if (!found || !IsSure(*found, min_points) || FillOf(camera_, *found) < 0.5) return std::nullopt;
   return found;
 }
 
