@@ -135,7 +135,7 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
 
 std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                           unsigned seed, int min_points) const {
-  constexpr int kRanked = 24;
+  constexpr int kRanked = 100;
   constexpr int kTried = 6;       // keyframes, until one shows where this is
   constexpr int kRivals = 3;      // and others, which may show that it could be elsewhere
   constexpr double kAlike = 0.3;  // of the best keyframe's votes: less is no rival
