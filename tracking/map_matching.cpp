@@ -18,12 +18,17 @@ class Gatherer {
         options_(options),
         center_(cam_from_world.OriginInSource()),
         rotation_(cam_from_world.RotationMatrix()),
+        axis_(cam_from_world.DirectionInSource(Vector3d::UnitZ())),
+        widest_cosine_(std::cos(
+            std::min(M_PI, camera.MaxRayAngle() + std::atan(2 * options.margin_px / camera.MeanFocalPx())))),
         min_cosine_(std::cos(options.max_view_change_deg * M_PI / 180)) {}
 
   void Offer(const MapPoint& point) {
     if (!point.alive) return;
     const Vector3d towards = point.position - center_;
     const double distance = towards.norm();
+    // Most points of a large map end here, before more of them is fetched from memory.
+    if (towards.dot(axis_) < widest_cosine_ * distance) return;
     if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) return;
     if (towards.dot(point.mean_direction) < min_cosine_ * distance) return;
     const auto img = camera_.ImgFromCam(rotation_ * towards);
@@ -41,6 +46,8 @@ class Gatherer {
   CandidateOptions options_;
   Vector3d center_;
   Eigen::Matrix3d rotation_;
+  Vector3d axis_;
+  double widest_cosine_;  // of the angle from the axis that any pixel, or one beside the image, has
   double min_cosine_;
   std::vector<Candidate> taken_;
 };
@@ -80,7 +87,7 @@ std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& c
                                             const CandidateOptions& options) {
   const int count = static_cast<int>(map.points().size());
   if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, options);
-  constexpr int kKeyframes = 12;
+  constexpr int kKeyframes = 20;
   Gatherer gatherer(camera, cam_from_world, options);
   std::vector<bool> offered(static_cast<std::size_t>(count), false);
   const auto offer = [&](int id) {

@@ -53,7 +53,7 @@ std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camer
 // most with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn.
 // What was seen long ago and comes into view again is met within a sweep, and its keyframes with it; a map
 // smaller than that is looked at whole. `sweep` keeps the place.
-inline constexpr int kSweptPoints = 1024;
+inline constexpr int kSweptPoints = 8192;
 std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
                                             const Rigid3& cam_from_world,
                                             const std::unordered_map<int, Eigen::Vector2d>& seen_before,

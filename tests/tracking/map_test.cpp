@@ -262,7 +262,7 @@ TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
 }
 
 TEST(GatherCandidatesNearTest, SeesTheNeighbourhoodAtOnceAndTheRestInTurn) {
-  const World world(160);
+  const World world(300);
   const int here = 80;
   const Rigid3& pose = world.map.keyframe(here).cam_from_world;
   ASSERT_GT(static_cast<int>(world.points.size()), 2 * kSweptPoints);
