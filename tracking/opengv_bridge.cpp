@@ -38,22 +38,14 @@ std::vector<Rigid3> SolveP3p(std::span<const Vector3d> points_in_world,
   return poses;
 }
 
-std::optional<Rigid3> SolveEpnp(std::span<const Vector3d> points_in_world,
-                                std::span<const Vector3d> rays_in_camera) {
-  const auto points = Points(points_in_world);
-  const auto rays = Rays(rays_in_camera);
-  opengv::absolute_pose::CentralAbsoluteAdapter adapter(rays, points);
-  return CamFromWorld(opengv::absolute_pose::epnp(adapter));
-}
-
 std::vector<Matrix3d> SolveFivePoint(std::span<const Vector3d> rays_in_first,
                                      std::span<const Vector3d> rays_in_second) {
   const auto first = Rays(rays_in_first.first(5));
   const auto second = Rays(rays_in_second.first(5));
   opengv::relative_pose::CentralRelativeAdapter adapter(first, second);
   std::vector<Matrix3d> essentials;
-  // Stewenius' eigenvalue form: Nister's root bracketing, as implemented there, loses a solution now and
-  // then.
+  // Stewenius' eigenvalue form: Nister's root bracketing, as implemented there, loses a solution now and then
+  // (docs/solver_choice_relative.png).
   for (const auto& solution : opengv::relative_pose::fivept_stewenius(adapter)) {
     const Matrix3d real = solution.real();
     if (!real.allFinite() || solution.imag().norm() > 1e-6 * real.norm()) continue;

@@ -1,7 +1,7 @@
 // The one place that knows OpenGV. Its poses are camera-to-world and its relative poses take the second frame
-// to the first; ours come out as cam_from_world and second_from_first. Only its minimal and closed-form
-// solvers are used; the sampling is ours (sampling.h says why). All directions are unit vectors in the camera
-// frame.
+// to the first; ours come out as cam_from_world and second_from_first. Only the solvers that the charts in
+// docs/ chose are here (docs/tracking.md tells why); the sampling is ours (sampling.h). All directions are
+// unit vectors in the camera frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,16 +13,13 @@
 
 namespace ulf {
 
-// Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011).
+// Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011): chosen in
+// docs/solver_choice_absolute.png.
 std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
                              std::span<const Eigen::Vector3d> rays_in_camera);
 
-// One pose from six or more points (EPnP, Lepetit, Moreno-Noguer and Fua 2009); none when degenerate.
-std::optional<Rigid3> SolveEpnp(std::span<const Eigen::Vector3d> points_in_world,
-                                std::span<const Eigen::Vector3d> rays_in_camera);
-
 // Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels and
-// Nister 2006).
+// Nister 2006): chosen in docs/solver_choice_relative.png.
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 

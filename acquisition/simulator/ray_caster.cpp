@@ -177,9 +177,10 @@ struct RayCaster::Pose {
 };
 
 struct RayCaster::Hits {
-  cv::Mat t;      // CV_32FC1, padded to the rays' stride
-  cv::Mat which;  // CV_32SC1
-  cv::Mat key;    // CV_16UC1
+  int first, end;  // rows
+  cv::Mat t;       // CV_32FC1, padded to the rays' stride
+  cv::Mat which;   // CV_32SC1
+  cv::Mat key;     // CV_16UC1
 };
 
 RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& camera)
@@ -245,8 +246,9 @@ void RayCaster::Trace(const Pose& pose, Hits& hits) const {
   hits.t.create(camera_.height, rays_->stride, CV_32FC1);
   hits.which.create(camera_.height, rays_->stride, CV_32SC1);
   for (const Tile& tile : tiles_) {
+    if (tile.y1 <= hits.first || tile.y0 >= hits.end) continue;
     const std::vector<int> candidates = pose.Candidates(tile);
-    for (int y = tile.y0; y < tile.y1; ++y)
+    for (int y = std::max(tile.y0, hits.first); y < std::min(tile.y1, hits.end); ++y)
       for (int x = tile.x0; x < tile.x1; x += kLanes) {
         const std::size_t i = static_cast<std::size_t>(y) * rays_->stride + x;
         F8 t;
@@ -260,7 +262,7 @@ void RayCaster::Trace(const Pose& pose, Hits& hits) const {
 
 void RayCaster::Shade(const Pose& pose, float weight, Hits& hits, cv::Mat& sum) const {
   hits.key.create(camera_.height, camera_.width, CV_16UC1);
-  for (int y = 0; y < camera_.height; ++y) {
+  for (int y = hits.first; y < hits.end; ++y) {
     const float* t = hits.t.ptr<float>(y);
     const int* which = hits.which.ptr<int>(y);
     auto* key = hits.key.ptr<std::uint16_t>(y);
@@ -283,12 +285,12 @@ void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv
     const std::uint16_t own = hits.key.at<std::uint16_t>(y, x);
     return (x > 0 && hits.key.at<std::uint16_t>(y, x - 1) != own) ||
            (x + 1 < camera_.width && hits.key.at<std::uint16_t>(y, x + 1) != own) ||
-           (y > 0 && hits.key.at<std::uint16_t>(y - 1, x) != own) ||
-           (y + 1 < camera_.height && hits.key.at<std::uint16_t>(y + 1, x) != own);
+           (y > hits.first && hits.key.at<std::uint16_t>(y - 1, x) != own) ||
+           (y + 1 < hits.end && hits.key.at<std::uint16_t>(y + 1, x) != own);
   };
   for (const Tile& tile : tiles_) {
     std::vector<cv::Point> pixels;
-    for (int y = tile.y0; y < tile.y1; ++y)
+    for (int y = std::max(tile.y0, hits.first); y < std::min(tile.y1, hits.end); ++y)
       for (int x = tile.x0; x < tile.x1; ++x)
         if (differs(x, y)) pixels.emplace_back(x, y);
     if (pixels.empty()) continue;
@@ -327,9 +329,14 @@ void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv
 }
 
 void RayCaster::Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const {
+  AccumulateRows(cam_from_world, weight, 0, camera_.height, sum);
+}
+
+void RayCaster::AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end,
+                               cv::Mat& sum) const {
   CV_Assert(sum.type() == CV_32FC4 && sum.cols == camera_.width && sum.rows == camera_.height);
   const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
-  Hits hits;
+  Hits hits{first, end, {}, {}, {}};
   Trace(pose, hits);
   Shade(pose, weight, hits, sum);
   SmoothEdges(pose, weight, hits, sum);
@@ -346,7 +353,7 @@ cv::Mat RayCaster::Radiance(const Rigid3& cam_from_world) const {
 
 cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world) const {
   const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
-  Hits hits;
+  Hits hits{0, camera_.height, {}, {}, {}};
   Trace(pose, hits);
   return hits.t.colRange(0, camera_.width).clone();
 }

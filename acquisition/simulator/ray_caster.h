@@ -25,6 +25,9 @@ class RayCaster {
   // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
   void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const;
 
+  // The same for the rows from `first` to before `end` only: a rolling shutter has each row's own pose.
+  void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum) const;
+
   // The picture of an instant, without sensor or motion: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world) const;
 

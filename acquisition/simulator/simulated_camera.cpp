@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr int kMostInstants = 64;
+constexpr int kRowsPerPose = 8;  // of a rolling shutter
 
 // One option of a URI as a number; the whole text must be one.
 double NumberFrom(const std::string& key, const std::string& text) {
@@ -63,6 +64,7 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
        }},
       {"format", [](O& o, S, S t) { o.format = FormatFrom(t); }},
       {"exposure_us", [](O& o, S k, S t) { o.exposure_s = 1e-6 * NumberFrom(k, t); }},
+      {"readout_ms", [](O& o, S k, S t) { o.readout_s = 1e-3 * NumberFrom(k, t); }},
       {"gain_db", [](O& o, S k, S t) { o.gain_db = NumberFrom(k, t); }},
       {"noise", [](O& o, S k, S t) { o.noise = SwitchFrom(k, t); }},
       {"cap", [](O& o, S, S t) { ReadCap(t, o); }},
@@ -122,6 +124,7 @@ void SimulationOptions::Validate() const {
   RequireRange("width", width, 16, 4096);
   RequireRange("height", height, 16, 4096);
   RequireRange("exposure in microseconds", exposure_s * 1e6, 10, 1e6);
+  RequireRange("readout in milliseconds", readout_s * 1e3, 0, 1e3);
   RequireRange("gain in dB", gain_db, 0, 36);
   RequireRange("cap's width in degrees", cap_azimuth / kDegree, 1, 120);
   RequireRange("cap's height in degrees", cap_elevation / kDegree, 1, 50);
@@ -177,17 +180,22 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
   const int instants =
       std::clamp(static_cast<int>(std::lround(BlurPx(shot.open_s, shot.exposure_s))), 1, kMostInstants);
   cv::Mat radiance = cv::Mat::zeros(camera().height, camera().width, CV_32FC4);
-  for (int i = 0; i < instants; ++i) {
-    const double share = (i + 0.5) / instants;
-    caster_.Accumulate(hand_.CamFromWorld(shot.open_s + share * shot.exposure_s),
-                       1.0f / static_cast<float>(instants), radiance);
+  const int band = options_.readout_s > 0 ? kRowsPerPose : camera().height;
+  for (int row = 0; row < camera().height; row += band) {
+    const int end = std::min(row + band, camera().height);
+    const double opens_s = shot.open_s + options_.readout_s * 0.5 * (row + end) / camera().height;
+    for (int i = 0; i < instants; ++i) {
+      const double share = (i + 0.5) / instants;
+      caster_.AccumulateRows(hand_.CamFromWorld(opens_s + share * shot.exposure_s),
+                             1.0f / static_cast<float>(instants), row, end, radiance);
+    }
   }
   Frame frame;
   frame.image = Expose(
       radiance, {.noise = options_.noise},
       {shot.exposure_s * shot.light, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
   frame.id = shot.id;
-  frame.device_time_s = shot.open_s + 0.5 * shot.exposure_s;
+  frame.device_time_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
   frame.exposure_s = shot.exposure_s;
   frame.gain = shot.gain;
   frame.known_cam_from_world = hand_.CamFromWorld(frame.device_time_s);

@@ -4,6 +4,10 @@
 // largest displacement of a grid of image points between opening and closing, rounded; one when nearly
 // still). Everything is a
 // pure function of the options, the shot and the frame's id.
+//
+// Rolling shutter (`readout_ms=20`): the first row is exposed first, every further one later by the readout's
+// share, each for the whole exposure; rows are cast in bands of eight. The frame's time and pose are those of
+// the middle row, in the middle of its exposure.
 #pragma once
 
 #include <memory>
@@ -26,6 +30,7 @@ struct SimulationOptions {
   int width = 640, height = 480;
   SensorFormat format = SensorFormat::kRgb8;
   double exposure_s = 0.005;
+  double readout_s = 0;  // of a rolling shutter, from the first row to the last; 0: global
   double gain_db = 0;
   bool noise = true;
   double cap_azimuth = 60 * M_PI / 180, cap_elevation = 40 * M_PI / 180;
@@ -36,7 +41,7 @@ struct SimulationOptions {
   SimulatedFaults faults;  // `fault=drift=0.5`, as often as wanted; see there
 
   // From
-  // `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&gain_db=0&noise=1&cap=60x40
+  // `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0&noise=1&cap=60x40
   // &row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20`. Throws UsageError naming what is unknown or out
   // of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
@@ -48,7 +53,7 @@ struct SimulationOptions {
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {
-  double open_s = 0;  // when the exposure begins, on the hand's clock
+  double open_s = 0;  // when the (first row's) exposure begins, on the hand's clock
   double exposure_s = 0.005;
   double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
@@ -68,7 +73,7 @@ class SimulatedCamera {
 
   // Frame `index` of the free-running camera: opened at index / fps with the options' settings.
   Frame Capture(std::uint64_t index) const;
-  // device_time_s and known_cam_from_world are those of the middle of the exposure.
+  // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
 
   // Without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure

@@ -381,6 +381,32 @@ TEST(SimulatedCamera, BlurredFrameIsTheMeanOfItsInstants) {
   EXPECT_LT(cv::mean(difference.reshape(1))[0], 0.012);
 }
 
+// Each row as a global shutter would see it at that row's moment; the frame's time is the middle row's.
+TEST(SimulatedCamera, ARollingShutterReadsRowByRow) {
+  SimulationOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.noise = options.looks_away = false;
+  const SimulatedCamera global(options);
+  options.readout_s = 0.02;
+  const SimulatedCamera rolling(options);
+  const double open_s = 1.5;
+  const Frame frame = rolling.Capture(Shot{.open_s = open_s});
+  EXPECT_NEAR(frame.device_time_s, open_s + 0.5 * 0.02 + 0.5 * 0.005, 1e-12);
+  for (const int first : {8, 112, 224}) {  // bands of eight rows, away from their edges
+    const Frame then = global.Capture(Shot{.open_s = open_s + 0.02 * (first + 4) / 240.0});
+    const cv::Mat difference =
+        frame.image.pixels.rowRange(first + 2, first + 6) - then.image.pixels.rowRange(first + 2, first + 6);
+    EXPECT_LT(cv::norm(difference, cv::NORM_INF), 2) << "rows from " << first;
+    const Frame other = global.Capture(Shot{.open_s = open_s + 0.02 * (first < 120 ? 1 : 0)});
+    EXPECT_GT(cv::norm(frame.image.pixels.rowRange(first, first + 8),
+                       other.image.pixels.rowRange(first, first + 8)),
+              100)
+        << "rows from " << first;
+  }
+  EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), UsageError);
+}
+
 TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {
   const auto device = OpenSimulatedDevice(
       DeviceUri::Parse("sim:studio?width=160&height=120&fps=10&duration_s=0.45&format=mono8"));

@@ -32,19 +32,6 @@ TEST(OpenGvBridge, P3pReturnsCamFromWorld) {
   }
 }
 
-TEST(OpenGvBridge, EpnpReturnsCamFromWorld) {
-  const auto scene = MakeAbsoluteScene(12, 0, 0, 3);
-  std::vector<Eigen::Vector3d> points, rays;
-  for (const auto& seen : scene.matches) {
-    points.push_back(seen.point_in_world);
-    rays.push_back(*test::SceneCamera().RayFromImg(seen.img));
-  }
-  const auto pose = SolveEpnp(points, rays);
-  ASSERT_TRUE(pose);
-  EXPECT_LT((pose->translation - scene.cam_from_world.translation).norm(), 1e-5);
-  EXPECT_LT(DegreesBetween(pose->rotation, scene.cam_from_world.rotation), 1e-4);
-}
-
 TEST(OpenGvBridge, FivePointEssentialTakesFirstToSecond) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const auto scene = MakeRelativeScene(30, Shape::kDeep, 0.6, 0, 0, seed);
