@@ -106,6 +106,13 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     for (const auto& [id, pose] : poses.object.items())
       if (View* view = FindView(light_field, std::atoi(id.c_str())))
         view->cam_from_world = PoseFromJson(poses, id.c_str());
+    if (event.Has("cameras"))
+      for (const auto& [index, camera] : event.Raw("cameras").items()) {
+        const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
+        if (at >= light_field.cameras.size())
+          throw Error("{}: camera {} is not among the header's", event.where, index);
+        light_field.cameras[at] = CameraFromJson({camera, event.where});
+      }
   } else if (kind == "subject") {
     light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
   } else if (kind == "up") {
@@ -240,10 +247,13 @@ void Journal::AddViews(std::span<const View> views) {
   if (!lines.empty()) Append(lines);
 }
 
-void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {
+void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                          const std::map<int, CameraModel>& cameras) {
   json poses = json::object();
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
-  Append(json{{"event", "pose_update"}, {"poses", poses}}.dump());
+  json event{{"event", "pose_update"}, {"poses", poses}};
+  for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
+  Append(event.dump());
 }
 
 void Journal::SetSubject(const Subject& subject) {

@@ -3,7 +3,7 @@
 //   header {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //   calibration_source, units, threshold_px, coverage_width_px} view {id, image, master, camera,
 //   cam_from_world [qw qx qy qz tx ty tz], times, exposure, gain, quality, bound} pose_update {poses {id:
-//   [7]}}   subject {center, radius}   up {up}   gap {from_s, to_s, reason}   remove {id} close {capture_s,
+//   [7]}, cameras {index: as in the header}}   subject {center, radius}   up {up}   gap {from_s, to_s, reason}   remove {id} close {capture_s,
 //   reasons}
 //
 // What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
@@ -45,7 +45,9 @@ class Journal {
 
   void Header(const LightField& light_field);
   void AddViews(std::span<const View> views);  // a line each
-  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
+  // Poses by view, and the cameras that changed with them.
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                   const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void NoteGap(double from_s, double to_s, const std::string& reason);

@@ -280,9 +280,12 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   return views;
 }
 
-void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view) {
-  if (cam_from_world_by_view.empty()) return;
-  state_->journal.UpdatePoses(cam_from_world_by_view);
+void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                                   const std::map<int, CameraModel>& cameras) {
+  if (cam_from_world_by_view.empty() && cameras.empty()) return;
+  state_->journal.UpdatePoses(cam_from_world_by_view, cameras);
+  for (const auto& [index, camera] : cameras)
+    state_->light_field.cameras[static_cast<std::size_t>(index)] = camera;
   for (View& view : state_->light_field.views)
     if (const auto found = cam_from_world_by_view.find(view.id); found != cam_from_world_by_view.end())
       view.cam_from_world = found->second;

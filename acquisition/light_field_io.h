@@ -84,7 +84,9 @@ class LightFieldWriter {
   std::vector<View> AddViews(std::span<const NewView> views);
   // The files for a frame; may be called beside everything else but KeepMosaics().
   ViewFiles Files(const Frame& frame, MakePictures pictures) const;
-  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view);
+  // In one step with the cameras (by index) that changed with them.
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                   const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetPoints(std::vector<ScenePoint> points);

@@ -76,6 +76,8 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
   if (summary.stills.lag_s)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
+  if (summary.calibration && summary.calibration->wrong)
+    text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
 
@@ -101,6 +103,7 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
   json["pauses"] = summary.pauses;
   json["paused_s"] = summary.paused_s;
   json["unwritten"] = summary.unwritten;
+  json["calibration"] = ToJson(summary.calibration);
   json["set_aside"] = nlohmann::json::object();
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;
 }

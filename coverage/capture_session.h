@@ -100,6 +100,7 @@ struct CaptureSummary {
   // light field but in these folders.
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
+  std::optional<CalibrationCheck> calibration;  // what the tracker's map says about the focal length
   std::optional<Subject> subject;
   std::optional<RecordedFrame> last_recorded;
   std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found

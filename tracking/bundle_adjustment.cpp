@@ -13,64 +13,94 @@ using Eigen::Vector3d;
 // Below this many free cameras the dense reduced system is faster than anything clever.
 constexpr int kDenseCameras = 120;
 
-class StopWhenAsked final : public ceres::IterationCallback {
+class Watcher final : public ceres::IterationCallback {
  public:
-  explicit StopWhenAsked(const std::atomic<bool>& stop) : stop_(stop) {}
+  Watcher(const BundleOptions& options, int before) : options_(options), count_(before) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+    if (options_.progress) options_.progress(++count_);
+    return options_.stop && *options_.stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>& stop_;
+  const BundleOptions& options_;
+  int count_;
 };
 
-double SquaredError(const CameraModel& camera, const BundleProblem& problem, const BundleObservation& seen) {
-  const auto img = camera.ImgFromCam(problem.cam_from_world[static_cast<std::size_t>(seen.camera)] *
-                                     problem.points[static_cast<std::size_t>(seen.point)]);
-  return img ? (*img - seen.img).squaredNorm() / (seen.sigma_px * seen.sigma_px) : 1e8;
+std::size_t LensOf(const BundleProblem& problem, int camera) {
+  return problem.lens.empty() ? 0 : static_cast<std::size_t>(problem.lens[static_cast<std::size_t>(camera)]);
 }
 
-double Rms(const CameraModel& camera, const BundleProblem& problem) {
+double Rms(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
   double sum = 0;
   int count = 0;
   for (const BundleObservation& seen : problem.observations) {
     if (seen.outlier) continue;
-    sum += std::min(1e4, SquaredError(camera, problem, seen));
+    sum += std::min(1e4, SquaredErrorSigmas(lenses, problem, seen));
     ++count;
   }
   return count ? std::sqrt(sum / count) : 0;
 }
 
-ceres::Solver::Summary Solve(const CameraModel& camera, BundleProblem& problem,
-                             const std::vector<bool>& fixed, int iterations, const BundleOptions& options) {
+// The parameter blocks of a solution: Ceres keeps their addresses.
+struct Blocks {
+  std::vector<PoseBlock> poses;
+  std::vector<IntrinsicsBlock> lenses;
+  std::vector<bool> used_camera, used_lens, used_point;
+};
+
+void AddObservations(const std::vector<CameraModel>& lenses, BundleProblem& problem, Blocks& blocks,
+                     ceres::LossFunction* loss, const BundleOptions& options, ceres::Problem& ceres_problem) {
+  for (const BundleObservation& seen : problem.observations) {
+    if (seen.outlier) continue;
+    const auto c = static_cast<std::size_t>(seen.camera), p = static_cast<std::size_t>(seen.point);
+    const std::size_t l = LensOf(problem, seen.camera);
+    if (options.free.Count() == 0)
+      ceres_problem.AddResidualBlock(new ReprojectionCost(lenses[l], seen.img, seen.sigma_px), loss,
+                                     blocks.poses[c].data(), problem.points[p].data());
+    else
+      ceres_problem.AddResidualBlock(new IntrinsicsReprojectionCost(lenses[l], seen.img, seen.sigma_px), loss,
+                                     blocks.poses[c].data(), problem.points[p].data(),
+                                     blocks.lenses[l].data());
+    blocks.used_camera[c] = blocks.used_point[p] = blocks.used_lens[l] = true;
+  }
+}
+
+ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& problem,
+                             const std::vector<bool>& fixed, int iterations, int iterations_before,
+                             const BundleOptions& options) {
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
   ceres::HuberLoss huber(options.huber_sigmas);
   PoseManifold manifold;
+  std::vector<IntrinsicsManifold> lens_manifolds;
+  for (const CameraModel& lens : lenses) lens_manifolds.emplace_back(lens, options.free);
 
-  std::vector<PoseBlock> poses;
-  for (const Rigid3& pose : problem.cam_from_world) poses.push_back(ToBlock(pose));
-  std::vector<bool> used_camera(poses.size()), used_point(problem.points.size());
-  for (const BundleObservation& seen : problem.observations) {
-    if (seen.outlier) continue;
-    const auto c = static_cast<std::size_t>(seen.camera), p = static_cast<std::size_t>(seen.point);
-    ceres_problem.AddResidualBlock(new ReprojectionCost(camera, seen.img, seen.sigma_px), &huber,
-                                   poses[c].data(), problem.points[p].data());
-    used_camera[c] = used_point[p] = true;
-  }
+  Blocks blocks;
+  for (const Rigid3& pose : problem.cam_from_world) blocks.poses.push_back(ToBlock(pose));
+  for (const CameraModel& lens : lenses) blocks.lenses.push_back(ToBlock(lens));
+  blocks.used_camera.resize(blocks.poses.size());
+  blocks.used_lens.resize(lenses.size());
+  blocks.used_point.resize(problem.points.size());
+  AddObservations(lenses, problem, blocks, &huber, options, ceres_problem);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   int free_cameras = 0;
-  for (std::size_t c = 0; c < poses.size(); ++c) {
-    if (!used_camera[c]) continue;
-    ceres_problem.SetManifold(poses[c].data(), &manifold);
-    if (fixed[c]) ceres_problem.SetParameterBlockConstant(poses[c].data());
+  for (std::size_t c = 0; c < blocks.poses.size(); ++c) {
+    if (!blocks.used_camera[c]) continue;
+    ceres_problem.SetManifold(blocks.poses[c].data(), &manifold);
+    if (fixed[c]) ceres_problem.SetParameterBlockConstant(blocks.poses[c].data());
     free_cameras += !fixed[c];
-    ordering->AddElementToGroup(poses[c].data(), 1);
+    ordering->AddElementToGroup(blocks.poses[c].data(), 1);
+  }
+  const bool with_lenses = options.free.Count() > 0;
+  for (std::size_t l = 0; l < lenses.size() && with_lenses; ++l) {
+    if (!blocks.used_lens[l]) continue;
+    ceres_problem.SetManifold(blocks.lenses[l].data(), &lens_manifolds[l]);
+    ordering->AddElementToGroup(blocks.lenses[l].data(), 1);
   }
   for (std::size_t p = 0; p < problem.points.size(); ++p)
-    if (used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
+    if (blocks.used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
 
   ceres::Solver::Options solver;
   solver.linear_solver_type = free_cameras <= kDenseCameras ? ceres::DENSE_SCHUR : ceres::ITERATIVE_SCHUR;
@@ -78,27 +108,26 @@ ceres::Solver::Summary Solve(const CameraModel& camera, BundleProblem& problem,
   solver.linear_solver_ordering = ordering;
   solver.max_num_iterations = iterations;
   solver.num_threads = 1;
-  solver.function_tolerance = 1e-5;
+  solver.function_tolerance = options.function_tolerance;
   solver.logging_type = ceres::SILENT;
-  std::unique_ptr<StopWhenAsked> stopper;
-  if (options.stop) {
-    stopper = std::make_unique<StopWhenAsked>(*options.stop);
-    solver.callbacks.push_back(stopper.get());
-  }
+  Watcher watcher(options, iterations_before);
+  if (options.stop || options.progress) solver.callbacks.push_back(&watcher);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &ceres_problem, &summary);
-  for (std::size_t c = 0; c < poses.size(); ++c)
-    if (used_camera[c] && !fixed[c]) {
-      problem.cam_from_world[c] = FromBlock(poses[c].data());
+  for (std::size_t c = 0; c < blocks.poses.size(); ++c)
+    if (blocks.used_camera[c] && !fixed[c]) {
+      problem.cam_from_world[c] = FromBlock(blocks.poses[c].data());
       problem.cam_from_world[c].rotation.normalize();
     }
+  for (std::size_t l = 0; l < lenses.size() && with_lenses; ++l)
+    if (blocks.used_lens[l]) lenses[l] = WithIntrinsics(lenses[l], blocks.lenses[l].data());
   return summary;
 }
 
-int MarkOutliers(const CameraModel& camera, BundleProblem& problem, double gate_sigmas) {
+int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem, double gate_sigmas) {
   int outliers = 0;
   for (BundleObservation& seen : problem.observations) {
-    seen.outlier = SquaredError(camera, problem, seen) > gate_sigmas * gate_sigmas;
+    seen.outlier = SquaredErrorSigmas(lenses, problem, seen) > gate_sigmas * gate_sigmas;
     outliers += seen.outlier;
   }
   return outliers;
@@ -126,7 +155,21 @@ void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<
 
 }  // namespace
 
+double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
+                          const BundleObservation& seen) {
+  const auto img = lenses[LensOf(problem, seen.camera)].ImgFromCam(
+      problem.cam_from_world[static_cast<std::size_t>(seen.camera)] *
+      problem.points[static_cast<std::size_t>(seen.point)]);
+  return img ? (*img - seen.img).squaredNorm() / (seen.sigma_px * seen.sigma_px) : 1e8;
+}
+
 BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem, const BundleOptions& options) {
+  std::vector<CameraModel> lenses{camera};
+  return AdjustBundle(lenses, problem, options);
+}
+
+BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
+                           const BundleOptions& options) {
   BundleSummary summary;
   if (problem.cam_from_world.empty() || problem.observations.empty()) {
     summary.message = "nothing to adjust";
@@ -139,29 +182,31 @@ BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem, co
   for (const Rigid3& pose : problem.cam_from_world) centers_before.push_back(pose.OriginInSource());
 
   const BundleProblem before = problem;
-  summary.initial_rms_sigmas = Rms(camera, problem);
-  const auto robust = Solve(camera, problem, fixed, options.robust_iterations, options);
-  summary.outliers = MarkOutliers(camera, problem, options.gate_sigmas);
-  summary.iterations = static_cast<int>(robust.iterations.size());
-  summary.usable = robust.IsSolutionUsable();
-  summary.message = robust.message;
+  const std::vector<CameraModel> lenses_before = lenses;
+  for (CameraModel& lens : lenses) lens = WithRoomFor(options.free, lens);
+  summary.initial_rms_sigmas = Rms(lenses, problem);
+  auto solution = Solve(lenses, problem, fixed, options.robust_iterations, 0, options);
+  summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
+  summary.iterations = static_cast<int>(solution.iterations.size());
+  summary.usable = solution.IsSolutionUsable();
   const bool stopped = options.stop && *options.stop;
   if (summary.usable && options.iterations > 0 && !stopped) {
-    const auto last = Solve(camera, problem, fixed, options.iterations, options);
-    summary.outliers = MarkOutliers(camera, problem, options.gate_sigmas);
-    summary.iterations += static_cast<int>(last.iterations.size());
-    summary.usable = last.IsSolutionUsable();
-    summary.message = last.message;
+    solution = Solve(lenses, problem, fixed, options.iterations, summary.iterations, options);
+    summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
+    summary.iterations += static_cast<int>(solution.iterations.size());
+    summary.usable = solution.IsSolutionUsable();
   }
+  summary.message = solution.message;
   if (!summary.usable) {
     problem = before;
+    lenses = lenses_before;
     return summary;
   }
   if (std::count(fixed.begin(), fixed.end(), true) == 1)
     RestoreScale(problem,
                  static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), true) - fixed.begin()),
                  centers_before);
-  summary.final_rms_sigmas = Rms(camera, problem);
+  summary.final_rms_sigmas = Rms(lenses, problem);
   return summary;
 }
 

@@ -3,16 +3,22 @@
 // Minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops observations
 // that no longer fit and repeats. The gauge: cameras marked fixed stay; with none fixed the first one is;
 // with a single fixed camera the scale is restored afterwards, so that nothing floats. Single-threaded, hence
-// repeatable.
+// repeatable: with several threads Ceres adds in the order in which they come.
+//
+// Intrinsics may be free: all cameras of one lens share them. Up to 120 free cameras the reduced system is
+// solved dense, beyond by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
+// sees the same things, as in a light field.
 #pragma once
 
 #include <Eigen/Core>
 #include <atomic>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "acquisition/camera_model.h"
 #include "acquisition/rigid3.h"
+#include "tracking/free_intrinsics.h"
 
 namespace ulf {
 
@@ -27,6 +33,7 @@ struct BundleObservation {
 struct BundleProblem {
   std::vector<Rigid3> cam_from_world;
   std::vector<bool> fixed;  // by camera
+  std::vector<int> lens;    // by camera, index into the camera models; empty: all have the first
   std::vector<Eigen::Vector3d> points;
   std::vector<BundleObservation> observations;
 };
@@ -37,6 +44,9 @@ struct BundleOptions {
   double huber_sigmas = 2.45;
   double gate_sigmas = 2.45;
   const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
+  FreeIntrinsics free = {};                 // of every lens
+  double function_tolerance = 1e-5;         // relative change of the cost that ends a solution
+  std::function<void(int)> progress = {};   // after every iteration, with how many there were
 };
 
 struct BundleSummary {
@@ -50,5 +60,13 @@ struct BundleSummary {
 
 BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
                            const BundleOptions& options = {});
+
+// The same for several lenses, whose intrinsics change where they are free.
+BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
+                           const BundleOptions& options = {});
+
+// Error of an observation over its sigma, squared; 1e8 where the point cannot be projected.
+double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
+                          const BundleObservation& seen);
 
 }  // namespace ulf

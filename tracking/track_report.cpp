@@ -87,7 +87,9 @@ std::string MapLine(const TrackerStatistics& map) {
   if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
   if (map.keyframes_left_out > 0)
     text += fmt::format("; {} left out, mapping was behind", Counted(map.keyframes_left_out, "keyframe"));
-  return text + "\n";
+  text += "\n";
+  if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
+  return text;
 }
 
 std::string StagesLine(const Counts& counts) {
@@ -190,6 +192,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["loops"] = run.map.loops;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
+  report["calibration"] = ToJson(run.map.calibration);
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
     report["cpu_over_orb"] = Quantile(counts.cpu_ms, 0.5) / Quantile(run.orb_cpu_ms, 0.5);

@@ -103,7 +103,8 @@ struct Tracker::State {
   int frames_tracked = 0;  // on this map
   int map_id = 0;
   int keyframes_left_out = 0;
-  double mapping_cpu_s = 0;  // spent inside Step(), when synchronous
+  std::optional<CalibrationCheck> calibration;  // of the last Finish()
+  double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
 
   Track Step(const Frame& frame_in);
   void Initialize(const TrackedImage& image, const Frame& frame_in, Track& track);
@@ -408,6 +409,7 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 void Tracker::Finish() {
   state_->mapper.Drain();
   state_->mapper.AdjustAll();
+  state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
@@ -496,7 +498,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 TrackerStatistics Tracker::Statistics() const {
   const std::lock_guard lock(state_->shared.mutex);
   return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(), state_->keyframes_left_out,
-          state_->shared.loops};
+          state_->shared.loops, state_->calibration};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

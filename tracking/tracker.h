@@ -29,6 +29,7 @@
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 #include "tracking/anchored.h"
+#include "tracking/calibration_check.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
 
@@ -89,6 +90,7 @@ struct TrackerStatistics {
   int map_points = 0;
   int keyframes_left_out = 0;  // the mapper was behind
   int loops = 0;               // closed
+  std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
 };
 
 class Tracker {
@@ -108,7 +110,8 @@ class Tracker {
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {}) const;
 
-  // Waits for the mapper and adjusts the whole map. Frames may follow; call it again then.
+  // Waits for the mapper, adjusts the whole map and asks it whether the focal length is right. Frames may
+  // follow; call it again then.
   void Finish();
 
   // The pose that `anchor` means now. Any anchor ever given remains valid; one of a discarded map

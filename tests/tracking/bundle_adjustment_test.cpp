@@ -150,6 +150,97 @@ TEST(Residuals, DerivativesAgreeWithDifferences) {
     }
 }
 
+TEST(BundleAdjustment, FreeIntrinsicsFindTheLens) {
+  const CameraModel camera = test::SceneCamera();
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Scene scene = MakeScene(0.2, 0, seed, camera);
+    scene.disturbed.fixed = {true, false, false, false, false, false};
+    CameraModel wrong = camera;
+    wrong.fx *= 1.05;
+    wrong.fy *= 1.05;
+    wrong.coefficients[0] = 0;
+    std::vector<CameraModel> lenses{wrong};
+    BundleOptions options{.robust_iterations = 60, .iterations = 40, .function_tolerance = 1e-9};
+    options.free = {.focal = true, .k1 = true};
+    const BundleSummary summary = AdjustBundle(lenses, scene.disturbed, options);
+    ASSERT_TRUE(summary.usable);
+    EXPECT_NEAR(lenses[0].fx, camera.fx, 0.01 * camera.fx) << "seed " << seed;
+    EXPECT_NEAR(lenses[0].coefficients[0], camera.coefficients[0], 0.02) << "seed " << seed;
+    EXPECT_NEAR(lenses[0].fx / lenses[0].fy, camera.fx / camera.fy, 1e-9);
+    EXPECT_EQ(lenses[0].cx, camera.cx);
+    EXPECT_EQ(lenses[0].coefficients[1], camera.coefficients[1]);
+  }
+}
+
+// The views of one half have another lens: each is found from its own views.
+TEST(BundleAdjustment, LensesAreFoundSeparately) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.2, 0, 4, camera);
+  std::vector<CameraModel> lenses{camera, camera};
+  lenses[1].fx *= 1.03;
+  lenses[1].fy *= 1.03;
+  scene.disturbed.lens = {0, 0, 0, 1, 1, 1};
+  BundleOptions options{.robust_iterations = 60, .iterations = 40, .function_tolerance = 1e-9};
+  options.free = {.focal = true};
+  ASSERT_TRUE(AdjustBundle(lenses, scene.disturbed, options).usable);
+  for (const CameraModel& lens : lenses) EXPECT_NEAR(lens.fx, camera.fx, 0.01 * camera.fx);
+  EXPECT_NE(lenses[0].fx, lenses[1].fx);
+}
+
+TEST(BundleAdjustment, ProgressCountsAndAStopIsObeyed) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0.05, 5, camera);
+  std::atomic<bool> stop = false;
+  BundleOptions options;
+  int last = 0;
+  options.progress = [&](int count) {
+    EXPECT_EQ(count, last + 1);
+    last = count;
+    stop = count == 3;
+  };
+  options.stop = &stop;
+  EXPECT_TRUE(AdjustBundle(camera, scene.disturbed, options).usable);
+  EXPECT_EQ(last, 3);
+}
+
+TEST(Residuals, DerivativesByIntrinsicsAgreeWithDifferences) {
+  const CameraModel fisheye{640, 480, 300, 302, 322, 241, Distortion::kFisheye, {0.02, -0.004, 0.001, 0, 0}};
+  const FreeIntrinsics all{.focal = true, .principal_point = true, .k1 = true, .k2 = true};
+  for (const CameraModel& camera : {test::SceneCamera(), fisheye}) {
+    Draw draw(7);
+    const PoseBlock pose = ToBlock(test::RandomPose(draw, 0.5, 0.5));
+    const Eigen::Vector3d point =
+        FromBlock(pose.data()).Inverse() * Eigen::Vector3d(draw.Uniform(-1, 1), draw.Uniform(-1, 1), 4);
+    const IntrinsicsReprojectionCost cost(camera, {300, 200}, 0.7);
+    const IntrinsicsBlock block = ToBlock(camera);
+    const double* parameters[] = {pose.data(), point.data(), block.data()};
+    Eigen::Vector2d residual;
+    Eigen::Matrix<double, 2, 9, Eigen::RowMajor> by_lens;
+    double* jacobians[] = {nullptr, nullptr, by_lens.data()};
+    ASSERT_TRUE(cost.Evaluate(parameters, residual.data(), jacobians));
+    const IntrinsicsManifold manifold(camera, all);
+    ASSERT_EQ(manifold.TangentSize(), 5);
+    Eigen::Matrix<double, 9, 5, Eigen::RowMajor> directions;
+    manifold.PlusJacobian(block.data(), directions.data());
+    for (int k = 0; k < 5; ++k) {
+      constexpr double kStep = 1e-6;
+      const auto residual_at = [&](double step) {
+        Eigen::Matrix<double, 5, 1> delta = Eigen::Matrix<double, 5, 1>::Unit(k) * step, back;
+        IntrinsicsBlock moved;
+        manifold.Plus(block.data(), delta.data(), moved.data());
+        manifold.Minus(moved.data(), block.data(), back.data());
+        EXPECT_LT((back - delta).norm(), 1e-9);
+        const double* at[] = {pose.data(), point.data(), moved.data()};
+        Eigen::Vector2d value;
+        cost.Evaluate(at, value.data(), nullptr);
+        return value;
+      };
+      const Eigen::Vector2d numeric = (residual_at(kStep) - residual_at(-kStep)) / (2 * kStep);
+      EXPECT_LT((numeric - by_lens * directions.col(k)).norm(), 1e-4 * (1 + numeric.norm())) << k;
+    }
+  }
+}
+
 TEST(Residuals, ManifoldMinusInvertsPlus) {
   Draw draw(6);
   const PoseBlock block = ToBlock(test::RandomPose(draw, 2, 2));

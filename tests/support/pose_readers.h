@@ -1,0 +1,28 @@
+// Ground truth as others write it: Middlebury's par.txt (temple_ring) and Strecha's .camera files.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/rigid3.h"
+
+namespace ulf::test {
+
+struct TrueView {
+  std::filesystem::path image;
+  CameraModel camera;
+  Rigid3 cam_from_world;
+};
+
+// One line an image: name, K by rows, R by rows, t of the projection K [R t], the image's origin at the top
+// left. Principal points count from integer pixel centres. The pictures of this copy are all the same way up,
+// those that the gantry took upside down (their x axis points against the others') too: their cameras are
+// turned with them.
+std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const std::string& par_file);
+
+// gt_cameras_half/NNNN.jpg.camera beside images/NNNN.jpg: K, a row of zeros, R camera to world, the camera's
+// centre, image size. Pixel centres at integer + 0.5.
+std::vector<TrueView> ReadStrecha(const std::filesystem::path& folder);
+
+}  // namespace ulf::test

@@ -1,0 +1,300 @@
+// Poses that are a little off come back, and what cannot be refined is named.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "tests/support/child_process.h"
+#include "tests/support/test_paths.h"
+#include "tests/tracking/refine_views.h"
+#include "tracking/tracker.h"
+
+namespace ulf {
+namespace {
+
+using test::After;
+using test::Before;
+using test::Disturbed;
+using test::ErrorsOf;
+using test::MakeViews;
+using test::PoseErrors;
+using test::RefineRoom;
+using test::RoomViews;
+using test::TexturedRoom;
+using test::Way;
+using testing::HasSubstr;
+
+TEST(Refine, PosesThatAreALittleOffComeBack) {
+  for (const unsigned seed : {1u}) {
+    const auto views = MakeViews(14, 0.01, 0.1, seed);
+    const RefineResult result = RefineRoom(*views);
+    EXPECT_EQ(result.registered, 14);
+    const PoseErrors before = Before(*views), after = After(*views, result);
+    EXPECT_LT(after.center, 0.25 * before.center) << "seed " << seed;
+    EXPECT_LT(after.center, 0.002) << "seed " << seed;
+    EXPECT_LT(result.median_after_px, 0.25);
+    EXPECT_LT(result.rms_after_px, 0.2 * result.rms_before_px);
+    EXPECT_GT(result.points.size(), 500u);
+    // Nothing that the pictures cannot tell has moved: scale, place and direction are the start's.
+    EXPECT_LT(result.moved_median, 0.02);
+    EXPECT_LT(result.moved_max, 0.05);
+  }
+}
+
+TEST(Refine, PosesOffByAPercentAndADegreeComeBack) {
+  const auto views = MakeViews(16, 0.03, 1, 3);
+  const RefineResult result = RefineRoom(*views);
+  EXPECT_EQ(result.registered, 16);
+  EXPECT_GT(result.start_error_px, 2.5);
+  EXPECT_LT(After(*views, result).center, 0.002);
+  EXPECT_LT(After(*views, result).rotation_deg, 0.05);
+}
+
+TEST(Refine, TheNumberOfThreadsChangesNothing) {
+  const auto views = MakeViews(10, 0.01, 0.1, 4);
+  std::vector<RefineResult> results;
+  const int threads_before = cv::getNumThreads();
+  for (const int threads : {1, 3}) {
+    cv::setNumThreads(threads);
+    results.push_back(RefineRoom(*views));
+  }
+  cv::setNumThreads(threads_before);
+  ASSERT_EQ(results[0].points.size(), results[1].points.size());
+  for (std::size_t v = 0; v < results[0].views.size(); ++v)
+    EXPECT_EQ(results[0].views[v].cam_from_world.Matrix(), results[1].views[v].cam_from_world.Matrix());
+}
+
+TEST(Refine, AViewThatCannotBeReadAndOneOfAnotherSceneAreNamed) {
+  const auto views = MakeViews(12, 0.01, 0.1, 5);
+  const TexturedRoom other({.seed = 77});
+  views->images[7] = other.Take(views->truth[7], 7).image;
+  const auto read = views->input.read;
+  views->input.read = [&](int i) {
+    if (i == 3) throw Error("images/3.png: is truncated");
+    return read(i);
+  };
+  const RefineResult result = RefineRoom(*views);
+  EXPECT_EQ(result.registered, 10);
+  EXPECT_FALSE(result.views[3].registered);
+  EXPECT_THAT(result.views[3].why, HasSubstr("truncated"));
+  EXPECT_FALSE(result.views[7].registered);
+  EXPECT_THAT(result.views[7].why, HasSubstr("points"));
+  for (const std::size_t v : {3u, 7u})
+    EXPECT_EQ(result.views[v].cam_from_world.Matrix(), views->input.views[v].cam_from_world.Matrix());
+}
+
+// A view whose pose is of another place altogether is found again by what it shows.
+TEST(Refine, AViewThatIsFarOffIsFoundAgain) {
+  const auto views = MakeViews(12, 0.005, 0.05, 6);
+  test::Draw draw(6);
+  views->input.views[5].cam_from_world = Disturbed(views->truth[5], 0.15, 6, draw);
+  const RefineResult result = RefineRoom(*views);
+  EXPECT_EQ(result.registered, 12);
+  EXPECT_EQ(result.moved_most, 5);
+  EXPECT_LT(After(*views, result).center, 0.004);
+}
+
+TEST(Refine, TwoViewsAreEnough) {
+  const auto views = MakeViews(2, 0, 0.2, 7);
+  const RefineResult result = RefineRoom(*views);
+  EXPECT_EQ(result.registered, 2);
+  EXPECT_LT(result.median_after_px, 0.4);
+}
+
+TEST(Refine, ViewsFromOnePlaceAreRefused) {
+  const auto views = MakeViews(10, 0.0005, 0.1, 8, Way::kTurning);
+  try {
+    RefineRoom(*views);
+    FAIL() << "refined without parallax";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("turning about one place"));
+  }
+}
+
+TEST(Refine, OneReadableViewIsRefused) {
+  const auto views = MakeViews(3, 0, 0, 9);
+  const auto read = views->input.read;
+  views->input.read = [&](int i) {
+    if (i > 0) throw Error("view {}: is gone", i);
+    return read(i);
+  };
+  try {
+    RefineRoom(*views);
+    FAIL() << "refined a single view";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is gone"));
+  }
+}
+
+TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
+  for (const double factor : {0.95, 1.05}) {
+    const auto views = MakeViews(12, 0, 0, 10);
+    CameraModel& lens = views->input.lenses[0];
+    const double truth_px = lens.fx;
+    lens.fx *= factor;
+    lens.fy *= factor;
+    const RefineResult told = RefineRoom(*views);
+    ASSERT_EQ(told.checks.size(), 1u);
+    EXPECT_TRUE(told.checks[0].wrong) << factor;
+    EXPECT_NEAR(told.checks[0].fitted_focal_px, truth_px, 0.01 * truth_px);
+    EXPECT_THAT(told.checks[0].Text(), HasSubstr(factor > 1 ? "less than" : "more than"));
+    EXPECT_EQ(told.lenses, views->input.lenses) << "changed without being asked";
+    ASSERT_EQ(told.lens_fits.size(), 1u);
+
+    if (factor > 1) continue;
+    const RefineResult taken = RefineRoom(*views, true);
+    EXPECT_NEAR(taken.lenses[0].fx, truth_px, 0.005 * truth_px);
+    EXPECT_LT(After(*views, taken).center, 0.5 * After(*views, told).center + 1e-3);
+  }
+}
+
+// A wall seen while moving past it fits many focal lengths.
+TEST(CalibrationCheck, WhereTheGeometryDoesNotTellNothingIsSaid) {
+  const auto views = MakeViews(14, 0, 0, 11, Way::kSideways, false);
+  views->input.lenses[0].fx *= 1.05;
+  views->input.lenses[0].fy *= 1.05;
+  const RefineResult result = RefineRoom(*views);
+  ASSERT_EQ(result.checks.size(), 1u);
+  EXPECT_FALSE(result.checks[0].determined);
+  EXPECT_FALSE(result.checks[0].wrong) << result.checks[0].Text();
+}
+
+TEST(CalibrationCheck, TheTrackerNoticesAWrongFocalLength) {
+  for (const double factor : {1.0, 1.05}) {
+    const TexturedRoom room({.seed = 15});
+    CameraModel given = TexturedRoom::Camera();
+    given.fx *= factor;
+    given.fy *= factor;
+    Tracker tracker(given, {.deterministic = true});
+    for (int i = 0; i < 90; ++i)
+      tracker.Step(room.Take(TexturedRoom::HandAt(3 * i), static_cast<std::uint64_t>(i)));
+    tracker.Finish();
+    const auto check = tracker.Statistics().calibration;
+    ASSERT_TRUE(check) << factor;
+    EXPECT_EQ(check->wrong, factor > 1) << check->fitted_focal_px << " ± " << check->sigma_px;
+    EXPECT_NEAR(check->fitted_focal_px, 520, 6);
+  }
+}
+
+// A light field on disk, as the command takes it.
+struct OnDisk {
+  test::ScratchFolder scratch;
+  std::filesystem::path dir = scratch / "room";
+  std::unique_ptr<RoomViews> views;
+
+  explicit OnDisk(int count = 12, unsigned seed = 12) : views(MakeViews(count, 0.01, 0.1, seed)) {
+    CaptureHeader header;
+    header.camera = views->input.lenses[0];
+    LightFieldWriter writer = LightFieldWriter::Create(dir, header);
+    writer.SetSubject({{0, 0, 2.5}, 0.5});
+    for (int i = 0; i < count; ++i) {
+      Frame frame;
+      frame.image = views->images[static_cast<std::size_t>(i)];
+      View view;
+      view.cam_from_world = views->input.views[static_cast<std::size_t>(i)].cam_from_world;
+      writer.AddView(frame, view);
+    }
+    writer.Close(3.5, {{"recorded", 12}});
+  }
+  PoseErrors Errors(const std::filesystem::path& at) const {
+    const LightField read = ReadLightField(at);
+    return ErrorsOf(views->truth, [&](std::size_t i) { return read.views[i].cam_from_world; });
+  }
+};
+
+TEST(RefineCommand, RefinesALightFieldInPlace) {
+  const OnDisk room;
+  const LightField before = ReadLightField(room.dir);
+  const auto run = test::RunUlf("refine " + room.dir.string() + " --json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output);
+  EXPECT_EQ(report["registered"], 12);
+  EXPECT_GT(report["peak_memory_mib"], 10.0);
+  EXPECT_LT(room.Errors(room.dir).center, 0.002);
+  const LightField after = ReadLightField(room.dir);
+  EXPECT_EQ(after.subject, before.subject);
+  EXPECT_EQ(after.capture_s, 3.5);
+  EXPECT_EQ(after.reasons, before.reasons);
+  EXPECT_EQ(after.cameras, before.cameras);
+  EXPECT_EQ(after.points.size(), report["points"].get<std::size_t>());
+  // What others read says the same.
+  std::filesystem::remove(room.dir / "journal.jsonl");
+  EXPECT_LT(room.Errors(room.dir).center, 0.002);
+
+  const auto again = test::RunUlf("refine " + room.dir.string());
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.errors, HasSubstr("-o"));
+  const auto imported =
+      test::RunUlf("refine " + room.dir.string() + " -o " + (room.scratch / "copy").string());
+  ASSERT_EQ(imported.exit_code, 0) << imported.errors;
+  EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
+  EXPECT_LT(room.Errors(room.scratch / "copy").center, 0.002);
+}
+
+TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
+  OnDisk room(14, 13);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(room.dir);
+    CameraModel wrong = writer.Contents().cameras[0];
+    wrong.fx *= 1.05;
+    wrong.fy *= 1.05;
+    writer.UpdatePoses({}, {{0, wrong}});
+    writer.Close(1);
+  }
+  const CameraModel wrong = ReadLightField(room.dir).cameras[0];
+  EXPECT_NEAR(wrong.fx, 546, 1e-6);
+  const auto told = test::RunUlf("refine " + room.dir.string());
+  ASSERT_EQ(told.exit_code, 0) << told.errors;
+  EXPECT_THAT(told.output, HasSubstr("calibrate, or run ulf refine --intrinsics"));
+  EXPECT_EQ(ReadLightField(room.dir).cameras[0], wrong);
+  const auto taken = test::RunUlf("refine " + room.dir.string() + " --intrinsics");
+  ASSERT_EQ(taken.exit_code, 0) << taken.errors;
+  EXPECT_NEAR(ReadLightField(room.dir).cameras[0].fx, 520, 4);
+}
+
+TEST(RefineCommand, AKillAtAnyMomentLeavesOldOrNewPoses) {
+  const OnDisk room;
+  const LightField before = ReadLightField(room.dir);
+  const double error_before = room.Errors(room.dir).center;
+  int killed = 0;
+  for (int round = 0; round < 8; ++round) {
+    test::ChildProcess child({std::getenv("ULF_BINARY"), "refine", room.dir.string(), "--json"});
+    usleep(static_cast<useconds_t>(250000 * round + 1000));
+    child.Signal(SIGKILL);
+    killed += child.Wait(10) == 128 + SIGKILL;
+    const LightField after = ReadLightField(room.dir);
+    ASSERT_EQ(after.views.size(), before.views.size());
+    bool all_old = true;
+    for (std::size_t v = 0; v < after.views.size(); ++v)
+      all_old &= after.views[v].cam_from_world.Matrix() == before.views[v].cam_from_world.Matrix();
+    if (!all_old) {
+      EXPECT_LT(room.Errors(room.dir).center, 0.5 * error_before);
+      break;
+    }
+  }
+  EXPECT_GT(killed, 0);
+}
+
+TEST(RefineCommand, AFolderThatCannotBeWrittenIsToldBeforeTheWork) {
+  const OnDisk room(3, 14);
+  if (geteuid() == 0) {
+    // Root may write anywhere: somebody else holds the journal instead.
+    const LightFieldWriter holder = LightFieldWriter::Resume(room.dir);
+    const auto run = test::RunUlf("refine " + room.dir.string());
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_THAT(run.errors, HasSubstr("another process is recording"));
+    return;
+  }
+  std::filesystem::permissions(room.dir / "journal.jsonl", std::filesystem::perms::owner_read);
+  const auto run = test::RunUlf("refine " + room.dir.string());
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.errors, HasSubstr("check permissions"));
+}
+
+}  // namespace
+}  // namespace ulf

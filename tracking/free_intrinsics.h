@@ -1,0 +1,17 @@
+// Which of a camera's intrinsics an adjustment may change. The focal lengths change by one common factor.
+#pragma once
+
+#include <string>
+
+namespace ulf {
+
+struct FreeIntrinsics {
+  bool focal = false;
+  bool principal_point = false;
+  bool k1 = false;
+  bool k2 = false;
+  int Count() const { return focal + 2 * principal_point + k1 + k2; }
+  bool operator==(const FreeIntrinsics&) const = default;
+};
+
+}  // namespace ulf

@@ -1,0 +1,49 @@
+// What pictures say about the lens that took them: intrinsics freed in an adjustment, and whether that is
+// more than noise.
+//
+// Works on a part of a problem: cameras spread evenly over all, the points that they share. With the lens
+// freed the robust cost falls; by how much it must fall for so many numbers more is the Bayesian information
+// criterion (Schwarz 1978), after scaling the cost so that the bulk of the residuals has unit variance. The
+// uncertainty comes from the normal equations with all poses and points eliminated: in a flat scene seen from
+// one side, or after sideways motion alone, it is large, and the geometry does not tell.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "tracking/bundle_adjustment.h"
+
+namespace ulf {
+
+struct LensFit {
+  FreeIntrinsics free;
+  CameraModel lens;
+  double gain = 0;  // fall of the criterion: positive is evidence, natural logarithm times two
+  // One standard deviation of each free number.
+  double focal_sigma_px = 0;
+  double principal_point_sigma_px = 0;
+  double k1_sigma = 0, k2_sigma = 0;
+};
+
+struct LensEvidenceOptions {
+  int max_cameras = 60;
+  int max_points = 3000;
+  int iterations = 30;
+};
+
+// The part of a problem that lens fits work on: observations not marked as outliers, of one lens.
+BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options = {});
+
+// Fits the lens with each of `choices` free (from the same start) and compares with the lens as given.
+std::vector<LensFit> FitLens(const CameraModel& given, const BundleProblem& part,
+                             const std::vector<FreeIntrinsics>& choices,
+                             const LensEvidenceOptions& options = {});
+
+// The lens that the evidence speaks for: focal length, then k1, the principal point and k2 are freed one
+// after the other, each kept where the criterion falls and the number differs by more than three of its
+// sigmas. None: the given one stays.
+std::optional<LensFit> ChooseLens(const CameraModel& given, const BundleProblem& part,
+                                  const LensEvidenceOptions& options = {});
+
+}  // namespace ulf

@@ -1,0 +1,373 @@
+#include "tracking/refine/refine.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <mutex>
+
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "tracking/absolute_pose.h"
+#include "tracking/map.h"
+#include "tracking/quantile.h"
+#include "tracking/refine/refine_scene.h"
+#include "tracking/refine/track_building.h"
+#include "tracking/refine/track_extension.h"
+#include "tracking/refine/view_pairs.h"
+#include "tracking/triangulation.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+// Poses off by more do not show where to look for a match.
+constexpr double kGuidingErrorPx = 2.5;
+constexpr double kMostErrorPx = 40;
+constexpr int kMinPairMatches = 15;
+constexpr int kMinViewPoints = 20;
+
+struct Stage {
+  const RefineOptions& options;
+  double from = 0, to = 1;
+  void Show(double share, const std::string& what) const {
+    if (options.progress) options.progress(from + (to - from) * share, what);
+  }
+};
+
+RefineScene Prepare(const RefineInput& input, const RefineOptions& options) {
+  RefineScene scene;
+  for (const CameraModel& lens : input.lenses) {
+    const double share =
+        std::min(1.0, static_cast<double>(options.max_side_px) / std::max(lens.width, lens.height));
+    scene.lenses.push_back(lens.ScaledTo(static_cast<int>(std::lround(share * lens.width)),
+                                         static_cast<int>(std::lround(share * lens.height))));
+  }
+  for (const RefineInput::View& given : input.views) {
+    RefineView& view = scene.views.emplace_back();
+    view.name = given.name;
+    view.lens = given.lens;
+    view.start = view.cam_from_world = given.cam_from_world;
+  }
+  return scene;
+}
+
+int Registered(const RefineScene& scene) {
+  return static_cast<int>(std::count_if(scene.views.begin(), scene.views.end(),
+                                        [](const RefineView& view) { return view.registered; }));
+}
+
+void RequireReadable(const RefineScene& scene) {
+  if (Registered(scene) >= 2) return;
+  std::string why;
+  for (const RefineView& view : scene.views)
+    if (!view.registered && why.empty()) why = " (" + view.why + ")";
+  throw Error("{} of {} can be read{}; refining needs at least two", Registered(scene),
+              Counted(scene.views.size(), "view"), why);
+}
+
+// Along epipolar lines where poses are good to a few pixels, else with the relative poses moved first.
+std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
+                                    double error_px, const Stage& stage) {
+  const double band_px = std::max(2.0, 4 * error_px);
+  std::vector<PairMatches> matched(pairs.size());
+  std::mutex mutex;
+  int done = 0;
+  ForAll(static_cast<int>(pairs.size()), [&](int p) {
+    const auto [first, second] = pairs[static_cast<std::size_t>(p)];
+    PairMatches& pair = matched[static_cast<std::size_t>(p)];
+    if (error_px < kGuidingErrorPx) {
+      const RefineView &a = scene.view(first), &b = scene.view(second);
+      pair = {first, second,
+              MatchAlongEpipolarLines(a.features, b.features, b.cam_from_world * a.cam_from_world.Inverse(),
+                                      scene.LensOf(a).MeanFocalPx(), band_px,
+                                      {.max_distance = 60, .max_ratio = 0.85}),
+              0};
+      pair.alike = static_cast<int>(pair.matches.size());
+    } else {
+      pair = MatchAroundPose(scene, first, second, error_px, kMinPairMatches);
+    }
+    if (static_cast<int>(pair.matches.size()) < kMinPairMatches) pair.matches.clear();
+    const std::lock_guard lock(mutex);
+    stage.Show(static_cast<double>(++done) / static_cast<double>(pairs.size()),
+               fmt::format("comparing views, pair {} of {}", done, pairs.size()));
+  });
+  return matched;
+}
+
+int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
+
+BundleSummary Adjust(RefineScene& scene, int iterations, const Stage& stage, const char* what) {
+  BundleProblem problem = ToBundle(scene);
+  BundleOptions options;
+  options.robust_iterations = options.iterations = iterations;
+  options.function_tolerance = 1e-5;
+  options.progress = [&](int count) {
+    stage.Show(std::min(1.0, 0.5 * count / iterations),
+               fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));
+  };
+  std::vector<CameraModel> lenses = scene.lenses;
+  const BundleSummary summary = AdjustBundle(lenses, problem, options);
+  if (!summary.usable)
+    throw Error("the adjustment failed ({}); check that the poses belong to these images", summary.message);
+  FromBundle(problem, MinViews(scene), scene);
+  spdlog::debug("{}: {} points, {} observations, {:.3f} -> {:.3f} sigmas, {} outliers, {} iterations", what,
+                scene.tracks.size(), problem.observations.size(), summary.initial_rms_sigmas,
+                summary.final_rms_sigmas, summary.outliers, summary.iterations);
+  return summary;
+}
+
+std::vector<int> PointsByView(const RefineScene& scene) {
+  std::vector<int> count(scene.views.size(), 0);
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations) ++count[static_cast<std::size_t>(o.view)];
+  return count;
+}
+
+void RequireParallax(const RefineScene& scene, const std::vector<PairMatches>& matched, unsigned seed) {
+  int alike = 0;
+  for (const PairMatches& pair : matched) alike += pair.alike;
+  if (alike < 10 * kMinPairMatches && scene.tracks.size() < static_cast<std::size_t>(kMinViewPoints))
+    throw Error(
+        "the views share too little to compare them ({} look alike); check that they show one scene and that "
+        "the poses belong to them",
+        Counted(alike, "corner"));
+  if (scene.tracks.size() < static_cast<std::size_t>(kMinViewPoints) || IsOnePlace(scene, matched, seed))
+    throw Error(
+        "{} look alike, but there is no parallax: views taken by turning about one place cannot be refined, "
+        "nor from poses that are far from true",
+        Counted(alike, "corner"));
+}
+
+// Views that show too few points: once more from nothing, by what the points look like.
+void RegisterAgain(RefineScene& scene, unsigned seed) {
+  const std::vector<int> seen = PointsByView(scene);
+  std::vector<const Descriptor*> descriptors;
+  std::vector<const SceneTrack*> owners;
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations)
+      if (o.feature >= 0) {
+        descriptors.push_back(&scene.view(o.view).features[o.feature].descriptor);
+        owners.push_back(&track);
+        break;
+      }
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    RefineView& view = scene.views[v];
+    if (!view.registered || seen[v] >= kMinViewPoints) continue;
+    std::vector<PointObservation> matches;
+    for (const Feature& feature : view.features.all()) {
+      int best = kSureDistance + 1, second = 257;
+      std::size_t owner = 0;
+      for (std::size_t d = 0; d < descriptors.size(); ++d) {
+        const int distance = Distance(feature.descriptor, *descriptors[d]);
+        if (distance < best) {
+          second = best;
+          best = distance;
+          owner = d;
+        } else {
+          second = std::min(second, distance);
+        }
+      }
+      if (best <= kSureDistance && best < 0.85 * second)
+        matches.push_back({owners[owner]->position, feature.img, DetectedSigmaPx(feature.level)});
+    }
+    const auto found = AbsolutePose(scene.LensOf(view), matches,
+                                    {.min_inliers = kMinViewPoints, .seed = seed + static_cast<unsigned>(v)});
+    if (found) {
+      view.cam_from_world = found->cam_from_world;
+      spdlog::debug("{}: registered again with {} points", view.name, found->inliers.size());
+    } else {
+      view.registered = false;
+      view.why = fmt::format("shows {} of the points that the other views share, too few to place it",
+                             Counted(seen[v], "point"));
+      view.cam_from_world = view.start;
+    }
+  }
+}
+
+// Takes the observations of views that show too little out of the world.
+void DropUnsupported(RefineScene& scene) {
+  for (bool dropped = true; dropped;) {
+    dropped = false;
+    const std::vector<int> seen = PointsByView(scene);
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+      RefineView& view = scene.views[v];
+      if (view.registered && seen[v] < kMinViewPoints) {
+        view.registered = false;
+        view.why = fmt::format("only {} of the others' points agree with it", seen[v]);
+        dropped = true;
+      }
+    }
+    for (SceneTrack& track : scene.tracks)
+      std::erase_if(track.observations,
+                    [&](const TrackObservation& o) { return !scene.view(o.view).registered; });
+    std::erase_if(scene.tracks, [&](const SceneTrack& track) {
+      return static_cast<int>(track.observations.size()) < MinViews(scene);
+    });
+  }
+  for (RefineView& view : scene.views)
+    if (!view.registered) view.cam_from_world = view.start;
+}
+
+struct Errors {
+  double rms = 0, median = 0;
+};
+
+Errors ErrorsUnder(const RefineScene& scene, bool start) {
+  RefineScene at;
+  at.lenses = scene.lenses;
+  for (const RefineView& view : scene.views) {
+    RefineView& copy = at.views.emplace_back();
+    copy.lens = view.lens;
+    copy.cam_from_world = start ? view.start : view.cam_from_world;
+  }
+  std::vector<double> errors;
+  double squared = 0;
+  for (SceneTrack track : scene.tracks) {
+    if (start) {
+      std::vector<RayObservation> rays;
+      for (const TrackObservation& o : track.observations) {
+        const RefineView& view = at.view(o.view);
+        if (const auto ray = at.LensOf(view).RayFromImg(o.img)) rays.push_back({view.cam_from_world, *ray});
+      }
+      if (const auto point = TriangulatePoint(rays)) track.position = *point;
+    }
+    for (const TrackObservation& o : track.observations) {
+      const double error = std::min(1e3, ReprojectionErrorPx(at, track, o));
+      errors.push_back(error);
+      squared += error * error;
+    }
+  }
+  const double count = static_cast<double>(std::max<std::size_t>(1, errors.size()));
+  return {std::sqrt(squared / count), Median(std::move(errors))};
+}
+
+void DescribeMoves(const RefineScene& scene, RefineResult& result) {
+  std::vector<double> moved, turned;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const RefineView& view = scene.views[v];
+    if (!view.registered) continue;
+    moved.push_back((view.cam_from_world.OriginInSource() - view.start.OriginInSource()).norm());
+    turned.push_back(RotationAngle(view.cam_from_world.rotation * view.start.rotation.conjugate()) * 180 /
+                     M_PI);
+    if (moved.back() >= result.moved_max) {
+      result.moved_max = moved.back();
+      result.moved_most = static_cast<int>(v);
+    }
+    result.turned_max_deg = std::max(result.turned_max_deg, turned.back());
+  }
+  result.moved_median = Median(std::move(moved));
+  result.turned_median_deg = Median(std::move(turned));
+}
+
+// What the pictures say about each lens; taken over where asked for.
+void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineScene& scene,
+                 RefineResult& result) {
+  const BundleProblem problem = ToBundle(scene);
+  for (int l = 0; l < static_cast<int>(scene.lenses.size()); ++l) {
+    CameraModel& working = scene.lenses[static_cast<std::size_t>(l)];
+    const CameraModel& given = input.lenses[static_cast<std::size_t>(l)];
+    const double to_given = static_cast<double>(given.width) / working.width;
+    if (auto check = CheckCalibration(working, problem, l)) {
+      check->given_focal_px *= to_given;
+      check->fitted_focal_px *= to_given;
+      check->sigma_px *= to_given;
+      result.checks.push_back(*check);
+    }
+    const auto fit = ChooseLens(working, PartForLens(problem, l));
+    if (!fit) continue;
+    LensFit scaled = *fit;
+    scaled.lens = fit->lens.ScaledTo(given.width, given.height);
+    scaled.focal_sigma_px *= to_given;
+    scaled.principal_point_sigma_px *= to_given;
+    result.lens_fits.push_back(scaled);
+    if (!options.intrinsics) continue;
+    working = fit->lens;
+    result.lenses[static_cast<std::size_t>(l)] = scaled.lens;
+  }
+}
+
+RefineResult Summarise(const RefineScene& scene, RefineResult result) {
+  const std::vector<int> seen = PointsByView(scene);
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const RefineView& view = scene.views[v];
+    result.views.push_back({view.cam_from_world, view.registered, view.why, seen[v]});
+  }
+  result.registered = Registered(scene);
+  for (const SceneTrack& track : scene.tracks) {
+    result.points.push_back({track.position, track.rgb});
+    result.observations += track.observations.size();
+  }
+  const Errors before = ErrorsUnder(scene, true), after = ErrorsUnder(scene, false);
+  result.rms_before_px = before.rms;
+  result.median_before_px = before.median;
+  result.rms_after_px = after.rms;
+  result.median_after_px = after.median;
+  DescribeMoves(scene, result);
+  return result;
+}
+
+}  // namespace
+
+RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
+  RefineResult result;
+  result.lenses = input.lenses;
+  RefineScene scene = Prepare(input, options);
+  const Stage reading{options, 0, 0.3}, matching{options, 0.3, 0.5};
+  // Few views can afford more corners, and need them.
+  const int features = options.features > 0 ? options.features : input.views.size() <= 100 ? 2500 : 1500;
+  ReadViews({input.read, features,
+             [&](int done) {
+               reading.Show(static_cast<double>(done) / static_cast<double>(input.views.size()),
+                            fmt::format("reading view {}", done));
+             }},
+            scene);
+  RequireReadable(scene);
+
+  std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
+  const auto start_error_px = MeasurePoseErrorPx(scene, pairs);
+  // Where hardly anything matches without knowing where to look: as bad as may be.
+  const double error_px = start_error_px.value_or(kMostErrorPx);
+  result.start_error_px = error_px;
+  const bool guided = error_px < kGuidingErrorPx;
+  std::vector<PairMatches> matched = MatchPairs(scene, pairs, error_px, matching);
+  BuildTracks(matched, {.gate_px = std::max(4.0, 6 * error_px), .min_views = MinViews(scene)}, scene);
+  spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
+                scene.tracks.size());
+  RequireParallax(scene, matched, options.seed);
+  Adjust(scene, guided ? 10 : 60, {options, 0.5, 0.6}, "first adjustment");
+  if (!guided) {
+    // Now the poses can guide: more is found, and what was wrong goes.
+    RegisterAgain(scene, options.seed);
+    for (const double now_px : {1.0, 0.5}) {
+      pairs = ChoosePairs(scene);
+      matched = MatchPairs(scene, pairs, now_px, matching);
+      BuildTracks(matched, {.gate_px = 8 * now_px, .min_views = MinViews(scene)}, scene);
+      RequireParallax(scene, matched, options.seed);
+      Adjust(scene, 30, {options, 0.5, 0.6}, "first adjustment");
+    }
+  }
+  RegisterAgain(scene, options.seed);
+  BundleSummary summary;
+  for (const Stage stage : {Stage{options, 0.6, 0.75}, Stage{options, 0.75, 0.9}}) {
+    stage.Show(0, "looking for points in all views");
+    ExtendTracks({}, scene);
+    summary = Adjust(scene, 12, stage, "adjustment");
+  }
+  DropUnsupported(scene);
+  if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
+  const Stage lens{options, 0.9, 1};
+  lens.Show(0, "weighing the lens");
+  WeighLenses(input, options, scene, result);
+  if (result.lenses != input.lenses) summary = Adjust(scene, 12, lens, "adjustment with the new lens");
+  result.rms_after_sigmas = summary.final_rms_sigmas;
+  result.groups = GroupViews(scene).count;
+  if (!AlignToStart(scene))
+    throw Error("the views' positions do not determine a scale; give poses that differ");
+  return Summarise(scene, std::move(result));
+}
+
+}  // namespace ulf

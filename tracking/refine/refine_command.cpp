@@ -1,0 +1,243 @@
+#include "tracking/refine/refine_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "acquisition/import_export.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/number_checks.h"
+#include "tracking/refine/refine.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RefineArgs {
+  std::string dir;
+  std::string output;
+  std::string subject;
+  bool intrinsics = false;
+  int features = 0;
+  int max_side_px = 1600;
+  int threads = 2;
+  unsigned seed = 1;
+  bool json = false;
+};
+
+struct Cost {
+  double seconds = 0;
+  double peak_mib = 0;
+};
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+RefineInput InputOf(const LightField& light_field) {
+  RefineInput input;
+  input.lenses = light_field.cameras;
+  for (const View& view : light_field.views)
+    input.views.push_back({view.image_path, view.camera, view.cam_from_world});
+  input.read = [&light_field](int index) {
+    return ReadRecordedImage(light_field, light_field.views[static_cast<std::size_t>(index)]);
+  };
+  return input;
+}
+
+// In one step, so that a kill leaves the old or the new poses.
+void Write(const LightField& before, const RefineResult& result, LightFieldWriter& writer) {
+  std::map<int, Rigid3> poses;
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (result.views[v].registered) poses[before.views[v].id] = result.views[v].cam_from_world;
+  std::map<int, CameraModel> lenses;
+  for (std::size_t l = 0; l < before.cameras.size(); ++l)
+    if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
+  writer.UpdatePoses(poses, lenses);
+  try {
+    writer.SetPoints(result.points);
+    writer.Close(before.capture_s, before.reasons);
+  } catch (const Error& error) {
+    throw Error(
+        "{}; the refined poses are recorded, the files that follow from them are made when {} is next "
+        "read",
+        error.what(), before.root.string());
+  }
+}
+
+nlohmann::ordered_json LensJson(const CameraModel& lens) {
+  return {{"fx", lens.fx},
+          {"fy", lens.fy},
+          {"cx", lens.cx},
+          {"cy", lens.cy},
+          {"k1", lens.coefficients[0]},
+          {"k2", lens.coefficients[1]}};
+}
+
+nlohmann::ordered_json FitJson(const LensFit& fit, bool taken) {
+  nlohmann::ordered_json json = LensJson(fit.lens);
+  if (fit.free.focal) json["focal_sigma_px"] = fit.focal_sigma_px;
+  if (fit.free.principal_point) json["principal_point_sigma_px"] = fit.principal_point_sigma_px;
+  if (fit.free.k1) json["k1_sigma"] = fit.k1_sigma;
+  if (fit.free.k2) json["k2_sigma"] = fit.k2_sigma;
+  json["evidence"] = fit.gain;
+  json["taken"] = taken;
+  return json;
+}
+
+nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& result, const RefineArgs& args,
+                              const Cost& cost) {
+  nlohmann::ordered_json json{{"views", before.views.size()}, {"registered", result.registered}};
+  json["dropped"] = nlohmann::ordered_json::array();
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (!result.views[v].registered)
+      json["dropped"].push_back({{"view", before.views[v].id},
+                                 {"image", before.views[v].image_path},
+                                 {"why", result.views[v].why}});
+  json["groups"] = result.groups;
+  json["points"] = result.points.size();
+  json["observations"] = result.observations;
+  json["start_error_px"] = result.start_error_px;
+  json["reprojection_before_px"] = {{"rms", result.rms_before_px}, {"median", result.median_before_px}};
+  json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
+  json["rms_after_sigmas"] = result.rms_after_sigmas;
+  json["moved"] = {{"median", result.moved_median}, {"largest", result.moved_max}, {"units", before.units}};
+  if (result.moved_most >= 0)
+    json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
+  json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
+  json["lenses"] = nlohmann::ordered_json::array();
+  for (const LensFit& fit : result.lens_fits) json["lenses"].push_back(FitJson(fit, args.intrinsics));
+  json["calibration"] = nlohmann::ordered_json::array();
+  for (const CalibrationCheck& check : result.checks)
+    json["calibration"].push_back(ToJson(std::optional(check)));
+  json["seconds"] = cost.seconds;
+  json["peak_memory_mib"] = cost.peak_mib;
+  return json;
+}
+
+std::string Describe(const LensFit& fit) {
+  std::string text = fmt::format("focal length {:.2f} px", fit.lens.MeanFocalPx());
+  if (fit.free.focal) text += fmt::format(" (± {:.2f})", fit.focal_sigma_px);
+  if (fit.free.k1) text += fmt::format(", k1 {:.4f} (± {:.4f})", fit.lens.coefficients[0], fit.k1_sigma);
+  if (fit.free.k2) text += fmt::format(", k2 {:.4f} (± {:.4f})", fit.lens.coefficients[1], fit.k2_sigma);
+  if (fit.free.principal_point)
+    text += fmt::format(", principal point {:.2f} {:.2f} px (± {:.2f})", fit.lens.cx, fit.lens.cy,
+                        fit.principal_point_sigma_px);
+  return text;
+}
+
+void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
+               const RefineArgs& args, const Cost& cost) {
+  fmt::print("{}: {} of {} registered, {}, seen {} times\n", dir, result.registered,
+             Counted(before.views.size(), "view"), Counted(result.points.size(), "point"),
+             result.observations);
+  fmt::print(
+      "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
+      result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);
+  const std::string unit = before.units == "metres" ? "m" : "units";
+  fmt::print(
+      "cameras moved by {:.5f} {} (median; largest {:.5f}, view {}) and turned by {:.3f} degrees "
+      "(largest {:.3f})\n",
+      result.moved_median, unit, result.moved_max,
+      before.views[static_cast<std::size_t>(std::max(0, result.moved_most))].id, result.turned_median_deg,
+      result.turned_max_deg);
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (!result.views[v].registered)
+      fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,
+                 result.views[v].why);
+  if (result.groups > 1)
+    fmt::print(
+        "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
+        result.groups);
+  for (const LensFit& fit : result.lens_fits)
+    fmt::print("{}: {}\n",
+               args.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
+               Describe(fit));
+  if (args.intrinsics && result.lens_fits.empty())
+    fmt::print("the intrinsics stay: nothing speaks for others\n");
+  for (const CalibrationCheck& check : result.checks)
+    if (check.wrong && !args.intrinsics) fmt::print("{}\n", check.Advice());
+  fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
+}
+
+int RunRefine(const RefineArgs& args) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string dir = args.dir;
+  if (args.output.empty() && fs::is_directory(dir) && !fs::exists(fs::path(dir) / "journal.jsonl"))
+    throw UsageError("{}: is no light field of ours (no journal.jsonl); give a new folder with -o", dir);
+  if (!args.output.empty()) {
+    ImportOptions import;
+    if (!args.subject.empty()) import.subject = ParseSubject(args.subject);
+    Import(args.dir, args.output, import);
+    dir = args.output;
+  }
+  cv::setNumThreads(args.threads);
+  RefineResult result;
+  LightField before;
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    before = writer.Contents();
+    Progress progress("refine", args.json);
+    try {
+      result =
+          Refine(InputOf(before),
+                 {.features = args.features,
+                  .max_side_px = args.max_side_px,
+                  .intrinsics = args.intrinsics,
+                  .seed = args.seed,
+                  .progress = [&](double share, const std::string& stage) { progress.Show(share, stage); }});
+    } catch (const Error& error) {
+      throw Error("{}: {}; the light field is as it was", dir, error.what());
+    }
+    Write(before, result, writer);
+  }
+  const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+                  PeakMemoryMib()};
+  if (args.json)
+    fmt::print("{}\n", ToJson(before, result, args, cost).dump(2));
+  else
+    PrintText(dir, before, result, args, cost);
+  return kOk;
+}
+
+}  // namespace
+
+void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<RefineArgs>();
+  CLI::App* command = app.add_subcommand("refine", "Better poses for all recorded views together");
+  command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
+  command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
+  command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
+  command->add_flag("--intrinsics", args->intrinsics,
+                    "Also the lens, as far as the images tell (else it is only said)");
+  command->add_option("--features", args->features, "Corners per view (else by the number of views)")
+      ->check(CLI::Range(300, 10000));
+  command->add_option("--max-side", args->max_side_px, "Larger pictures are reduced to it, px")
+      ->check(CLI::Range(320, 20000));
+  command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
+      ->check(CLI::Range(1, 256));
+  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "
+      "fit "
+      "nowhere keep their poses and are named.");
+  command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,213 @@
+#include "tracking/refine/track_building.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "tracking/map.h"
+#include "tracking/triangulation.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Corner {
+  int view = 0, feature = 0;
+};
+
+// Disjoint sets of corners, none with two of one view.
+class TrackSets {
+ public:
+  explicit TrackSets(const RefineScene& scene) {
+    first_.push_back(0);
+    for (const RefineView& view : scene.views) first_.push_back(first_.back() + view.features.size());
+    parent_.resize(static_cast<std::size_t>(first_.back()));
+    std::iota(parent_.begin(), parent_.end(), 0);
+    members_.resize(parent_.size());
+  }
+
+  void Join(const Corner& a, const Corner& b) {
+    int to = RootOf(a), from = RootOf(b);
+    if (to == from) return;
+    if (Members(to).size() < Members(from).size()) std::swap(to, from);
+    std::vector<Corner>& kept = Members(to);
+    std::vector<Corner>& gone = Members(from);
+    std::vector<Corner> merged(kept.size() + gone.size());
+    const auto by_view = [](const Corner& x, const Corner& y) { return x.view < y.view; };
+    std::merge(kept.begin(), kept.end(), gone.begin(), gone.end(), merged.begin(), by_view);
+    for (std::size_t i = 1; i < merged.size(); ++i)
+      if (merged[i].view == merged[i - 1].view) return;
+    kept = std::move(merged);
+    gone = {};
+    parent_[static_cast<std::size_t>(from)] = to;
+  }
+
+  std::vector<std::vector<Corner>> Sets() {
+    std::vector<std::vector<Corner>> sets;
+    for (std::vector<Corner>& set : members_)
+      if (set.size() > 1) sets.push_back(std::move(set));
+    return sets;
+  }
+
+ private:
+  int RootOf(const Corner& corner) {
+    int node = first_[static_cast<std::size_t>(corner.view)] + corner.feature;
+    std::vector<Corner>& own = members_[static_cast<std::size_t>(node)];
+    if (parent_[static_cast<std::size_t>(node)] == node && own.empty()) own.push_back(corner);
+    while (parent_[static_cast<std::size_t>(node)] != node) {
+      int& above = parent_[static_cast<std::size_t>(node)];
+      above = parent_[static_cast<std::size_t>(above)];
+      node = above;
+    }
+    return node;
+  }
+  std::vector<Corner>& Members(int root) { return members_[static_cast<std::size_t>(root)]; }
+
+  std::vector<int> first_, parent_;
+  std::vector<std::vector<Corner>> members_;
+};
+
+double LargestParallax(const RefineScene& scene, const SceneTrack& track) {
+  // Against the first and against the one farthest from it.
+  double largest = 0;
+  Vector3d from = scene.view(track.observations.front().view).cam_from_world.OriginInSource();
+  for (int round = 0; round < 2; ++round) {
+    Vector3d farthest = from;
+    double angle = 0;
+    for (const TrackObservation& o : track.observations) {
+      const Vector3d center = scene.view(o.view).cam_from_world.OriginInSource();
+      const double at = ParallaxAngle(track.position, from, center);
+      if (at > angle) {
+        angle = at;
+        farthest = center;
+      }
+    }
+    largest = std::max(largest, angle);
+    from = farthest;
+  }
+  return largest;
+}
+
+RayObservation RayOf(const RefineScene& scene, const TrackObservation& seen) {
+  const RefineView& view = scene.view(seen.view);
+  const auto ray = scene.LensOf(view).RayFromImg(seen.img);
+  return {view.cam_from_world, ray.value_or(Vector3d::UnitZ())};
+}
+
+// Long tracks first, as long as one of their views has room where they are seen.
+void SelectTracks(int per_view, RefineScene& scene) {
+  constexpr int kColumns = 10, kRows = 8;
+  const int per_cell = std::max(1, per_view / (kColumns * kRows));
+  std::vector<int> order(scene.tracks.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return scene.tracks[static_cast<std::size_t>(a)].observations.size() >
+           scene.tracks[static_cast<std::size_t>(b)].observations.size();
+  });
+  std::vector<std::uint16_t> crowd(scene.views.size() * kColumns * kRows, 0);
+  const auto cell_of = [&](const TrackObservation& o) {
+    const CameraModel& lens = scene.LensOf(scene.view(o.view));
+    const int x = std::clamp(static_cast<int>(o.img.x() * kColumns / lens.width), 0, kColumns - 1);
+    const int y = std::clamp(static_cast<int>(o.img.y() * kRows / lens.height), 0, kRows - 1);
+    return static_cast<std::size_t>((o.view * kRows + y) * kColumns + x);
+  };
+  std::vector<SceneTrack> chosen;
+  for (const int t : order) {
+    SceneTrack& track = scene.tracks[static_cast<std::size_t>(t)];
+    const auto has_room = [&](const TrackObservation& o) { return crowd[cell_of(o)] < per_cell; };
+    if (std::none_of(track.observations.begin(), track.observations.end(), has_room)) continue;
+    for (const TrackObservation& o : track.observations) ++crowd[cell_of(o)];
+    chosen.push_back(std::move(track));
+  }
+  scene.tracks = std::move(chosen);
+}
+
+}  // namespace
+
+bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, SceneTrack& track) {
+  const auto& all = track.observations;
+  const int count = static_cast<int>(all.size());
+  if (count < options.min_views) return false;
+  const auto inliers_of = [&](const Vector3d& position) {
+    SceneTrack guess;
+    guess.position = position;
+    std::vector<TrackObservation> inliers;
+    for (const TrackObservation& o : all)
+      if (ReprojectionErrorPx(scene, guess, o) < options.gate_px * std::max(1.0, o.sigma_px))
+        inliers.push_back(o);
+    return inliers;
+  };
+  std::vector<TrackObservation> best;
+  Vector3d position = Vector3d::Zero();
+  const auto offer = [&](const std::optional<Vector3d>& point) {
+    if (!point) return;
+    std::vector<TrackObservation> inliers = inliers_of(*point);
+    if (inliers.size() <= best.size()) return;
+    best = std::move(inliers);
+    position = *point;
+  };
+  std::vector<RayObservation> rays;
+  for (const TrackObservation& o : all) rays.push_back(RayOf(scene, o));
+  offer(TriangulatePoint(rays));
+  // Where not all agree: from pairs that are far apart in the order of views.
+  for (int k = 0; k < std::min(count, 12) && static_cast<int>(best.size()) < count; ++k) {
+    const auto a = static_cast<std::size_t>(k), b = static_cast<std::size_t>((k + count / 2) % count);
+    if (a != b)
+      offer(TriangulatePoint(rays[a].cam_from_world, rays[a].ray_in_cam, rays[b].cam_from_world,
+                             rays[b].ray_in_cam));
+  }
+  if (static_cast<int>(best.size()) < options.min_views) return false;
+  if (static_cast<int>(best.size()) < count) {
+    rays.clear();
+    for (const TrackObservation& o : best) rays.push_back(RayOf(scene, o));
+    if (const auto refined = TriangulatePoint(rays)) position = *refined;
+  }
+  track.observations = std::move(best);
+  track.position = position;
+  return LargestParallax(scene, track) > options.min_parallax_deg * M_PI / 180;
+}
+
+void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& options, RefineScene& scene) {
+  struct Link {
+    int pair = 0;
+    FeatureMatch match;
+  };
+  std::vector<Link> links;
+  for (int p = 0; p < static_cast<int>(pairs.size()); ++p)
+    for (const FeatureMatch& match : pairs[static_cast<std::size_t>(p)].matches) links.push_back({p, match});
+  std::stable_sort(links.begin(), links.end(),
+                   [](const Link& a, const Link& b) { return a.match.distance < b.match.distance; });
+  TrackSets sets(scene);
+  for (const Link& link : links) {
+    const PairMatches& pair = pairs[static_cast<std::size_t>(link.pair)];
+    sets.Join({pair.first, link.match.first}, {pair.second, link.match.second});
+  }
+  scene.tracks.clear();
+  for (const std::vector<Corner>& corners : sets.Sets()) {
+    if (static_cast<int>(corners.size()) < options.min_views) continue;
+    SceneTrack track;
+    for (const Corner& corner : corners) {
+      const RefineView& view = scene.view(corner.view);
+      const Feature& feature = view.features[corner.feature];
+      track.observations.push_back(
+          {corner.view, corner.feature, feature.img, DetectedSigmaPx(feature.level)});
+    }
+    track.rgb =
+        scene.view(corners.front().view).feature_rgb[static_cast<std::size_t>(corners.front().feature)];
+    scene.tracks.push_back(std::move(track));
+  }
+  std::vector<std::uint8_t> good(scene.tracks.size(), 0);
+  ForAll(static_cast<int>(good.size()), [&](int t) {
+    good[static_cast<std::size_t>(t)] =
+        TriangulateRobustly(scene, options, scene.tracks[static_cast<std::size_t>(t)]);
+  });
+  std::vector<SceneTrack> kept;
+  for (std::size_t t = 0; t < good.size(); ++t)
+    if (good[t]) kept.push_back(std::move(scene.tracks[t]));
+  scene.tracks = std::move(kept);
+  SelectTracks(options.per_view, scene);
+}
+
+}  // namespace ulf
