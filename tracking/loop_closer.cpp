@@ -66,7 +66,7 @@ std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std
 
 bool ScaleIsGiven(const Map& map) {
   int pinned = 0;
-  for (const Keyframe& keyframe : map.keyframes()) pinned += keyframe.alive && keyframe.pinned;
+  for (const int id : map.living()) pinned += map.keyframe(id).pinned;
   return pinned >= 2;
 }
 
@@ -364,9 +364,7 @@ void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_
   }
   for (const auto& [id, pose] : cam_from_world) map.keyframe(id).cam_from_world = pose.WithoutScale();
   for (const Keyframe& keyframe : map.keyframes()) {
-    int living = keyframe.id;
-    while (!map.keyframe(living).alive && map.keyframe(living).parent >= 0)
-      living = map.keyframe(living).parent;
+    const int living = keyframe.alive || keyframe.parent < 0 ? keyframe.id : keyframe.parent;
     const auto moved = new_from_old.find(living);
     if (moved == new_from_old.end()) continue;
     map.keyframe(keyframe.id).unit *= moved->second.scale;

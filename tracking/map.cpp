@@ -13,14 +13,23 @@ int Map::AddKeyframe(Keyframe keyframe) {
   keyframe.point_of_feature.assign(static_cast<std::size_t>(keyframe.features->size()), -1);
   keyframe.points = 0;
   keyframes_.push_back(std::move(keyframe));
+  if (keyframes_.back().alive) living_.push_back(keyframes_.back().id);
   return keyframes_.back().id;
 }
 
 int Map::AddPoint(const Vector3d& position) {
+  const int keyframes = static_cast<int>(keyframes_.size());
   MapPoint made;
-  made.id = static_cast<int>(points_.size());
   made.position = position;
-  made.first_keyframe = static_cast<int>(keyframes_.size()) - 1;
+  made.first_keyframe = keyframes - 1;
+  ++living_points_;
+  if (!free_.empty() && free_.front().keyframes + kPointRest <= keyframes) {
+    made.id = free_.front().point;
+    free_.pop_front();
+    point(made.id) = std::move(made);
+    return made.id;
+  }
+  made.id = static_cast<int>(points_.size());
   points_.push_back(std::move(made));
   return points_.back().id;
 }
@@ -57,9 +66,12 @@ void Map::RemovePoint(int id) {
     by.point_of_feature[static_cast<std::size_t>(observation.feature)] = -1;
     --by.points;
   }
-  gone.observations.clear();
+  if (!gone.alive) return;
+  gone.observations = {};
   gone.patch.reset();
   gone.alive = false;
+  --living_points_;
+  free_.push_back({id, static_cast<int>(keyframes_.size())});
 }
 
 void Map::Merge(int gone_id, int kept_id) {
@@ -76,34 +88,29 @@ void Map::RemoveKeyframe(int id) {
   Keyframe& gone = keyframe(id);
   const std::vector<Neighbour> neighbours = Covisible(id, 1);
   int parent = -1;
-  if (!neighbours.empty()) parent = neighbours.front().keyframe;
-  for (int other = id - 1; parent < 0 && other >= 0; --other)
-    if (keyframe(other).alive) parent = other;
+  if (!neighbours.empty())
+    parent = neighbours.front().keyframe;
+  else if (living_.size() > 1)  // the one before it, or the second
+    parent = id == living_.front() ? living_[1] : *std::prev(std::find(living_.begin(), living_.end(), id));
   if (parent < 0) return;
   for (const int point_id : std::vector<int>(gone.point_of_feature))
     if (point_id >= 0) Forget(point_id, id);
-  gone.parent = parent;
-  gone.cam_from_parent = gone.cam_from_world * keyframe(parent).cam_from_world.Inverse();
+  const auto hang_on_parent = [&](int child_id, const Rigid3& cam_from_world) {
+    Keyframe& child = keyframe(child_id);
+    child.parent = parent;
+    child.cam_from_parent = cam_from_world * keyframe(parent).cam_from_world.Inverse();
+    keyframe(parent).children.push_back(child_id);
+  };
+  for (const int child : gone.children)
+    hang_on_parent(child, keyframe(child).cam_from_parent * gone.cam_from_world);
+  hang_on_parent(id, gone.cam_from_world);
+  std::erase(living_, id);
   gone.alive = false;
   gone.features.reset();
   gone.pyramid.reset();
-  gone.point_of_feature.clear();
-}
-
-int Map::FirstKeyframe() const {
-  for (const Keyframe& keyframe : keyframes_)
-    if (keyframe.alive) return keyframe.id;
-  return -1;
-}
-
-int Map::LivingKeyframes() const {
-  return static_cast<int>(
-      std::count_if(keyframes_.begin(), keyframes_.end(), [](const Keyframe& k) { return k.alive; }));
-}
-
-int Map::LivingPoints() const {
-  return static_cast<int>(
-      std::count_if(points_.begin(), points_.end(), [](const MapPoint& p) { return p.alive; }));
+  gone.color.release();
+  gone.point_of_feature = {};
+  gone.children = {};
 }
 
 int Map::Resolve(int id) const {
@@ -114,7 +121,7 @@ int Map::Resolve(int id) const {
 Rigid3 Map::PoseOf(int id) const {
   const Keyframe& found = keyframe(id);
   return found.alive || found.parent < 0 ? found.cam_from_world
-                                         : found.cam_from_parent * PoseOf(found.parent);
+                                         : found.cam_from_parent * keyframe(found.parent).cam_from_world;
 }
 
 Rigid3 Map::PoseOf(const Anchored& anchor) const {
@@ -124,23 +131,27 @@ Rigid3 Map::PoseOf(const Anchored& anchor) const {
 }
 
 std::vector<Map::Neighbour> Map::Covisible(int id, int min_shared) const {
-  std::vector<int> shared(keyframes_.size(), 0);
+  std::unordered_map<int, int> shared;
   for (const int point_id : keyframe(id).point_of_feature)
     if (point_id >= 0)
-      for (const Observation& observation : point(point_id).observations)
-        ++shared[static_cast<std::size_t>(observation.keyframe)];
+      for (const Observation& observation : point(point_id).observations) ++shared[observation.keyframe];
   std::vector<Neighbour> neighbours;
-  for (int other = 0; other < static_cast<int>(shared.size()); ++other)
-    if (other != id && shared[static_cast<std::size_t>(other)] >= min_shared)
-      neighbours.push_back({other, shared[static_cast<std::size_t>(other)]});
-  std::stable_sort(neighbours.begin(), neighbours.end(),
-                   [](const Neighbour& a, const Neighbour& b) { return a.shared > b.shared; });
+  for (const auto& [other, count] : shared)
+    if (other != id && count >= min_shared) neighbours.push_back({other, count});
+  std::sort(neighbours.begin(), neighbours.end(), [](const Neighbour& a, const Neighbour& b) {
+    return a.shared != b.shared ? a.shared > b.shared : a.keyframe < b.keyframe;
+  });
   return neighbours;
 }
 
 void Map::Update(int id) {
   MapPoint& updated = point(id);
   if (!updated.alive || updated.observations.empty()) return;
+  UpdateDescriptor(updated);
+  UpdateGeometry(id);
+}
+
+void Map::UpdateDescriptor(MapPoint& updated) {
   // The descriptor nearest to all others, by median distance.
   constexpr std::size_t kMost = 12;
   const std::size_t first = updated.observations.size() > kMost ? updated.observations.size() - kMost : 0;
@@ -160,6 +171,11 @@ void Map::Update(int id) {
       updated.descriptor = *candidate;
     }
   }
+}
+
+void Map::UpdateGeometry(int id) {
+  MapPoint& updated = point(id);
+  if (!updated.alive || updated.observations.empty()) return;
   Vector3d direction = Vector3d::Zero();
   double log_distance = 0;
   for (const Observation& o : updated.observations) {
@@ -191,22 +207,26 @@ void Map::SetPatch(int id, const Observation& from) {
 
 void Map::Clear() {
   for (MapPoint& gone : points_) {
-    gone.alive = false;
-    gone.merged_into = -1;
+    for (const Observation& o : gone.observations) keyframe(o.keyframe).point_of_feature.clear();
     gone.observations.clear();
-    gone.patch.reset();
+    if (gone.alive) RemovePoint(gone.id);
+    gone.merged_into = -1;
   }
   for (Keyframe& gone : keyframes_) {
     gone.cam_from_world = PoseOf(gone.id);
-    gone.parent = -1;
+    if (!gone.alive) gone.parent = -1;
   }
-  for (Keyframe& gone : keyframes_) {
+  for (const int id : living_) {
+    Keyframe& gone = keyframe(id);
     gone.alive = false;
     gone.features.reset();
     gone.pyramid.reset();
-    gone.point_of_feature.clear();
+    gone.color.release();
+    gone.point_of_feature = {};
+    gone.children = {};
     gone.points = 0;
   }
+  living_.clear();
 }
 
 }  // namespace ulf

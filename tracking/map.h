@@ -1,19 +1,25 @@
 // The tracker's world: keyframes and the points they see, as values with ids.
 //
-// Points and keyframes are numbered as they come and never renumbered. A removed keyframe leaves its pose
-// relative to a surviving one behind, so that what was anchored to it stays meaningful; a merged point says
-// into which. World units are arbitrary; observations are level 0 pixels with centres at integer + 0.5. One
-// thread changes the structure (the mapper, or the tracker while the mapper rests); SharedMap::mutex is held
-// for every change, and by every other thread for reading.
+// Keyframes are numbered as they come. A removed one leaves its pose relative to a surviving one behind, so
+// that what was anchored to it stays meaningful; all else of it is freed. A point's number is given again
+// when the point has been dead for kPointRest keyframes, so the map is as large as what lives in it however
+// long the camera runs; until then a merged point says into which. World units are arbitrary; observations
+// are level 0 pixels with centres at integer + 0.5. One thread changes the structure (the mapper, or the
+// tracker while the mapper rests); SharedMap::mutex is held for every change, and by every other thread for
+// reading.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "acquisition/camera_model.h"
@@ -63,9 +69,10 @@ struct Keyframe {
   Rigid3 cam_from_world;
   // How much lengths about it have been scaled by closed loops since it was made.
   double unit = 1;
-  // Of a removed keyframe: this keyframe's pose relative to another.
+  // Of a removed keyframe: this keyframe's pose relative to a living one.
   int parent = -1;
   Rigid3 cam_from_parent;
+  std::vector<int> children;  // of a living one: the removed ones that hang on it
   std::shared_ptr<const FeatureSet> features;
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
   cv::Mat color;                           // 8 bits, B G R or grey; of recent keyframes only
@@ -94,9 +101,10 @@ class Map {
   MapPoint& point(int id) { return points_[static_cast<std::size_t>(id)]; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const std::vector<MapPoint>& points() const { return points_; }
-  int FirstKeyframe() const;  // the oldest living one, which holds the world in place; -1 without any
-  int LivingKeyframes() const;
-  int LivingPoints() const;
+  const std::vector<int>& living() const { return living_; }  // keyframes, in order of their numbers
+  int FirstKeyframe() const { return living_.empty() ? -1 : living_.front(); }
+  int LivingKeyframes() const { return static_cast<int>(living_.size()); }
+  int LivingPoints() const { return living_points_; }
   // The point that `id` has become; -1 when it is gone.
   int Resolve(int id) const;
 
@@ -111,23 +119,59 @@ class Map {
   // Keyframes that share at least `min_shared` points, most first.
   std::vector<Neighbour> Covisible(int keyframe, int min_shared = 15) const;
 
-  // Descriptor, mean direction, distances and patch axes, after observations or poses changed.
+  // Descriptor, mean direction, distances and patch axes, after observations changed.
   void Update(int point);
+  // All of it but the descriptor: after positions or poses changed.
+  void UpdateGeometry(int point);
   // Cuts the point's reference patch out of a keyframe that still has its pyramid.
   void SetPatch(int point, const Observation& from);
 
   // Discards the world: everything dead, poses frozen where they are.
   void Clear();
 
+  // Dead points keep their number for this many keyframes: longer than anybody remembers one.
+  static constexpr int kPointRest = 20;
+
  private:
+  void UpdateDescriptor(MapPoint& point);
+
   CameraModel camera_;
   std::vector<Keyframe> keyframes_;
+  std::vector<int> living_;
   std::vector<MapPoint> points_;
+  int living_points_ = 0;
+  struct Free {
+    int point;
+    int keyframes;  // how many there had been when it died
+  };
+  std::deque<Free> free_;
+};
+
+// A mutex that knows how long anybody but the thread that owns the map had to wait for it.
+class MapMutex {
+ public:
+  void lock() {
+    if (mutex_.try_lock()) return;
+    if (std::this_thread::get_id() == owner_) return mutex_.lock();
+    const auto start = std::chrono::steady_clock::now();
+    mutex_.lock();
+    longest_ = std::max(longest_, std::chrono::steady_clock::now() - start);
+  }
+  void unlock() { mutex_.unlock(); }
+
+  // The following while locked.
+  void SetOwner(std::thread::id owner) { owner_ = owner; }
+  double LongestWaitSeconds() const { return std::chrono::duration<double>(longest_).count(); }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<std::thread::id> owner_{};
+  std::chrono::steady_clock::duration longest_{};
 };
 
 struct SharedMap {
   explicit SharedMap(const CameraModel& camera) : map(camera) {}
-  mutable std::mutex mutex;
+  mutable MapMutex mutex;
   Map map;
   std::atomic<int> loops{0};  // closed so far
   // Counts corrections that move much at once: who keeps poses should ask for them again.

@@ -2,10 +2,94 @@
 
 #include <spdlog/spdlog.h>
 
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
+#include "tracking/trajectory.h"
+
 namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+// The similarity that brings one set of camera poses nearest to another, centres and directions of view
+// counting alike: centres alone leave the turn about a straight path open.
+Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to) {
+  const double n = static_cast<double>(from.size());
+  Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from_mean += from[i].OriginInSource() / n;
+    to_mean += to[i].OriginInSource() / n;
+  }
+  double from_spread = 0, to_spread = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from_spread += (from[i].OriginInSource() - from_mean).squaredNorm() / n;
+    to_spread += (to[i].OriginInSource() - to_mean).squaredNorm() / n;
+  }
+  if (!(from_spread > 0 && to_spread > 0)) return {};
+  Eigen::Matrix3d agreement = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    agreement += (to[i].OriginInSource() - to_mean) * (from[i].OriginInSource() - from_mean).transpose() /
+                     std::sqrt(from_spread * to_spread) +
+                 to[i].RotationMatrix().transpose() * from[i].RotationMatrix();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(agreement, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  Similarity3 to_from;
+  to_from.rotation = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  to_from.scale = std::sqrt(to_spread / from_spread);
+  to_from.translation = to_mean - to_from.scale * (to_from.rotation * from_mean);
+  return to_from;
+}
+
+// Images say nothing about where the world's origin, axes and unit are. Holding the first keyframe would
+// leave all others swinging about it; poses that were given out agree best with the adjusted map when the
+// keyframes together stay where they were. With a pose that is given, nothing is open.
+void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
+  std::vector<Rigid3> before;
+  for (const int id : keyframes) {
+    if (map.keyframe(id).pinned) return;
+    before.push_back(map.keyframe(id).cam_from_world);
+  }
+  const Similarity3 to_from = AlignPoses(problem.cam_from_world, before);
+  for (Rigid3& pose : problem.cam_from_world) {
+    const Vector3d center = to_from * pose.OriginInSource();
+    pose.rotation = (pose.rotation * Eigen::Quaterniond(to_from.rotation).conjugate()).normalized();
+    pose.translation = -(pose.rotation * center);
+  }
+  for (Vector3d& point : problem.points) point = to_from * point;
+}
+
+// In pieces where the map is large, so that nobody waits for long.
+void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_index,
+               const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
+               const BundleProblem& problem) {
+  Map& map = shared.map;
+  std::vector<int> changed;  // points that lost observations
+  {
+    const std::lock_guard lock(shared.mutex);
+    for (const auto& [id, index] : camera_index)
+      map.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(index)];
+    for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
+    for (std::size_t i = 0; i < origin.size(); ++i) {
+      if (!problem.observations[i].outlier || !map.point(origin[i].first).alive) continue;
+      map.Forget(origin[i].first, origin[i].second);
+      changed.push_back(origin[i].first);
+    }
+  }
+  constexpr std::size_t kAtOnce = 500;
+  for (std::size_t from = 0; from < point_ids.size(); from += kAtOnce) {
+    const std::lock_guard lock(shared.mutex);
+    for (std::size_t i = from; i < std::min(point_ids.size(), from + kAtOnce); ++i)
+      map.UpdateGeometry(point_ids[i]);
+  }
+  const std::lock_guard lock(shared.mutex);
+  for (const int id : changed) map.Update(id);
+}
+
+}  // namespace
 
 BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options) {
@@ -46,14 +130,8 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
       summary.initial_rms_sigmas, summary.final_rms_sigmas, summary.outliers);
   if (!summary.usable) return summary;
 
-  const std::lock_guard lock(shared.mutex);
-  for (const auto& [id, index] : camera_index)
-    map.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(index)];
-  for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
-  for (std::size_t i = 0; i < origin.size(); ++i)
-    if (problem.observations[i].outlier && map.point(origin[i].first).alive)
-      map.Forget(origin[i].first, origin[i].second);
-  for (const int id : point_ids) map.Update(id);
+  if (held.empty() && free.size() > 2) KeepGauge(map, free, problem);
+  WriteBack(shared, camera_index, point_ids, origin, problem);
   return summary;
 }
 

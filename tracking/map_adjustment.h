@@ -10,7 +10,8 @@
 namespace ulf {
 
 // Adjusts the keyframes `free` and all points they see (those of `held` where none is free); `held`, pinned
-// keyframes and the map's first stay. Observations that no longer fit are forgotten. Reads without the lock
+// keyframes and, of a part of the map, its first stay; when all is free, all together stays where it was.
+// Observations that no longer fit are forgotten. Reads without the lock
 // and takes it to write: call it from the thread that changes the map.
 BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options);

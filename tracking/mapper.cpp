@@ -11,41 +11,29 @@
 
 #include "tracking/loop_closer.h"
 #include "tracking/map_adjustment.h"
-#include "tracking/map_matching.h"
-#include "tracking/matching.h"
-#include "tracking/quantile.h"
-#include "tracking/triangulation.h"
 
 namespace ulf {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kPyramidsKept = 12;    // keyframes whose images are kept for alignment
 constexpr int kTriangulateWith = 8;  // neighbours
 constexpr int kFuseWith = 12;
 constexpr int kLocalKeyframes = 14;
 constexpr int kHeldKeyframes = 20;
-constexpr double kChi2 = 5.99;  // 95 % in two dimensions
-constexpr double kMinParallaxDeg = 1.0;
-
-double MedianDepth(const Map& map, const Keyframe& keyframe) {
-  std::vector<double> depths;
-  for (const int point : keyframe.point_of_feature)
-    if (point >= 0) depths.push_back((keyframe.cam_from_world * map.point(point).position).z());
-  return depths.empty() ? 1 : Median(std::move(depths));
-}
+constexpr int kRobustInBackground = 5, kIterationsInBackground = 10;
 
 }  // namespace
 
 Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
-               unsigned seed)
+               const MapperOptions& options, unsigned seed)
     : camera_(camera),
       shared_(shared),
       map_(shared.map),
       index_(index),
       synchronous_(synchronous),
-      loops_(std::make_unique<LoopCloser>(camera, shared, index, LoopOptions{.seed = seed})) {
+      loops_(std::make_unique<LoopCloser>(camera, shared, index, LoopOptions{.seed = seed})),
+      options_(options) {
   if (!synchronous_) thread_ = std::thread([this] { Run(); });
 }
 
@@ -53,6 +41,7 @@ Mapper::~Mapper() {
   {
     const std::lock_guard lock(work_mutex_);
     ending_ = true;
+    cut_short_ = true;
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
@@ -61,13 +50,15 @@ Mapper::~Mapper() {
 bool Mapper::Offer(NewKeyframe keyframe) {
   if (synchronous_) {
     Process(keyframe);
+    if (HasGrown()) AdjustWhole(kRobustInBackground, kIterationsInBackground);
     return true;
   }
   {
     const std::lock_guard lock(work_mutex_);
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-    if (next_ || working_) return false;
+    if (next_ || (working_ && !in_background_)) return false;
     next_ = std::move(keyframe);
+    cut_short_ = in_background_;
   }
   changed_.notify_all();
   return true;
@@ -75,27 +66,50 @@ bool Mapper::Offer(NewKeyframe keyframe) {
 
 void Mapper::Drain() {
   std::unique_lock lock(work_mutex_);
-  changed_.wait(lock, [&] { return !next_ && !working_; });
+  changed_.wait(lock, [&] { return !next_ && !working_ && !owed_; });
+}
+
+void Mapper::Rest() {
+  std::unique_lock lock(work_mutex_);
+  changed_.wait(lock, [&] {
+    if (!next_) owed_ = false;
+    cut_short_ = in_background_;
+    return !next_ && !working_;
+  });
 }
 
 void Mapper::Run() {
+  {
+    const std::lock_guard lock(shared_.mutex);
+    shared_.mutex.SetOwner(std::this_thread::get_id());
+  }
   std::unique_lock lock(work_mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return ending_ || next_; });
+    changed_.wait(lock, [&] { return ending_ || next_ || owed_; });
     if (ending_) return;
-    NewKeyframe keyframe = std::move(*next_);
-    next_.reset();
+    std::optional<NewKeyframe> keyframe = std::exchange(next_, std::nullopt);
     working_ = true;
+    in_background_ = !keyframe;
+    cut_short_ = false;
     lock.unlock();
     std::exception_ptr failure;
+    bool grown = false;
     try {
-      Process(keyframe);
+      if (keyframe)
+        Process(*keyframe);
+      else
+        AdjustWhole(kRobustInBackground, kIterationsInBackground);
+      grown = keyframe && HasGrown();
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     if (failure) failure_ = failure;
-    working_ = false;
+    if (keyframe)
+      owed_ = owed_ || grown;
+    else
+      owed_ = owed_ && cut_short_ && !failure;
+    working_ = in_background_ = false;
     changed_.notify_all();
   }
 }
@@ -152,7 +166,7 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   }
   AdjustMap(camera_, shared_, {first, second}, {}, {.robust_iterations = 15, .iterations = 15});
   // Adjustment changes depths: normalise again so that the median is one.
-  const double again = 1 / MedianDepth(map_, map_.keyframe(first));
+  const double again = 1 / MedianDepth(first);
   {
     const std::lock_guard lock(shared_.mutex);
     map_.keyframe(second).cam_from_world.translation *= again;
@@ -186,42 +200,7 @@ void Mapper::Reset() {
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();
-}
-
-int Mapper::Insert(NewKeyframe& offered) {
-  const std::lock_guard lock(shared_.mutex);
-  const int id = map_.AddKeyframe(std::move(offered.keyframe));
-  for (NewKeyframe::Seen& seen : offered.seen) {
-    const int point = map_.Resolve(seen.point);
-    if (point < 0) continue;
-    seen.observation.keyframe = id;
-    // A point merged since was aligned with another patch.
-    if (point != seen.point) seen.observation = Measure(map_.point(point), id, seen.observation.feature);
-    if (map_.Observe(point, seen.observation)) map_.Update(point);
-  }
-  map_.keyframe(id).points_at_birth = map_.keyframe(id).points;
-  int kept = 0;
-  for (int k = id; k >= 0; --k) {
-    Keyframe& keyframe = map_.keyframe(k);
-    if (!keyframe.pyramid || ++kept <= kPyramidsKept) continue;
-    keyframe.pyramid.reset();
-    keyframe.color.release();
-  }
-  return id;
-}
-
-// The feature's position, aligned with the point's patch where both are at hand.
-Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_index) const {
-  const Keyframe& keyframe = map_.keyframe(keyframe_id);
-  const Feature& feature = (*keyframe.features)[feature_index];
-  Observation observation{keyframe_id, feature_index, feature.img, DetectedSigmaPx(feature.level)};
-  if (!point.patch || !keyframe.pyramid) return observation;
-  const auto aligned = AlignPatch(camera_, *point.patch, point.patch_axes, point.position,
-                                  keyframe.cam_from_world, *keyframe.pyramid, feature.img);
-  if (!aligned) return observation;
-  observation.img = aligned->img;
-  observation.sigma_px = AlignedSigmaPx(aligned->level);
-  return observation;
+  adjust_all_at_ = 0;
 }
 
 std::vector<int> Mapper::Neighbours(int keyframe, int most) const {
@@ -236,8 +215,9 @@ std::vector<int> Mapper::Neighbours(int keyframe, int most) const {
 std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
   const Rigid3& pose = map_.keyframe(id).cam_from_world;
   std::vector<std::pair<double, int>> ranked;
-  for (const Keyframe& other : map_.keyframes()) {
-    if (!other.alive || other.id == id) continue;
+  for (const int other_id : map_.living()) {
+    if (other_id == id) continue;
+    const Keyframe& other = map_.keyframe(other_id);
     const double cosine = other.cam_from_world.DirectionInSource(Vector3d::UnitZ())
                               .dot(pose.DirectionInSource(Vector3d::UnitZ()));
     if (cosine < 0.5) continue;
@@ -256,7 +236,7 @@ void Mapper::CullRecentPoints(int newest) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
-    const bool seldom_found = point.expected >= 8 && point.found < 0.25 * point.expected;
+    const bool seldom_found = point.expected >= 8 && point.found < options_.min_found_share * point.expected;
     const bool never_confirmed = age >= 3 && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
       map_.RemovePoint(id);
@@ -264,164 +244,6 @@ void Mapper::CullRecentPoints(int newest) {
     }
     return age >= 4;
   });
-}
-
-void Mapper::CommitPoint(const Vector3d& position, const Observation& reference, const Observation& other) {
-  const int id = map_.AddPoint(position);
-  map_.Observe(id, reference);
-  map_.Observe(id, other);
-  const Keyframe& by = map_.keyframe(reference.keyframe);
-  if (!by.color.empty()) {
-    const int x = std::clamp(static_cast<int>(reference.img.x()), 0, by.color.cols - 1);
-    const int y = std::clamp(static_cast<int>(reference.img.y()), 0, by.color.rows - 1);
-    if (by.color.channels() == 3) {
-      const auto& bgr = by.color.at<cv::Vec3b>(y, x);
-      map_.point(id).rgb = {bgr[2], bgr[1], bgr[0]};
-    } else {
-      map_.point(id).rgb.fill(by.color.at<std::uint8_t>(y, x));
-    }
-  }
-  map_.SetPatch(id, reference);
-  map_.Update(id);
-  // Measured against the patch, the reference is exact and the other view as exact as the alignment.
-  if (map_.point(id).patch) {
-    MapPoint& made = map_.point(id);
-    made.observations[0].sigma_px = AlignedSigmaPx((*by.features)[reference.feature].level);
-    made.observations[1] = Measure(made, other.keyframe, other.feature);
-  }
-  recent_points_.push_back(id);
-}
-
-void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
-  const Keyframe& keyframe = map_.keyframe(newest);
-  const FeatureSet& features = *keyframe.features;
-  const Vector3d center = keyframe.cam_from_world.OriginInSource();
-  const double focal = camera_.MeanFocalPx();
-  for (const int other_id : neighbours) {
-    const Keyframe& other = map_.keyframe(other_id);
-    const FeatureSet& other_features = *other.features;
-    const Vector3d other_center = other.cam_from_world.OriginInSource();
-    const double baseline = (other_center - center).norm();
-    if (baseline < 0.01 * MedianDepth(map_, other)) continue;
-    const Rigid3 other_from_this = other.cam_from_world * keyframe.cam_from_world.Inverse();
-    const Vector3d epipole_direction = other_from_this.translation.normalized();
-    std::vector<int> open;
-    for (int j = 0; j < other_features.size(); ++j)
-      if (other.point_of_feature[static_cast<std::size_t>(j)] < 0) open.push_back(j);
-
-    for (int i = 0; i < features.size(); ++i) {
-      if (keyframe.point_of_feature[static_cast<std::size_t>(i)] >= 0) continue;
-      const Feature& feature = features[i];
-      const Vector3d normal = epipole_direction.cross(other_from_this.rotation * feature.ray);
-      const double length = normal.norm();
-      if (length < 0.02) continue;  // on the epipole: the line is undefined
-      const Vector3d plane = normal / length;
-      int best = -1, best_distance = kSureDistance, second_distance = 256;
-      for (const int j : open) {
-        const Feature& candidate = other_features[j];
-        if (std::abs(plane.dot(candidate.ray)) * focal > 2.0 * DetectedSigmaPx(candidate.level)) continue;
-        const int distance = Distance(feature.descriptor, candidate.descriptor);
-        if (distance < best_distance) {
-          second_distance = best_distance;
-          best_distance = distance;
-          best = j;
-        } else if (distance < second_distance) {
-          second_distance = distance;
-        }
-      }
-      if (best < 0 || best_distance > 0.9 * second_distance) continue;
-      if (other.point_of_feature[static_cast<std::size_t>(best)] >= 0) continue;
-      if (HasTwin(features, i, best_distance * 4 / 3)) continue;
-      const Feature& match = other_features[best];
-      const auto point =
-          TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);
-      if (!point || ParallaxAngle(*point, center, other_center) * 180 / M_PI < kMinParallaxDeg) continue;
-      const auto fits = [&](const Rigid3& pose, const Feature& seen) {
-        const auto img = camera_.ImgFromCam(pose * *point);
-        const double sigma = DetectedSigmaPx(seen.level);
-        return img && (*img - seen.img).squaredNorm() < kChi2 * sigma * sigma;
-      };
-      if (!fits(keyframe.cam_from_world, feature) || !fits(other.cam_from_world, match)) continue;
-      // Levels must tell the same story as distances.
-      const double distance_ratio = (*point - other_center).norm() / (*point - center).norm();
-      const double level_ratio = LevelScale(feature.level) / LevelScale(match.level);
-      if (distance_ratio > 1.8 * level_ratio || level_ratio > 1.8 * distance_ratio) continue;
-      const std::lock_guard lock(shared_.mutex);
-      CommitPoint(*point, {newest, i, feature.img, DetectedSigmaPx(feature.level)},
-                  {other_id, best, match.img, DetectedSigmaPx(match.level)});
-    }
-  }
-}
-
-void Mapper::Fuse(int newest, const std::vector<int>& neighbours) {
-  const auto points_of = [&](int keyframe) {
-    std::vector<int> points;
-    for (const int point : map_.keyframe(keyframe).point_of_feature)
-      if (point >= 0) points.push_back(point);
-    return points;
-  };
-  for (const int neighbour : neighbours) FuseInto(neighbour, points_of(newest));
-  std::vector<int> theirs;
-  for (const int neighbour : neighbours) {
-    const std::vector<int> points = points_of(neighbour);
-    theirs.insert(theirs.end(), points.begin(), points.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  FuseInto(newest, theirs);
-}
-
-// Looks for points in a keyframe that does not know that it sees them.
-void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
-  const Keyframe& keyframe = map_.keyframe(keyframe_id);
-  const Vector3d center = keyframe.cam_from_world.OriginInSource();
-  constexpr double kRadiusPx = 3, kMinCosine = 0.5;
-  for (const int id : points) {
-    const MapPoint& point = map_.point(id);
-    if (!point.alive) continue;
-    if (std::any_of(point.observations.begin(), point.observations.end(),
-                    [&](const Observation& o) { return o.keyframe == keyframe_id; }))
-      continue;
-    const Vector3d towards = point.position - center;
-    const double distance = towards.norm();
-    if (distance < point.nearest || distance > point.farthest ||
-        towards.dot(point.mean_direction) < kMinCosine * distance)
-      continue;
-    const auto img = camera_.ImgFromCam(keyframe.cam_from_world * point.position);
-    if (!img || !camera_.Contains(*img)) continue;
-    const int level = std::clamp(static_cast<int>(std::lround(std::log(point.reference_distance / distance) /
-                                                              std::log(kPyramidFactor))),
-                                 0, kPyramidLevels - 1);
-    int best = -1, best_distance = kSureDistance;
-    keyframe.features->ForEachNear(*img, kRadiusPx * LevelScale(level), std::max(0, level - 1), level + 1,
-                                   [&](int j) {
-                                     const Feature& feature = (*keyframe.features)[j];
-                                     const double sigma = DetectedSigmaPx(feature.level);
-                                     if ((feature.img - *img).squaredNorm() > kChi2 * sigma * sigma) return;
-                                     const int apart = Distance(point.descriptor, feature.descriptor);
-                                     if (apart < best_distance) {
-                                       best_distance = apart;
-                                       best = j;
-                                     }
-                                   });
-    if (best < 0) continue;
-    const std::lock_guard lock(shared_.mutex);
-    const int present = keyframe.point_of_feature[static_cast<std::size_t>(best)];
-    if (present < 0) {
-      map_.Observe(id, Measure(point, keyframe_id, best));
-      map_.Update(id);
-      continue;
-    }
-    const bool keep_present = map_.point(present).observations.size() >= point.observations.size();
-    const int kept = keep_present ? present : id, gone = keep_present ? id : present;
-    std::unordered_set<int> before;
-    for (const Observation& o : map_.point(kept).observations) before.insert(o.keyframe);
-    map_.Merge(gone, kept);
-    // What came over was measured against the other patch.
-    for (Observation& o : map_.point(kept).observations)
-      if (!before.contains(o.keyframe)) o = Measure(map_.point(kept), o.keyframe, o.feature);
-    map_.Update(kept);
-  }
 }
 
 void Mapper::AdjustLocal(int newest, bool poses_too) {
@@ -446,14 +268,27 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  AdjustMap(camera_, shared_, local, held, {.robust_iterations = 4, .iterations = 6, .stop = &ending_});
+  AdjustMap(camera_, shared_, local, held, {.robust_iterations = 4, .iterations = 6});
+}
+
+// Whether it is time for another adjustment of everything.
+bool Mapper::HasGrown() {
+  const int now = map_.LivingKeyframes();
+  if (now < adjust_all_at_ || now <= 3) return false;
+  adjust_all_at_ = std::max(now + 1, static_cast<int>(std::lround(now * options_.adjust_all_growth)));
+  return true;
 }
 
 void Mapper::AdjustAll() {
-  std::vector<int> all;
-  for (const Keyframe& keyframe : map_.keyframes())
-    if (keyframe.alive) all.push_back(keyframe.id);
-  if (all.size() >= 2) AdjustMap(camera_, shared_, all, {}, {.robust_iterations = 10, .iterations = 40});
+  cut_short_ = false;
+  AdjustWhole(10, 40);
+}
+
+void Mapper::AdjustWhole(int robust_iterations, int iterations) {
+  const std::vector<int> all = map_.living();
+  if (all.size() < 2) return;
+  AdjustMap(camera_, shared_, all, {},
+            {.robust_iterations = robust_iterations, .iterations = iterations, .stop = &cut_short_});
 }
 
 // A keyframe is superfluous when nine tenths of its points are seen as well by three others.
@@ -472,7 +307,7 @@ void Mapper::CullKeyframes(int newest) {
         if (o.keyframe != id && (*map_.keyframe(o.keyframe).features)[o.feature].level <= level + 1) ++others;
       redundant += others >= 3;
     }
-    if (redundant <= 0.9 * total) continue;
+    if (redundant <= options_.superfluous_share * total) continue;
     index_.Remove(id);
     const std::lock_guard lock(shared_.mutex);
     map_.RemoveKeyframe(id);

@@ -1,6 +1,8 @@
 // Grows and cleans the map behind the tracker: a keyframe comes in, points are triangulated with its
 // neighbours, those seen twice are merged, the neighbourhood is bundle-adjusted, and what turned out
-// superfluous goes.
+// superfluous goes. Whenever the map has grown by some share, all of it is adjusted: in the background, that
+// is, for as long as no keyframe is offered, and again later where it was cut short. What a small map owes to
+// its first two views is so corrected while it is cheap.
 //
 // Runs in a thread of its own, or, where the same frames must give the same bytes, inside Offer(). It alone
 // changes the map's structure; it reads without the lock and takes it for every change, so the tracker waits
@@ -20,6 +22,7 @@
 #include "acquisition/camera_model.h"
 #include "tracking/initializer.h"
 #include "tracking/map.h"
+#include "tracking/mapper_options.h"
 #include "tracking/relocalizer.h"
 
 namespace ulf {
@@ -41,7 +44,7 @@ class Mapper {
  public:
   // Synchronous: everything happens inside Offer().
   Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
-         unsigned seed = 1);
+         const MapperOptions& options = {}, unsigned seed = 1);
   ~Mapper();
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
@@ -49,7 +52,8 @@ class Mapper {
   // False when it was refused: the one before is still being worked on. Throws what broke while mapping
   // earlier keyframes.
   bool Offer(NewKeyframe keyframe);
-  void Drain();  // returns when all that was offered is in the map
+  void Drain();  // returns when all that was offered is in the map and adjusted
+  void Rest();   // likewise, without waiting for adjustments in the background: they are cut short
 
   // The following are called by the tracker while the mapper rests.
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
@@ -66,9 +70,12 @@ class Mapper {
   void Fuse(int newest, const std::vector<int>& neighbours);
   void FuseInto(int keyframe, const std::vector<int>& points);
   void AdjustLocal(int newest, bool poses_too);
+  bool HasGrown();
+  void AdjustWhole(int robust_iterations, int iterations);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;
+  double MedianDepth(int keyframe) const;
   std::vector<int> Neighbours(int keyframe, int most) const;
   std::vector<int> NeighboursByPose(int keyframe, int most) const;
 
@@ -78,14 +85,19 @@ class Mapper {
   KeyframeIndex& index_;
   bool synchronous_;
   std::unique_ptr<LoopCloser> loops_;
+  MapperOptions options_;
   std::vector<int> recent_points_;
+  int adjust_all_at_ = 0;  // keyframes
 
   std::mutex work_mutex_;  // of the following
   std::condition_variable changed_;
   std::optional<NewKeyframe> next_;
   bool working_ = false;
+  bool in_background_ = false;  // what is worked on may be cut short
+  bool owed_ = false;           // an adjustment of everything
   std::exception_ptr failure_;  // what broke in the second thread: thrown by the next Offer()
-  std::atomic<bool> ending_{false};
+  bool ending_ = false;
+  std::atomic<bool> cut_short_{false};
   std::thread thread_;
 };
 

@@ -82,7 +82,7 @@ struct Tracker::State {
         extractor(camera_in),
         shared(camera_in),
         index(options_in.seed),
-        mapper(camera_in, shared, index, options_in.deterministic, options_in.seed),
+        mapper(camera_in, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
         locator(camera_in, shared, options_in.features / 5),
         initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed) {}
 
@@ -171,13 +171,17 @@ bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
 // The living keyframe that shares most points with these matches. The map's lock is held.
 Anchored Tracker::State::AnchorOf(const Located& located) const {
   const Map& map = shared.map;
-  std::vector<int> seen_with(map.keyframes().size(), 0);
+  std::unordered_map<int, int> seen_with;
   for (const PointMatch& match : located.matches) {
     const int id = located.candidates[static_cast<std::size_t>(match.candidate)].id;
-    for (const Observation& o : map.point(id).observations) ++seen_with[static_cast<std::size_t>(o.keyframe)];
+    for (const Observation& o : map.point(id).observations) ++seen_with[o.keyframe];
   }
-  const int reference =
-      static_cast<int>(std::max_element(seen_with.begin(), seen_with.end()) - seen_with.begin());
+  int reference = map.FirstKeyframe(), most = 0;
+  for (const auto& [keyframe, seen] : seen_with)
+    if (seen > most || (seen == most && keyframe < reference)) {
+      reference = keyframe;
+      most = seen;
+    }
   return {reference, located.cam_from_world * map.PoseOf(reference).Inverse(), map.keyframe(reference).unit};
 }
 
@@ -236,7 +240,7 @@ bool Tracker::State::WantsKeyframe(const Located& located, int reference_points)
   const double moved = pose.OriginInSource().norm() / depth;
   const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
   const bool thin = matched < 0.75 * reference_points || matched < 80;
-  const bool far = moved > 0.06 || turned_deg > 10;
+  const bool far = moved > options.mapping.keyframe_moved || turned_deg > options.mapping.keyframe_turned_deg;
   return (thin && (moved > 0.02 || turned_deg > 4)) || far;
 }
 
@@ -355,7 +359,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
   if (state == TrackState::kLost && frames_tracked < 10) {
     // Lost at once: a map that never proved itself.
     spdlog::debug("frame {}: lost at once, starting again", frame);
-    mapper.Drain();
+    mapper.Rest();
     mapper.Reset();
     initializer.Restart();
     state = TrackState::kInitializing;
@@ -407,7 +411,7 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 }
 
 void Tracker::Finish() {
-  state_->mapper.Drain();
+  state_->mapper.Rest();
   state_->mapper.AdjustAll();
   state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
 }
@@ -430,8 +434,8 @@ std::vector<ScenePoint> Tracker::Points() const {
 std::vector<Anchored> Tracker::Keyframes() const {
   const std::lock_guard lock(state_->shared.mutex);
   std::vector<Anchored> anchors;
-  for (const Keyframe& keyframe : state_->shared.map.keyframes())
-    if (keyframe.alive) anchors.push_back({keyframe.id, {}, keyframe.unit});
+  for (const int keyframe : state_->shared.map.living())
+    anchors.push_back({keyframe, {}, state_->shared.map.keyframe(keyframe).unit});
   return anchors;
 }
 
@@ -498,7 +502,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 TrackerStatistics Tracker::Statistics() const {
   const std::lock_guard lock(state_->shared.mutex);
   return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(), state_->keyframes_left_out,
-          state_->shared.loops, state_->calibration};
+          state_->shared.loops, state_->shared.mutex.LongestWaitSeconds()};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -29,7 +29,7 @@
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 #include "tracking/anchored.h"
-#include "tracking/calibration_check.h"
+#include "tracking/mapper_options.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
 
@@ -44,6 +44,7 @@ struct TrackerOptions {
   double min_initial_parallax_deg = 0.8;  // median over the two views that start the map
   int min_tracked_points = 25;            // fewer is lost
   int min_relocalized_points = 35;        // support that a pose found by descriptors alone must have
+  MapperOptions mapping{};
 };
 
 enum class TrackState { kInitializing, kTracking, kLost };
@@ -90,7 +91,7 @@ struct TrackerStatistics {
   int map_points = 0;
   int keyframes_left_out = 0;  // the mapper was behind
   int loops = 0;               // closed
-  std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
+  double longest_wait_s = 0;   // for the map, because the mapper was just changing it
 };
 
 class Tracker {

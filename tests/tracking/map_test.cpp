@@ -7,8 +7,10 @@
 #include <unordered_map>
 
 #include "tests/tracking/geometry_scene.h"
+#include "tracking/map_adjustment.h"
 #include "tracking/map_file.h"
 #include "tracking/map_matching.h"
+#include "tracking/mapper.h"
 #include "tracking/relocalizer.h"
 
 namespace ulf {
@@ -223,6 +225,126 @@ TEST(MapFileTest, WhatDoesNotFitIsRefused) {
     std::memcpy(damaged.data() + damaged.size() - 8, &sum, 8);
     problem(damaged);
   }
+}
+
+// An hour in which the camera goes on and on: what is dead must cost nothing.
+TEST(MapTest, ALongRunNeedsNoMoreRoomThanWhatLives) {
+  constexpr int kAlive = 6, kSteps = 400, kPointsEach = 40;
+  const CameraModel camera = test::SceneCamera();
+  Map map(camera);
+  std::vector<Feature> features;
+  for (int i = 0; i < kPointsEach; ++i) {
+    const Eigen::Vector2d img(20 + 15.0 * i, 240);
+    features.push_back({img, *camera.RayFromImg(img), 0, 0, {}});
+  }
+  const auto set = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
+  std::vector<int> points;
+  std::size_t after_a_while = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    Keyframe keyframe;
+    keyframe.features = set;
+    keyframe.color.create(480, 640, CV_8UC3);
+    keyframe.cam_from_world.translation.x() = -0.1 * step;
+    const int id = map.AddKeyframe(std::move(keyframe));
+    for (int i = 0; i < kPointsEach; ++i) {
+      const std::size_t slot = static_cast<std::size_t>(i);
+      if (step % 2 == 0) {
+        points.push_back(map.AddPoint({0.1 * step, 0, 3}));
+        map.Observe(points.back(), {id, i, features[slot].img, 1});
+      } else {
+        map.Observe(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
+      }
+    }
+    if (step >= kAlive) map.RemoveKeyframe(map.FirstKeyframe());
+    if (step == 100) after_a_while = map.points().size();
+  }
+  EXPECT_EQ(map.LivingKeyframes(), kAlive);
+  EXPECT_EQ(map.points().size(), after_a_while);
+  EXPECT_LE(map.LivingPoints(), kAlive * kPointsEach);
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (keyframe.alive) continue;
+    EXPECT_TRUE(keyframe.color.empty() && !keyframe.features && keyframe.point_of_feature.empty());
+    // Every anchor hangs on a living keyframe directly, however many have gone since.
+    EXPECT_TRUE(map.keyframe(keyframe.parent).alive);
+    EXPECT_NEAR(map.PoseOf(keyframe.id).translation.x(), -0.1 * keyframe.id, 1e-9);
+  }
+}
+
+TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
+  World world(4);
+  const auto next_keyframe = [&] {
+    Keyframe keyframe;
+    keyframe.features = world.map.keyframe(0).features;
+    world.map.AddKeyframe(std::move(keyframe));
+  };
+  const int victim = world.map.keyframe(1).point_of_feature[3];
+  world.map.RemovePoint(victim);
+  for (int k = 0; k < Map::kPointRest; ++k) {
+    EXPECT_NE(world.map.AddPoint({0, 0, 3}), victim) << k;
+    EXPECT_EQ(world.map.Resolve(victim), -1);
+    next_keyframe();
+  }
+  EXPECT_EQ(world.map.AddPoint({0, 0, 3}), victim);
+  EXPECT_EQ(world.map.Resolve(victim), victim);
+}
+
+// A whole map's adjustment moves nothing that the images leave open.
+TEST(MapTest, AdjustingEverythingKeepsTheMapWhereItIs) {
+  World world(6);
+  SharedMap shared(world.camera);
+  shared.map = world.map;
+  Draw draw(3);
+  const auto mean_center = [&] {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const int id : shared.map.living())
+      mean += shared.map.keyframe(id).cam_from_world.OriginInSource() / shared.map.LivingKeyframes();
+    return mean;
+  };
+  // The first keyframe is the one that is wrong: held, it would turn and move all others.
+  shared.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
+  const Eigen::Vector3d before = mean_center();
+  const Eigen::Vector3d fourth = shared.map.keyframe(4).cam_from_world.OriginInSource();
+  const BundleSummary summary = AdjustMap(world.camera, shared, shared.map.living(), {},
+                                          {.robust_iterations = 20, .iterations = 20, .gate_sigmas = 100});
+  ASSERT_TRUE(summary.usable);
+  EXPECT_LT(summary.final_rms_sigmas, 0.05);
+  EXPECT_LT((mean_center() - before).norm(), 1e-9);
+  EXPECT_LT((shared.map.keyframe(4).cam_from_world.OriginInSource() - fourth).norm(), 0.03);
+}
+
+// Two points in one place, each known to two keyframes of the four that see it: they become one.
+TEST(MapperTest, DuplicatesMerge) {
+  World world(4);
+  SharedMap shared(world.camera);
+  KeyframeIndex index(1);
+  int split = 0;
+  for (const int id : world.points) {
+    const std::vector<Observation> seen = world.map.point(id).observations;
+    if (seen.size() < 4 || split >= 20) continue;
+    const int copy = world.map.AddPoint(world.map.point(id).position + Eigen::Vector3d(1e-3, 0, 0));
+    for (std::size_t i = 2; i < seen.size(); ++i) {
+      world.map.Forget(id, seen[i].keyframe);
+      ASSERT_TRUE(world.map.Observe(copy, seen[i]));
+    }
+    world.map.Update(id);
+    world.map.Update(copy);
+    ++split;
+  }
+  ASSERT_GE(split, 5);
+  const int before = world.map.LivingPoints();
+  shared.map = world.map;
+  Mapper mapper(world.camera, shared, index, true);
+  // The last keyframe's sight once more, a little aside: with it comes the merging.
+  NewKeyframe offered;
+  const Keyframe& last = shared.map.keyframe(3);
+  offered.keyframe.cam_from_world = last.cam_from_world;
+  offered.keyframe.features = last.features;
+  for (int i = 0; i < last.features->size(); ++i)
+    if (last.point_of_feature[static_cast<std::size_t>(i)] >= 0)
+      offered.seen.push_back(
+          {last.point_of_feature[static_cast<std::size_t>(i)], {-1, i, (*last.features)[i].img, 1}});
+  ASSERT_TRUE(mapper.Offer(std::move(offered)));
+  EXPECT_LE(shared.map.LivingPoints(), before - split * 3 / 4);
 }
 
 TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {

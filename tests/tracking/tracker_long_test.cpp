@@ -8,10 +8,20 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/test_paths.h"
+#include "tests/tracking/standing.h"
 #include "tests/tracking/tracker_data.h"
 
 namespace ulf {
 namespace {
+
+TEST(TrackerLong, AMinuteOnOneSpotAddsNothingAndStays) {
+  const auto stand = test::StandStill(1800);
+  ASSERT_TRUE(stand.tracked_throughout);
+  EXPECT_LE(stand.keyframes_added, 0);
+  EXPECT_LE(stand.points_added, 0);
+  EXPECT_LT(stand.drift_m, 0.0005);
+  EXPECT_LT(stand.spread_m, 0.002);
+}
 
 TEST(TrackerLong, WholeScan) {
   ULF_NEED_TEST_DATA(folder, "scan_synthetic");

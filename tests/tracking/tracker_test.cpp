@@ -9,6 +9,7 @@
 #include "acquisition/error.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/geometry_scene.h"
+#include "tests/tracking/standing.h"
 #include "tests/tracking/textured_room.h"
 #include "tracking/trajectory.h"
 
@@ -109,6 +110,16 @@ TEST(TrackerTest, TheStartTellsHowMuchParallaxIsMissing) {
     shares.push_back(track.start->parallax_deg / track.start->parallax_needed_deg);
   }
   FAIL() << "never started";
+}
+
+// A hand that rests: no keyframes, no points, no drift. (A whole minute of it is in tracker_long_test.cpp.)
+TEST(TrackerTest, AStandingCameraAddsNothingAndStays) {
+  const auto stand = test::StandStill(300);
+  ASSERT_TRUE(stand.tracked_throughout);
+  EXPECT_LE(stand.keyframes_added, 0);
+  EXPECT_LE(stand.points_added, 0);
+  EXPECT_LT(stand.drift_m, 0.0005);
+  EXPECT_LT(stand.spread_m, 0.002);
 }
 
 TEST(TrackerTest, FoundAgainAfterDarkness) {
