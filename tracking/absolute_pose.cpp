@@ -23,6 +23,11 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 // cheap.
 constexpr double kLostPointSigmas2 = 1e4;
 
+// A pose's true error over the one that independent errors of the residuals' size would make; read off
+// docs/tracking_quality.png.
+constexpr double kCommonError = 1.5;
+constexpr double kLeastResidual = 0.1;  // few residuals can be small by chance
+
 double HuberCost(double squared, double limit) {
   return squared <= limit * limit ? squared : 2 * limit * std::sqrt(squared) - limit * limit;
 }
@@ -158,8 +163,11 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
   const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
   if (!lu.isInvertible()) return std::nullopt;
   result.covariance = lu.inverse();
-  // center = -R^T t; under a twist of the camera frame it moves by -R^T v.
-  result.center_sigma = std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));
+  // center = -R^T t; under a twist of the camera frame it moves by -R^T v. The residuals say what the sigmas are
+  // worth; what they cannot show is the part of the error that neighbouring points, and the map, have in common.
+  const double residual_sigmas = std::sqrt(equations.cost / std::max(1, 2 * result.inliers - 6));
+  result.center_sigma = kCommonError * std::max(kLeastResidual, residual_sigmas) *
+                        std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));
   return result;
 }
 

@@ -36,7 +36,7 @@ struct PoseRefinement {
   int inliers = 0;
   // Of the twist (rotation, translation) in the camera frame, for unit sigma observations.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  // One standard deviation of the camera centre, world units.
+  // One standard deviation of the camera centre, world units, as geometry, residuals and experience have it.
   double center_sigma = 0;
 };
 
