@@ -502,7 +502,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 TrackerStatistics Tracker::Statistics() const {
   const std::lock_guard lock(state_->shared.mutex);
   return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(), state_->keyframes_left_out,
-          state_->shared.loops, state_->shared.mutex.LongestWaitSeconds()};
+          state_->shared.loops, state_->shared.mutex.LongestWaitSeconds(), state_->calibration};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -29,6 +29,7 @@
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 #include "tracking/anchored.h"
+#include "tracking/calibration_check.h"
 #include "tracking/mapper_options.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
@@ -92,6 +93,7 @@ struct TrackerStatistics {
   int keyframes_left_out = 0;  // the mapper was behind
   int loops = 0;               // closed
   double longest_wait_s = 0;   // for the map, because the mapper was just changing it
+  std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
 };
 
 class Tracker {
