@@ -7,6 +7,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "tracking/matching.h"
 #include "tracking/quantile.h"
 
 namespace ulf {
@@ -189,8 +190,22 @@ std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& im
   std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
   if (!wide) return std::nullopt;
   std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
-  if (!found || !IsSure(*found, min_points) || FillOf(camera_, *found) < 0.5) return std::nullopt;
+  if (!found || !IsSure(*found, min_points) || FillOf(camera_, *found) < 0.5 ||
+      !IsDistinctive(*image.features, *found))
+    return std::nullopt;
   return found;
+}
+
+bool IsDistinctive(const FeatureSet& features, const Located& located) {
+  constexpr int kAlikeBits = 40;
+  constexpr double kLeastShare = 0.3;
+  int detected = 0, distinct = 0;
+  for (const PointMatch& match : located.matches) {
+    if (match.feature < 0) continue;
+    ++detected;
+    distinct += !HasTwin(features, match.feature, kAlikeBits);
+  }
+  return distinct >= kLeastShare * detected;
 }
 
 bool IsSure(const Located& located, int min_points) {

@@ -252,7 +252,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() || pose.rms_px > kMostRmsPx ||
       (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
     return std::nullopt;
-  pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse));
+  // What neighbouring corners have in common (the lens, the light, the print) no number of them averages out.
+  constexpr double kIndependent = 8;
+  const double alike = std::max(1.0, count / kIndependent);
+  pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse * alike));
   return pose;
 }
 

@@ -135,13 +135,18 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
     return located && static_cast<int>(located->matches.size()) >= options.min_tracked_points;
   };
   located = locator.Locate(image, predicted, 12 * unit, last.img_of_point, track.stages);
-  if (!enough()) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point, track.stages);
+  const bool surprised = !enough();
+  if (surprised) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point, track.stages);
   if (!enough() && last.velocity)
     located = locator.Locate(image, last_pose, 40 * unit, last.img_of_point, track.stages);
   if (!enough()) {
     spdlog::debug("frame {}: lost: {} points of {:.0f} expected, {} known in the frame before", frame,
                   located ? located->matches.size() : 0, located ? located->expected : 0.0,
                   last.img_of_point.size());
+    return false;
+  }
+  if (surprised && !IsDistinctive(*image.features, *located)) {
+    spdlog::debug("frame {}: lost: not where it was expected, and what is seen repeats", frame);
     return false;
   }
   // What little is left of a hidden scene can agree with a wrong pose.

@@ -167,7 +167,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_LT(third["reasons"]["tracking"].get<int>() - second["reasons"]["tracking"].get<int>(), 10);
   std::filesystem::remove(saved_map);
   const CommandResult without = RunUlf(capture + " --resume --frames 15");
-  EXPECT_EQ(without.errors.find("made anew"), std::string::npos) << without.errors;
+  EXPECT_EQ(without.errors.find("; the map is made anew"), std::string::npos) << without.errors;
   EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
   EXPECT_TRUE(std::filesystem::exists(saved_map));
 }

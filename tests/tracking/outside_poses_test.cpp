@@ -213,6 +213,7 @@ TEST(PoseStreamFaults, LateAndOutOfOrder) {
   sending.join();
   EXPECT_EQ(posed, 55);
   EXPECT_LT(worst_mm, 0.5);
+  EXPECT_TRUE(s.Has(40 * 5));
   EXPECT_EQ(CountOf(*s.source, "out_of_order"), 40u * 3);
 }
 
