@@ -40,7 +40,7 @@ bool SamePlace(const Located& a, const Located& b) {
 
 // A hand hides whole regions; a wrong pose misses points everywhere among those that it finds. The share
 // found of what should be, where anything is.
-double FillOf(const CameraModel& camera, const Located& located) {
+double FillOf(const CameraModel& camera, const Located& located, double usual_share) {
   constexpr int kColumns = 4, kRows = 3;
   std::array<double, kColumns * kRows> expected{}, found{};
   const auto cell_of = [&](const Vector2d& img) {
@@ -60,13 +60,13 @@ double FillOf(const CameraModel& camera, const Located& located) {
     sum_expected += expected[i];
     sum_found += found[i];
   }
-  return sum_expected > 0 ? sum_found / sum_expected : 1;
+  return sum_expected > 0 ? sum_found / (usual_share * sum_expected) : 1;
 }
 
 // So much more of the image speaks for the first that the second is chance or a repetition; a first that
 // itself misses a part of what it should see must be better still.
-bool Outdoes(const CameraModel& camera, const Located& first, const Located& second) {
-  const double margin = FillOf(camera, first) > 0.85 ? 0.8 : 0.6;
+bool Outdoes(const CameraModel& camera, const Located& first, const Located& second, double usual_share) {
+  const double margin = FillOf(camera, first, usual_share) > 0.85 ? 0.8 : 0.6;
   return static_cast<double>(second.matches.size()) < margin * static_cast<double>(first.matches.size());
 }
 
@@ -141,6 +141,7 @@ std::optional<Located> FrameLocator::Find(const TrackedImage& image, const Keyfr
   constexpr int kRivals = 3;      // and others, which may show that it could be elsewhere
   constexpr double kAlike = 0.3;  // of the best keyframe's votes: less is no rival
   const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, kRanked);
+  const double usual = shared_.usual_share;
   std::optional<Located> best;
   std::unordered_map<int, int> shown;  // by keyframe: how many of the best one's points it sees
   int tried = 0, rivals = 0;
@@ -151,12 +152,12 @@ std::optional<Located> FrameLocator::Find(const TrackedImage& image, const Keyfr
     std::optional<Located> found = FindBy(keyframe, image, seed, min_points);
     if (!found) continue;
     if (best && SamePlace(*best, *found)) continue;
-    if (best && !Outdoes(camera_, *best, *found) && !Outdoes(camera_, *found, *best)) {
+    if (best && !Outdoes(camera_, *best, *found, usual) && !Outdoes(camera_, *found, *best, usual)) {
       spdlog::debug("keyframe {} shows another place that looks as much like it: {} points and {}", keyframe,
                     found->matches.size(), best->matches.size());
       return std::nullopt;
     }
-    if (best && !Outdoes(camera_, *found, *best)) continue;
+    if (best && !Outdoes(camera_, *found, *best, usual)) continue;
     spdlog::debug("found by keyframe {} with {} points of {:.0f}", keyframe, found->matches.size(),
                   found->expected);
     best = std::move(found);
@@ -190,7 +191,7 @@ std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& im
   std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
   if (!wide) return std::nullopt;
   std::optional<Located> found = Refine(image, std::move(*wide), 4 * unit, ignored);
-  if (!found || !IsSure(*found, min_points) || FillOf(camera_, *found) < 0.5 ||
+  if (!found || !IsSure(*found, min_points) || FillOf(camera_, *found, shared_.usual_share) < 0.5 ||
       !IsDistinctive(*image.features, *found))
     return std::nullopt;
   return found;

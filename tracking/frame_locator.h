@@ -29,8 +29,8 @@ struct Located {
 // with a wrong one.
 bool IsSure(const Located& located, int min_points);
 
-// Whether enough of the support is unlike anything else in the picture. On equal tiles a pose that is off by a
-// tile is supported as well as the right one: where no prediction says which, only the rest can tell.
+// Whether enough of the support is unlike anything else in the picture. On equal tiles a pose that is off by
+// a tile is supported as well as the right one: where no prediction says which, only the rest can tell.
 bool IsDistinctive(const FeatureSet& features, const Located& located);
 
 class FrameLocator {

@@ -230,6 +230,11 @@ void Tracker::State::Accept(const Located& located, Track& track) {
                 Median(motion_px));
   last = std::move(now);
   Describe(located, track);
+  if (located.expected > 0) {
+    constexpr double kRate = 0.05, kLeast = 0.3;
+    const double share = static_cast<double>(located.matches.size()) / located.expected;
+    shared.usual_share = std::clamp(shared.usual_share + kRate * (share - shared.usual_share), kLeast, 1.0);
+  }
   track.anchor = last.anchor;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
@@ -506,8 +511,12 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 
 TrackerStatistics Tracker::Statistics() const {
   const std::lock_guard lock(state_->shared.mutex);
-  return {state_->shared.map.LivingKeyframes(), state_->shared.map.LivingPoints(), state_->keyframes_left_out,
-          state_->shared.loops, state_->shared.mutex.LongestWaitSeconds(), state_->calibration};
+  return {state_->shared.map.LivingKeyframes(),
+          state_->shared.map.LivingPoints(),
+          state_->keyframes_left_out,
+          state_->shared.loops,
+          state_->shared.mutex.LongestWaitSeconds(),
+          state_->calibration};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -135,8 +135,8 @@ Answers Ask(const TiledWall& wall, double from, double to, unsigned seed) {
   return answers;
 }
 
-// Inside the map an answer is right or withheld. Beyond it one question of 160 is still answered wrongly (tiles
-// as large as the image, a third of the points their own): counted, so that it does not become more.
+// Inside the map an answer is right or withheld. Beyond it one question of 160 is still answered wrongly
+// (tiles as large as the image, a third of the points their own): counted, so that it does not become more.
 TEST(RelocalizationTest, ATiledWallNeverGivesAWrongPose) {
   int beyond = 0;
   for (const double period : {0.4, 0.8, 1.0, 1.3, 2.0})
