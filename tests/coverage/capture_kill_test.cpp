@@ -42,11 +42,11 @@ bool WaitForViews(const fs::path& dir, std::size_t bytes) {
   return false;
 }
 
-TEST(CaptureProcess, SurvivesSigkillAtARandomMomentTwentyTimes) {
+TEST(CaptureProcess, SurvivesSigkillAtRandomMoments) {
   test::ScratchFolder scratch;
   std::mt19937 random(7);
   std::size_t total = 0;
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < KILLS; ++round) {
     const fs::path dir = scratch / ("lf" + std::to_string(round));
     const pid_t child = StartCapture(dir, round + 1);
     ASSERT_TRUE(WaitForViews(dir, 0)) << "round " << round << ": the capture never began";
@@ -66,7 +66,7 @@ TEST(CaptureProcess, SurvivesSigkillAtARandomMomentTwentyTimes) {
     }
     total += killed.views.size();
   }
-  EXPECT_GT(total, 40u) << "the kills came before anything was recorded: the test shows nothing";
+  EXPECT_GT(total, 2u * KILLS) << "the kills came before anything was recorded: the test shows nothing";
 }
 
 TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {

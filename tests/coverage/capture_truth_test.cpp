@@ -14,7 +14,7 @@ namespace ulf {
 namespace {
 
 constexpr const char* kUri = "sim:studio?width=320&height=240&speed_deg_s=20";
-constexpr int kFrames = 120;
+constexpr int kFrames = 90;
 
 std::vector<TimedPose> TruePoses() {
   const auto device = OpenDevice(kUri);
