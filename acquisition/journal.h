@@ -3,8 +3,8 @@
 //   header {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //   calibration_source, units, threshold_px, coverage_width_px} view {id, image, master, camera,
 //   cam_from_world [qw qx qy qz tx ty tz], times, exposure, gain, quality, bound} pose_update {poses {id:
-//   [7]}, cameras {index: as in the header}}   subject {center, radius}   up {up}   gap {from_s, to_s, reason}   remove {id} close {capture_s,
-//   reasons}
+//   [7]}, cameras {index: as in the header}}   subject {center, radius}   up {up}   gap {from_s, to_s,
+//   reason}   remove {id} close {capture_s, reasons}
 //
 // What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
 // Error). A damaged end (a last line without its end, or lines after which none is whole) was being written

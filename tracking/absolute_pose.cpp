@@ -163,8 +163,9 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
   const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
   if (!lu.isInvertible()) return std::nullopt;
   result.covariance = lu.inverse();
-  // center = -R^T t; under a twist of the camera frame it moves by -R^T v. The residuals say what the sigmas are
-  // worth; what they cannot show is the part of the error that neighbouring points, and the map, have in common.
+  // center = -R^T t; under a twist of the camera frame it moves by -R^T v. The residuals say what the sigmas
+  // are worth; what they cannot show is the part of the error that neighbouring points, and the map, have in
+  // common.
   const double residual_sigmas = std::sqrt(equations.cost / std::max(1, 2 * result.inliers - 6));
   result.center_sigma = kCommonError * std::max(kLeastResidual, residual_sigmas) *
                         std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));

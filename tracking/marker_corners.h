@@ -12,8 +12,9 @@ namespace ulf {
 
 using MarkerImage = std::array<Eigen::Vector2d, 4>;  // corners in the image, clockwise from the upper left
 
-// `gray`: CV_8UC1, display-encoded. `corners`: good to a pixel or two, pixel centres at integer + 0.5, and so is the result. `cells`: of the
-// marker's side, its border counted. A corner whose sides are not to be seen stays where it was.
+// `gray`: CV_8UC1, display-encoded. `corners`: good to a pixel or two, pixel centres at integer + 0.5, and so
+// is the result. `cells`: of the marker's side, its border counted. A corner whose sides are not to be seen
+// stays where it was.
 MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells);
 
 }  // namespace ulf

@@ -38,9 +38,9 @@ struct PoseStreamOptions {
   int port = 0;  // 0: any that is free
   SenderClock clock = SenderClock::kOwn;
   double max_gap_s = 0.2;
-  double wait_s = 0.25;        // that a frame waits for a pose of its time
-  double connect_s = 10;       // that the first frame waits for a sender
-  double offset_s = 0;         // added to a frame's time before it is looked up
+  double wait_s = 0.25;             // that a frame waits for a pose of its time
+  double connect_s = 10;            // that the first frame waits for a sender
+  double offset_s = 0;              // added to a frame's time before it is looked up
   std::function<bool()> stop = {};  // asked while waiting
 };
 

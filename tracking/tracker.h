@@ -90,9 +90,9 @@ struct SeedView {
 struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
-  int keyframes_left_out = 0;  // the mapper was behind
-  int loops = 0;               // closed
-  double longest_wait_s = 0;   // for the map, because the mapper was just changing it
+  int keyframes_left_out = 0;                        // the mapper was behind
+  int loops = 0;                                     // closed
+  double longest_wait_s = 0;                         // for the map, because the mapper was just changing it
   std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
 };
 
