@@ -21,7 +21,9 @@ constexpr int kTriangulateWith = 8;  // neighbours
 constexpr int kFuseWith = 12;
 constexpr int kLocalKeyframes = 14;
 constexpr int kHeldKeyframes = 20;
-constexpr int kRobustInBackground = 5, kIterationsInBackground = 10;
+// Of the whole map's adjustments: while it grows each takes up the one before, a loop and the end start far.
+constexpr int kRobustAtWork = 5, kIterationsAtWork = 10;
+constexpr int kRobustAtRest = 10, kIterationsAtRest = 40;
 
 }  // namespace
 
@@ -50,7 +52,7 @@ Mapper::~Mapper() {
 bool Mapper::Offer(NewKeyframe keyframe) {
   if (synchronous_) {
     Process(keyframe);
-    if (HasGrown()) AdjustWhole(kRobustInBackground, kIterationsInBackground);
+    if (IsDue()) AdjustInBackground();
     return true;
   }
   {
@@ -93,20 +95,20 @@ void Mapper::Run() {
     cut_short_ = false;
     lock.unlock();
     std::exception_ptr failure;
-    bool grown = false;
+    bool due = false;
     try {
       if (keyframe)
         Process(*keyframe);
       else
-        AdjustWhole(kRobustInBackground, kIterationsInBackground);
-      grown = keyframe && HasGrown();
+        AdjustInBackground();
+      due = keyframe && IsDue();
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     if (failure) failure_ = failure;
     if (keyframe)
-      owed_ = owed_ || grown;
+      owed_ = owed_ || due;
     else
       owed_ = owed_ && cut_short_ && !failure;
     working_ = in_background_ = false;
@@ -128,8 +130,7 @@ void Mapper::Process(NewKeyframe& offered) {
   CullKeyframes(newest);
   if (const auto loop = loops_->Examine(newest)) {
     for (const int recent : loop->recent) Fuse(recent, loop->old);
-    AdjustAll();
-    ++shared_.revision;
+    after_loop_ = true;
   }
   index_.Add(map_.keyframe(newest));
   const auto ms = [](auto from, auto to) {
@@ -201,6 +202,7 @@ void Mapper::Reset() {
   recent_points_.clear();
   loops_->Reset();
   adjust_all_at_ = 0;
+  after_loop_ = false;
 }
 
 std::vector<int> Mapper::Neighbours(int keyframe, int most) const {
@@ -272,16 +274,28 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
 }
 
 // Whether it is time for another adjustment of everything.
-bool Mapper::HasGrown() {
+bool Mapper::IsDue() {
   const int now = map_.LivingKeyframes();
-  if (now < adjust_all_at_ || now <= 3) return false;
+  if (now <= 3 || (now < adjust_all_at_ && !after_loop_)) return false;
   adjust_all_at_ = std::max(now + 1, static_cast<int>(std::lround(now * options_.adjust_all_growth)));
   return true;
 }
 
+// A closed loop moves much: its poses are worth asking for again when they have settled.
+void Mapper::AdjustInBackground() {
+  if (!after_loop_) {
+    AdjustWhole(kRobustAtWork, kIterationsAtWork);
+    return;
+  }
+  AdjustWhole(kRobustAtRest, kIterationsAtRest);
+  if (cut_short_) return;
+  after_loop_ = false;
+  ++shared_.revision;
+}
+
 void Mapper::AdjustAll() {
   cut_short_ = false;
-  AdjustWhole(10, 40);
+  AdjustWhole(kRobustAtRest, kIterationsAtRest);
 }
 
 void Mapper::AdjustWhole(int robust_iterations, int iterations) {

@@ -2,7 +2,7 @@
 // neighbours, those seen twice are merged, the neighbourhood is bundle-adjusted, and what turned out
 // superfluous goes. Whenever the map has grown by some share, all of it is adjusted: in the background, that
 // is, for as long as no keyframe is offered, and again later where it was cut short. What a small map owes to
-// its first two views is so corrected while it is cheap.
+// its first two views is so corrected while it is cheap. Likewise when a loop was closed.
 //
 // Runs in a thread of its own, or, where the same frames must give the same bytes, inside Offer(). It alone
 // changes the map's structure; it reads without the lock and takes it for every change, so the tracker waits
@@ -70,7 +70,8 @@ class Mapper {
   void Fuse(int newest, const std::vector<int>& neighbours);
   void FuseInto(int keyframe, const std::vector<int>& points);
   void AdjustLocal(int newest, bool poses_too);
-  bool HasGrown();
+  bool IsDue();
+  void AdjustInBackground();
   void AdjustWhole(int robust_iterations, int iterations);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
@@ -87,7 +88,8 @@ class Mapper {
   std::unique_ptr<LoopCloser> loops_;
   MapperOptions options_;
   std::vector<int> recent_points_;
-  int adjust_all_at_ = 0;  // keyframes
+  int adjust_all_at_ = 0;    // keyframes
+  bool after_loop_ = false;  // closed since everything was adjusted
 
   std::mutex work_mutex_;  // of the following
   std::condition_variable changed_;

@@ -66,8 +66,12 @@ int Outcome::FoundAgain(int from) const {
 
 Outcome LeadThrough(const Situation& situation, unsigned seed, const CameraModel& camera, int features) {
   const TexturedRoom room({.furniture = situation.furniture, .seed = seed});
-  Tracker tracker(camera, {.deterministic = true, .seed = seed, .features = features});
+  CameraModel believed = camera;
+  believed.fx *= situation.believed_focal;
+  believed.fy *= situation.believed_focal;
+  Tracker tracker(believed, {.deterministic = true, .seed = seed, .features = features});
   Outcome outcome;
+  std::vector<Anchored> anchors;
   for (int k = 0; k < situation.frames; ++k) {
     const TexturedRoom::Moment moment = situation.moment ? situation.moment(k) : TexturedRoom::Moment{};
     const Frame frame = room.Take(situation.motion(k), static_cast<std::uint64_t>(k), camera, moment);
@@ -76,10 +80,16 @@ Outcome LeadThrough(const Situation& situation, unsigned seed, const CameraModel
       if (outcome.first_tracked < 0) outcome.first_tracked = k;
       outcome.poses.push_back(
           {k, track.map_id, *track.cam_from_world, *frame.known_cam_from_world, MedianDepth(tracker)});
+      anchors.push_back(*track.anchor);
     }
     outcome.tracks.push_back(track);
   }
   outcome.worst = WorstOf(outcome.poses, situation.distance_m);
+  outcome.loops = tracker.Statistics().loops;
+  if (!anchors.empty()) tracker.Finish();
+  std::vector<PosePair> after = outcome.poses;
+  for (std::size_t i = 0; i < anchors.size(); ++i) after[i].estimated = tracker.PoseOf(anchors[i]);
+  outcome.worst_after = WorstOf(after, situation.distance_m);
   return outcome;
 }
 

@@ -20,6 +20,7 @@ struct Situation {
   std::function<Rigid3(int)> motion = TexturedRoom::HandAt;
   std::function<TexturedRoom::Moment(int)> moment = {};  // none: plain
   double distance_m = 2.5;                               // to the subject
+  double believed_focal = 1;                             // the tracker's focal length over the true one
 };
 
 // A live pose beside what was true.
@@ -43,6 +44,8 @@ struct Outcome {
   std::vector<PosePair> poses;
   int first_tracked = -1;
   WorstError worst;
+  int loops = 0;           // closed
+  WorstError worst_after;  // of the same poses when the run's end has adjusted everything
 
   int Tracked(int from, int to) const;
   int Told(StartObstacle obstacle) const;  // in how many frames

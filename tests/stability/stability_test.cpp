@@ -95,6 +95,29 @@ TEST(Stability, ACorridorTowardsTheVanishingPointIsFollowed) {
            });
 }
 
+// A focal length that is wrong by a hundredth leaves the walls of a whole turn apart where they should meet.
+TEST(Stability, OnceAroundARoomTheLoopIsClosed) {
+  const CameraModel camera = Full() ? TexturedRoom::Camera() : TexturedRoom::Camera().ScaledTo(320, 240);
+  constexpr int kFrames = TexturedRoom::kRoundFrames * 11 / 10;
+  for (unsigned seed = 1; seed <= (Full() ? 5u : 1u); ++seed) {
+    const Outcome outcome = LeadThrough({.furniture = Furniture::kRound,
+                                         .frames = kFrames,
+                                         .motion = TexturedRoom::RoundAt,
+                                         .distance_m = 2,
+                                         .believed_focal = 1.01},
+                                        seed, camera, Full() ? 1000 : 600);
+    std::printf("seed %u: started at %d, %d loops, worst %.3f live at %d, %.3f after (%.2f degrees)\n", seed,
+                outcome.first_tracked, outcome.loops, outcome.worst.center, outcome.worst.frame,
+                outcome.worst_after.center, outcome.worst_after.turn_deg);
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ASSERT_GE(outcome.first_tracked, 0);
+    EXPECT_EQ(outcome.Tracked(outcome.first_tracked, kFrames), kFrames - outcome.first_tracked);
+    EXPECT_GE(outcome.loops, 1);
+    EXPECT_LT(outcome.worst_after.center, kWrong);
+    EXPECT_LT(outcome.worst_after.turn_deg, kWrongDeg);
+  }
+}
+
 // Dark while the camera moves on by some tiles; then, farther, the picture shows nothing but tiles.
 TEST(Stability, RepeatingTilesAreRightOrLost) {
   const auto motion = [](int k) {

@@ -88,6 +88,18 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
     }
     return;
   }
+  if (options.furniture == Furniture::kRound) {
+    // Every second one further away, and drawn first: those between hide their edges.
+    constexpr int kWalls = 12;
+    for (const bool near : {false, true})
+      for (int i = near; i < kWalls; i += 2) {
+        const double turn_deg = 360.0 * i / kWalls;
+        const Matrix3d axes = Turned(turn_deg, near ? 8 : 0);
+        Add((near ? 2.6 + 0.05 * i : 3.4) * axes.col(2), axes, near ? 1.3 : 3.0, near ? 2.4 : 4.5,
+            near ? 240 : 190);
+      }
+    return;
+  }
   Add({0, 0, kWallZ}, facing, 9, 7, 200);
   switch (options.furniture) {
     case Furniture::kTiles: {
@@ -114,6 +126,7 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
       break;
     case Furniture::kWall:
     case Furniture::kCorridor:
+    case Furniture::kRound:
       break;
   }
   if (options.furniture != Furniture::kMirror) return;
@@ -240,6 +253,13 @@ Rigid3 TexturedRoom::WalkingAt(int frame) {
   const double t = frame / 30.0;
   const Vector3d center(0.02 * std::sin(5 * t), 0.02 * std::sin(7 * t), 0.8 * t);
   return LookAt(center, {0.1 * std::sin(1.1 * t), 0.05 * std::sin(1.7 * t), 13}, -Vector3d::UnitY());
+}
+
+Rigid3 TexturedRoom::RoundAt(int frame) {
+  const double angle = 2 * M_PI * frame / kRoundFrames;
+  const Vector3d outwards(std::sin(angle), 0, std::cos(angle));
+  const Vector3d sway(0, 0.15 * std::sin(9 * angle), 0);
+  return LookAt(outwards + sway, 3 * outwards, -Vector3d::UnitY());
 }
 
 }  // namespace ulf::test

@@ -18,6 +18,7 @@ enum class Furniture {
   kBox,       // a wall with one box before it
   kTiles,     // a wall of equal tiles with two panels before it
   kCorridor,  // two walls, floor, ceiling and an end, along z
+  kRound,     // walls all around the origin, at different distances
   kMirror,    // the panels, and a mirror on the wall that shows what is behind the camera
 };
 
@@ -50,6 +51,9 @@ class TexturedRoom {
   static Rigid3 TurningAt(int frame);
   // Walking along z, a little unsteady, looking ahead.
   static Rigid3 WalkingAt(int frame);
+  // Walking in a circle, looking outwards: once around in kRoundFrames.
+  static Rigid3 RoundAt(int frame);
+  static constexpr int kRoundFrames = 360;
 
   static constexpr double kTile = 0.4;  // metres
 
