@@ -10,6 +10,7 @@
 #include "acquisition/camera_model.h"
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
+#include "tracking/pose_evidence.h"
 #include "tracking/relocalizer.h"
 #include "tracking/stage_times.h"
 
@@ -20,18 +21,11 @@ struct Located {
   Rigid3 cam_from_world;
   std::vector<Candidate> candidates;
   std::vector<PointMatch> matches;  // that support the pose
-  double expected = 0;              // how many points should have been found, by their record
-  std::vector<int> expected_ids;
+  std::vector<int> in_view;         // candidates that the pose should see
+  std::vector<int> looked_for;      // those among them that matching had a chance to find
+  double expected = 0;              // how many of those should have been found, by their record
   double center_sigma = 0;
 };
-
-// Whether a pose that no prediction led to is to be believed: what little is seen of another place can agree
-// with a wrong one.
-bool IsSure(const Located& located, int min_points);
-
-// Whether enough of the support is unlike anything else in the picture. On equal tiles a pose that is off by
-// a tile is supported as well as the right one: where no prediction says which, only the rest can tell.
-bool IsDistinctive(const FeatureSet& features, const Located& located);
 
 class FrameLocator {
  public:
@@ -48,10 +42,8 @@ class FrameLocator {
                                 StageTimes& stages) const;
 
   // From nothing but what the image looks like: by descriptors, P3P, and then the whole map under that pose.
-  // None when fewer than `min_points` support it, or less than 0.3 of what should be seen, or when another
-  // place of the map looks as much like it.
-  std::optional<Located> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed,
-                              int min_points) const;
+  // None where what is found nowhere else does not speak for it (pose_evidence.h).
+  std::optional<Located> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed) const;
 
   // The frame as a keyframe's features and observations: the detected corners, and one feature for each point
   // that its patch alone found. Detected corners next to those would become second copies of the same points:
@@ -59,7 +51,9 @@ class FrameLocator {
   void Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const;
 
  private:
-  std::optional<Located> FindBy(int keyframe, const TrackedImage& image, unsigned seed, int min_points) const;
+  std::optional<Located> FindBy(int keyframe, const TrackedImage& image, unsigned seed) const;
+  void LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked, const Located& located,
+                           LeftOut& left_out) const;
   CameraModel camera_;
   const SharedMap& shared_;
   int most_undetected_;

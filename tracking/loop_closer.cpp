@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tracking/matching.h"
+#include "tracking/pose_evidence.h"
 #include "tracking/pose_graph.h"
 #include "tracking/quantile.h"
 #include "tracking/sampling.h"
@@ -172,7 +173,8 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   StageTimes ignored;
   std::optional<Located> found = locator_.Refine(image, std::move(located), 10 * unit, ignored);
   if (found) found = locator_.Refine(image, std::move(*found), 4 * unit, ignored);
-  if (!found || !IsSure(*found, options_.min_points)) {
+  if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||
+      PoseEvidence(camera_, *found) <= kFoundEvidence) {
     spdlog::debug("loop {} to {}: {} matches, {} of {:.0f} points: not sure", recent_id, old_id,
                   matches.size(), found ? found->matches.size() : 0, found ? found->expected : 0.0);
     return std::nullopt;

@@ -174,10 +174,6 @@ struct SharedMap {
   mutable MapMutex mutex;
   Map map;
   std::atomic<int> loops{0};  // closed so far
-  // How many of the points that a frame should see by their record it does find, on average of late: the
-  // record of a young point says little, and a frame has fewer corners than a dense map has points. The
-  // tracker's.
-  std::atomic<double> usual_share{1};
   // Counts corrections that move much at once: who keeps poses should ask for them again.
   std::atomic<int> revision{0};
 };

@@ -160,7 +160,7 @@ void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::spa
   }
 }
 
-void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
+std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
                      std::span<const Candidate> candidates, std::span<const int> expected,
                      const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
   constexpr double kCellPx = 32, kMaxShift = 2, kMinCorrelation = 0.9;
@@ -177,10 +177,12 @@ void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
     matched[static_cast<std::size_t>(match.candidate)] = true;
     if (camera.Contains(match.img)) ++in_cell[cell_of(match.img)];
   }
-  std::vector<int> open;
-  for (const int i : expected)
-    if (!matched[static_cast<std::size_t>(i)] && candidates[static_cast<std::size_t>(i)].patch)
-      open.push_back(i);
+  std::vector<int> open, looked_for;
+  for (const int i : expected) {
+    const bool by_patch =
+        !matched[static_cast<std::size_t>(i)] && candidates[static_cast<std::size_t>(i)].patch;
+    (by_patch ? open : looked_for).push_back(i);
+  }
   std::stable_sort(open.begin(), open.end(), [&](int a, int b) {
     return candidates[static_cast<std::size_t>(a)].find_rate >
            candidates[static_cast<std::size_t>(b)].find_rate;
@@ -194,12 +196,14 @@ void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
     int& crowd = in_cell[cell_of(*img)];
     if (crowd >= per_cell) continue;
     ++tried;
+    looked_for.push_back(i);
     const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
                                     cam_from_world, *image.pyramid, *img, kMaxShift);
     if (!aligned || aligned->correlation < kMinCorrelation) continue;
     ++crowd;
     matches.push_back({i, -1, aligned->img, AlignedSigmaPx(aligned->level), true});
   }
+  return looked_for;
 }
 
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,

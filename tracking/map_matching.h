@@ -90,10 +90,12 @@ void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::spa
 
 // Looks for expected points that no detected corner matched, by their patches alone, under a pose that is
 // already good to a pixel or two: corner detection repeats for about half of the points only. Poorly covered
-// parts of the image come first, reliable points before others, at most `most`. Appends to `matches`.
-void AlignUndetected(const CameraModel& camera, const TrackedImage& image,
-                     std::span<const Candidate> candidates, std::span<const int> expected,
-                     const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
+// parts of the image come first, reliable points before others, at most `most`. Appends to `matches`. Returns
+// which of the expected were looked for in every way there is: a dense map has more points in view than a
+// frame has corners and patches to try, and those passed over say nothing about the pose.
+std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
+                                 std::span<const Candidate> candidates, std::span<const int> expected,
+                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
 
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);

@@ -44,7 +44,7 @@ std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray,
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, options_.features));
   std::optional<Located> located;
   if (near) located = LocateNear(image, *near);
-  if (!located) located = locator_.Find(image, index_, options_.seed, options_.min_points);
+  if (!located) located = locator_.Find(image, index_, options_.seed);
   if (!located) return std::nullopt;
   return RefineAtFull(full, std::move(*located));
 }
@@ -62,12 +62,12 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
                                        {.radius_px = radius_px, .max_distance = 70, .align = false});
     const auto refined =
         RefinePose(small_, ToObservations(located.candidates, coarse.matches), near, {.gate_sigmas = 3});
-    if (!refined || refined->inliers < options_.min_points) continue;
+    if (!refined) continue;
     located.cam_from_world = refined->cam_from_world;
     std::optional<Located> wide = locator_.Refine(image, located, 10 * unit, ignored);
     if (!wide) continue;
     std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
-    if (found && IsSure(*found, options_.min_points)) return found;
+    if (found && PoseEvidence(small_, *found) > kFoundEvidence) return found;
   }
   return std::nullopt;
 }
@@ -85,7 +85,7 @@ Located PhotographLocator::RefineAtFull(const cv::Mat& gray, Located located) co
   AlignMatches(full_, image, located.candidates, located.cam_from_world, matches);
   const auto refined = RefinePose(full_, ToObservations(located.candidates, matches), located.cam_from_world);
   // A photograph that is sharp when it is small only keeps what the small one said.
-  if (!refined || refined->inliers < options_.min_points) return located;
+  if (!refined || 2 * refined->inliers < static_cast<int>(matches.size())) return located;
   located.cam_from_world = refined->cam_from_world;
   located.center_sigma = refined->center_sigma;
   located.matches.clear();

@@ -20,7 +20,6 @@ class PhotographLocator {
  public:
   struct Options {
     int features = 2000;
-    int min_points = 35;  // that must support the pose
     unsigned seed = 1;
   };
   PhotographLocator(const CameraModel& live, const CameraModel& photograph, const SharedMap& shared,

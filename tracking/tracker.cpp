@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 #include <deque>
+#include <limits>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -17,6 +18,7 @@
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
 #include "tracking/photograph_locator.h"
+#include "tracking/pose_evidence.h"
 #include "tracking/quantile.h"
 #include "tracking/relocalizer.h"
 #include "tracking/thread_clock.h"
@@ -64,6 +66,17 @@ class Sharpness {
   static constexpr std::size_t kRecent = 31;
   std::deque<double> recent_;
 };
+
+// How far from where a pose would have them the points were found.
+double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world) {
+  std::vector<double> shifts;
+  for (const PointMatch& match : located.matches) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    if (const auto img = camera.ImgFromCam(cam_from_world * candidate.position))
+      shifts.push_back((*img - match.img).norm());
+  }
+  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
+}
 
 // The last frame that was tracked.
 struct LastFrame {
@@ -130,29 +143,26 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
   const double unit = camera.width / 640.0;
+  const double near_px = 12 * unit;
   std::optional<Located> located;
-  const auto enough = [&] {
-    return located && static_cast<int>(located->matches.size()) >= options.min_tracked_points;
+  double evidence = 0;
+  const auto try_from = [&](const Rigid3& pose, double radius_px) {
+    located = locator.Locate(image, pose, radius_px, last.img_of_point, track.stages);
+    evidence = located ? PoseEvidence(camera, *located) : 0;
+    return evidence > kFollowedEvidence;
   };
-  located = locator.Locate(image, predicted, 12 * unit, last.img_of_point, track.stages);
-  const bool surprised = !enough();
-  if (surprised) located = locator.Locate(image, predicted, 30 * unit, last.img_of_point, track.stages);
-  if (!enough() && last.velocity)
-    located = locator.Locate(image, last_pose, 40 * unit, last.img_of_point, track.stages);
-  if (!enough()) {
-    spdlog::debug("frame {}: lost: {} points of {:.0f} expected, {} known in the frame before", frame,
-                  located ? located->matches.size() : 0, located ? located->expected : 0.0,
+  const bool followed = try_from(predicted, near_px) || try_from(predicted, 30 * unit) ||
+                        (last.velocity && try_from(last_pose, 40 * unit));
+  // Where no prediction says which of several like things this is, only what is unlike them can.
+  if (followed && MedianShiftPx(camera, *located, predicted) > near_px) {
+    LeftOut left_out;
+    LeaveOutTwins(camera, *image.features, *located, left_out);
+    evidence = PoseEvidence(camera, *located, left_out) - kFoundEvidence;
+  }
+  if (evidence <= kFollowedEvidence) {
+    spdlog::debug("frame {}: lost: {} points of {:.0f}, evidence {:.1f}, {} known in the frame before", frame,
+                  located ? located->matches.size() : 0, located ? located->expected : 0.0, evidence,
                   last.img_of_point.size());
-    return false;
-  }
-  if (surprised && !IsDistinctive(*image.features, *located)) {
-    spdlog::debug("frame {}: lost: not where it was expected, and what is seen repeats", frame);
-    return false;
-  }
-  // What little is left of a hidden scene can agree with a wrong pose.
-  if (static_cast<double>(located->matches.size()) < 0.2 * located->expected) {
-    spdlog::debug("frame {}: lost: only {} of {:.0f} points", frame, located->matches.size(),
-                  located->expected);
     return false;
   }
   located_ = std::move(located);
@@ -162,8 +172,7 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
 
 bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
-  auto found =
-      locator.Find(image, index, options.seed + static_cast<unsigned>(frame), options.min_relocalized_points);
+  auto found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};
   located_ = std::move(found);
@@ -207,7 +216,8 @@ void Tracker::State::Accept(const Located& located, Track& track) {
   {
     const std::lock_guard lock(shared.mutex);
     Map& map = shared.map;
-    for (const int id : located.expected_ids) ++map.point(id).expected;
+    for (const int i : located.in_view)
+      ++map.point(located.candidates[static_cast<std::size_t>(i)].id).expected;
     for (const PointMatch& match : located.matches) {
       const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
       ++map.point(candidate.id).found;
@@ -230,11 +240,6 @@ void Tracker::State::Accept(const Located& located, Track& track) {
                 Median(motion_px));
   last = std::move(now);
   Describe(located, track);
-  if (located.expected > 0) {
-    constexpr double kRate = 0.05, kLeast = 0.3;
-    const double share = static_cast<double>(located.matches.size()) / located.expected;
-    shared.usual_share = std::clamp(shared.usual_share + kRate * (share - shared.usual_share), kLeast, 1.0);
-  }
   track.anchor = last.anchor;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
@@ -387,9 +392,8 @@ std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
                                                       const CameraModel& photograph_camera,
                                                       const std::optional<Rigid3>& near) const {
   if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
-  const PhotographLocator photographs(
-      camera, photograph_camera, shared, index,
-      {.features = 2 * options.features, .min_points = options.min_relocalized_points, .seed = options.seed});
+  const PhotographLocator photographs(camera, photograph_camera, shared, index,
+                                      {.features = 2 * options.features, .seed = options.seed});
   const auto located = photographs.Locate(GrayForTracking(image), near);
   if (!located) return std::nullopt;
   Track track;

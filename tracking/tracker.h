@@ -43,8 +43,6 @@ struct TrackerOptions {
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
   bool wait_for_mapper = false;
   double min_initial_parallax_deg = 0.8;  // median over the two views that start the map
-  int min_tracked_points = 25;            // fewer is lost
-  int min_relocalized_points = 35;        // support that a pose found by descriptors alone must have
   MapperOptions mapping{};
 };
 

@@ -222,7 +222,7 @@ void BM_RelocalizeAmong1000Keyframes(benchmark::State& state) {
   for (auto _ : state) {
     const std::size_t i = next++ % large.lost.size();
     const TrackedImage image{0, large.lost[i], large.lost_features[i]};
-    const auto located = locator.Find(image, large.index, 1, 35);
+    const auto located = locator.Find(image, large.index, 1);
     ++asked;
     found +=
         located && std::abs(located->cam_from_world.translation.x() + 1000.0 * static_cast<double>(i)) < 0.1;

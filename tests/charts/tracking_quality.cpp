@@ -1,8 +1,8 @@
-// Predicted against true error of tracked frames, as CSV: run,predicted_mm,actual_mm,quality,points. Runs:
-// the textured room under noise and with few features, the simulator, and a recorded sequence where it is
-// given.
+// Predicted against true error of tracked frames, as CSV: run,frame,predicted_mm,actual_mm,quality,points.
 //
-// tracking_quality [FOLDER] > tracking_quality.csv; FOLDER has *.jpg, intrinsics.txt and groundtruth.txt.
+// tracking_quality RUN... > tracking_quality.csv; a RUN is `room` (the textured room under noise and with few
+// features), `simulator` (its studio), or a recording's folder: pictures, intrinsics.txt, and groundtruth.txt
+// or colmap_reference.txt.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -19,8 +19,8 @@ using namespace ulf;
 
 void Print(const std::string& run, const std::vector<test::PredictedError>& errors) {
   for (const auto& error : errors)
-    fmt::print("{},{:.6f},{:.6f},{:.4f},{}\n", run, 1000 * error.predicted, 1000 * error.actual,
-               error.quality, error.points);
+    fmt::print("{},{},{:.6f},{:.6f},{:.4f},{}\n", run, error.frame, 1000 * error.predicted,
+               1000 * error.actual, error.quality, error.points);
 }
 
 void Simulator(unsigned seed, double duration_s) {
@@ -38,8 +38,9 @@ void Simulator(unsigned seed, double duration_s) {
 }
 
 void Recorded(const std::filesystem::path& folder) {
+  const bool measured = std::filesystem::exists(folder / "groundtruth.txt");
+  const auto truth = ReadTum(folder / (measured ? "groundtruth.txt" : "colmap_reference.txt"));
   const auto device = OpenDevice("replay:" + folder.string() + "?glob=*.jpg");
-  const auto truth = ReadTum(folder / "groundtruth.txt");
   device->Start();
   const auto next = [&]() -> std::optional<Frame> {
     auto frame = device->Next(std::chrono::milliseconds(1000));
@@ -49,20 +50,30 @@ void Recorded(const std::filesystem::path& folder) {
         frame->known_cam_from_world = pose.cam_from_world;
     return frame;
   };
-  Print("recorded",
+  Print(folder.filename().string(),
         test::RunForErrors(ReadCalibration(folder / "intrinsics.txt"), {.deterministic = true}, next));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  fmt::print("run,predicted_mm,actual_mm,quality,points\n");
+void Room() {
   for (const unsigned seed : {1u, 2u})
     for (const double noise : {1.0, 4.0, 12.0})
       for (const int features : {300, 1000})
         Print(fmt::format("room noise {} features {}", noise, features),
               test::RoomErrors(noise, features, seed, 150));
-  Simulator(1, 10);
-  if (argc > 1) Recorded(argv[1]);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  fmt::print("run,frame,predicted_mm,actual_mm,quality,points\n");
+  for (int i = 1; i < argc; ++i) {
+    const std::string run = argv[i];
+    if (run == "room")
+      Room();
+    else if (run == "simulator")
+      for (const unsigned seed : {1u, 2u}) Simulator(seed, 10);
+    else
+      Recorded(run);
+  }
   return 0;
 }

@@ -15,6 +15,7 @@
 namespace ulf::test {
 
 struct PredictedError {
+  std::uint64_t frame = 0;
   double predicted = 0;  // Track::center_sigma, in the truth's unit
   double actual = 0;     // distance of the live centre from the truth, after alignment of the run
   double quality = 0;
@@ -32,7 +33,7 @@ inline std::vector<PredictedError> RunForErrors(const CameraModel& camera, const
     if (!track.cam_from_world || !track.center_sigma || !frame->known_cam_from_world) continue;
     seen.push_back(track.cam_from_world->OriginInSource());
     truth.push_back(frame->known_cam_from_world->OriginInSource());
-    errors.push_back({*track.center_sigma, 0, track.quality, track.matched_points});
+    errors.push_back({frame->id, *track.center_sigma, 0, track.quality, track.matched_points});
   }
   const auto truth_from_world = AlignPoints(seen, truth);
   if (!truth_from_world) return {};
