@@ -453,14 +453,24 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   const double threshold = options.threshold_px / options.focal_px;
 
   const auto rotation = SampleRotation(pairs, 1.5 * threshold, options.seed);
-  const auto essential = SampleEssential(pairs, threshold, options.seed + 1, 500);
-  const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
   if (rotation) {
     std::vector<double> left_over;
     for (const RayPair& pair : pairs)
       left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
     result.median_parallax_deg = Median(left_over);
+    // A rotation takes up most of a distant wall's parallax, not nine tenths of it: with so little left the
+    // search, which costs more than tracking a frame, cannot end well.
+    constexpr double kLeastLeftOver = 0.1, kNearlyAll = 0.9;
+    if (result.median_parallax_deg<kLeastLeftOver *
+                                   options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
+            kNearlyAll *
+        static_cast<double>(pairs.size())) {
+      result.outcome = RelativePoseOutcome::kRotationOnly;
+      return result;
+    }
   }
+  const auto essential = SampleEssential(pairs, threshold, options.seed + 1, 500);
+  const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
 
   // A homography constrains a point in two directions, the essential matrix in one: nearly equal support
   // means a flat scene.

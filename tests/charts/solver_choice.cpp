@@ -90,7 +90,7 @@ class Chart {
                        if (cell.solver == s && cell.geometry == g) mean.Add(100 * cell.outcome.failures);
                      return mean.Value();
                    });
-    script += TimeByOutliers();
+    script += FailuresAgainstTime();
     DrawChart(path, 1400, 980, script + "unset multiplot\n");
   }
 
@@ -118,7 +118,7 @@ class Chart {
         "EOD\nset title '{}'\nunset logscale\nset style data histograms\nset style histogram clustered gap "
         "1.5\n"
         "set style fill solid 0.85 noborder\nset yrange [0:100]\nset xrange [-0.6:{}]\nset format y '%g %%'\n"
-        "set format x '%s'\nset xlabel ''\nset ylabel ''\nunset key\nplot ",
+        "set format x '%s'\nset xtics font ',10'\nset xlabel ''\nset ylabel ''\nunset key\nplot ",
         title, static_cast<double>(geometries_.size()) - 0.4);
     for (std::size_t s = 0; s < solvers_.size(); ++s)
       script += fmt::format("{}${} using {}:xtic(1) lc rgb '{}' notitle", s > 0 ? ", " : "", data, s + 2,
@@ -150,7 +150,7 @@ class Chart {
     return script + "\n";
   }
 
-  std::string TimeByOutliers() const {
+  std::string FailuresAgainstTime() const {
     std::string script;
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
       script += fmt::format("$outliers{} << EOD\n", s);
@@ -161,21 +161,19 @@ class Chart {
             ms.Add(cell.outcome.ms);
             failures.Add(100 * cell.outcome.failures);
           }
-        script += fmt::format("{} {:.4g} {:.3g}\n", 100 * outliers, ms.Value(), failures.Value());
+        script += fmt::format("{:.4g} {:.3g} {}\n", ms.Value(), failures.Value(), 0.8 + 1.6 * outliers);
       }
       script += "EOD\n";
     }
     script +=
-        "set title 'all geometries: time against outliers (failed trials in percent beside)'\nunset "
-        "logscale\n"
-        "set logscale y\nset autoscale\nset yrange [*:2000]\nset key top left reverse Left samplen 1.5\nset "
-        "xrange [-3:78]\nset format x '%g %%'\nset format y '%g'\n"
-        "set xlabel 'outliers'\nset ylabel 'ms a problem'\nplot ";
+        "set title 'all geometries: failed trials against time, with 0, 50 and 70 % outliers (larger dots)'\n"
+        "unset logscale\nset logscale x\nset autoscale\nset yrange [0:100]\nset xrange [*:*]\n"
+        "set key bottom right reverse Left samplen 1.5\nset format x '%g'\nset format y '%g %%'\n"
+        "set xlabel 'ms a problem'\nset ylabel ''\nplot ";
     for (std::size_t s = 0; s < solvers_.size(); ++s)
       script += fmt::format(
-          "{0}$outliers{1} using 1:2 with linespoints pt 7 lw 2 lc rgb '{2}' title '{3}', "
-          "$outliers{1} using 1:2:(sprintf('%.0f', $3)) with labels font ',9' tc rgb '{2}' "
-          "offset 1.6,0 notitle",
+          "{0}$outliers{1} using 1:2 with lines lw 2 lc rgb '{2}' notitle, "
+          "$outliers{1} using 1:2:3 with points pt 7 ps variable lc rgb '{2}' title '{3}'",
           s > 0 ? ", " : "", s, kColors[s], NameWithCost(s));
     return script + "\n";
   }

@@ -71,7 +71,7 @@ void EightPoint(opengv::relative_pose::CentralRelativeAdapter& adapter, std::vec
 // Iterates from no rotation, as between frames of a film.
 void Eigensolver(opengv::relative_pose::CentralRelativeAdapter& adapter, std::vector<Matrix3d>& essentials) {
   opengv::eigensolverOutput_t output;
-  adapter.setR12(Matrix3d::Identity());
+  output.rotation.setIdentity();  // it starts here, not at the adapter's rotation
   opengv::relative_pose::eigensolver(adapter, output);
   const Rigid3 first_from_second{Eigen::Quaterniond(output.rotation).normalized(), output.translation};
   if (!output.rotation.allFinite() || !(output.translation.norm() > 0)) return;
