@@ -1,6 +1,5 @@
 #include "tracking/relative_pose.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -12,7 +11,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "tracking/absolute_pose.h"
 #include "tracking/opengv_bridge.h"
 #include "tracking/quantile.h"
 #include "tracking/sampling.h"
@@ -26,12 +24,6 @@ using Eigen::Vector3d;
 
 constexpr double kDegrees = 180 / M_PI;
 constexpr int kMinMatches = 20;
-
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -62,144 +54,6 @@ std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> 
   const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
   return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 2, solve, residual2, improve,
                                    {.threshold = threshold, .max_iterations = 300, .seed = seed});
-}
-
-// A motion as the essential matrix sees it: rotation and the direction of translation.
-struct Motion {
-  Rigid3 second_from_first;
-  Matrix3d essential;
-  double direction_sigma = 0;  // radians for residuals of unit variance, where it was refined
-  explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
-};
-
-// The motion of an essential matrix under which most of `pairs` lie in front of both cameras.
-std::optional<Motion> BestMotion(const Matrix3d& essential, std::span<const RayPair> pairs,
-                                 const std::vector<int>& used) {
-  const Eigen::JacobiSVD<Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d u = svd.matrixU(), v = svd.matrixV();
-  if (u.determinant() < 0) u = -u;
-  if (v.determinant() < 0) v = -v;
-  Matrix3d w;
-  w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  std::optional<Motion> best;
-  int most = 0;
-  for (const Matrix3d& rotation :
-       {Matrix3d(u * w * v.transpose()), Matrix3d(u * w.transpose() * v.transpose())})
-    for (const double sign : {1.0, -1.0}) {
-      const Rigid3 pose{Eigen::Quaterniond(rotation).normalized(), sign * u.col(2)};
-      int in_front = 0;
-      for (const int i : used) {
-        const RayPair& pair = pairs[static_cast<std::size_t>(i)];
-        in_front += TriangulatePoint(Rigid3{}, pair.first, pose, pair.second).has_value();
-      }
-      if (in_front > most) {
-        most = in_front;
-        best = Motion(pose);
-      }
-    }
-  return best;
-}
-
-double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
-                     double gate) {
-  double cost = 0;
-  for (const int i : used) {
-    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
-    cost += std::min(error * error, gate * gate);
-  }
-  return cost;
-}
-
-// Whether a pair's rays meet behind a camera under this motion, by more than `noise` of parallax can feign.
-bool MeetBehind(const Motion& motion, const RayPair& pair, double noise) {
-  const Vector3d turned = motion.second_from_first.rotation * pair.first;
-  const Vector3d& t = motion.second_from_first.translation;
-  const Vector3d across = turned.cross(pair.second);
-  if (across.squaredNorm() < noise * noise) return false;
-  return pair.second.cross(t).dot(across) < 0 || turned.cross(t).dot(across) < 0;
-}
-
-// Truncated cost in which a pair that meets behind a camera is not explained at all.
-double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise) {
-  double cost = 0;
-  for (const RayPair& pair : pairs) {
-    const double error = EpipolarError(motion.essential, pair);
-    cost += error < gate && !MeetBehind(motion, pair, noise) ? error * error : gate * gate;
-  }
-  return cost;
-}
-
-struct MotionStep {
-  Eigen::Matrix<double, 5, 5> hessian = Eigen::Matrix<double, 5, 5>::Zero();
-  Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
-};
-
-// Normal equations over a turn and the translation's direction, from the pairs within the gate.
-MotionStep LinearizeMotion(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
-                           double gate, const Vector3d& side, const Vector3d& up) {
-  MotionStep equations;
-  const Matrix3d rotation = motion.second_from_first.RotationMatrix();
-  const Vector3d t = motion.second_from_first.translation;
-  for (const int i : used) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
-    const Vector3d turned = rotation * pair.first;
-    const Vector3d line2 = t.cross(turned), line1 = t.cross(pair.second);
-    const double scale = 1 / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
-    const double error = pair.second.dot(line2) * scale;
-    if (std::abs(error) > gate) continue;
-    Eigen::Matrix<double, 5, 1> jacobian;
-    // second . (t x (omega x turned)) = omega . (turned x (second x t))
-    jacobian.head<3>() = turned.cross(pair.second.cross(t)) * scale;
-    const Vector3d by_t = turned.cross(pair.second) * scale;
-    jacobian(3) = by_t.dot(side);
-    jacobian(4) = by_t.dot(up);
-    equations.hessian.noalias() += jacobian * jacobian.transpose();
-    equations.gradient.noalias() += error * jacobian;
-  }
-  return equations;
-}
-
-// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation.
-// Truncation, not Huber: outliers that pull a little pull towards motion along the axis, whose epipolar lines
-// all are short of.
-Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
-                    double gate, int iterations = 6) {
-  Motion motion = initial;
-  double cost = TruncatedCost(motion, pairs, used, gate), damping = 1e-6;
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    const Vector3d t = motion.second_from_first.translation;
-    const Vector3d side = t.unitOrthogonal(), up = t.cross(side);
-    const MotionStep equations = LinearizeMotion(motion, pairs, used, gate, side, up);
-    motion.direction_sigma =
-        std::sqrt(std::max(0.0, (equations.hessian + 1e-12 * MotionStep().hessian.Identity())
-                                    .inverse()
-                                    .bottomRightCorner<2, 2>()
-                                    .trace()));
-    bool moved = false;
-    double length = 0;
-    for (int attempt = 0; attempt < 4 && !moved; ++attempt) {
-      Eigen::Matrix<double, 5, 5> damped = equations.hessian;
-      damped.diagonal() *= 1 + damping;
-      damped.diagonal().array() += 1e-12;
-      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
-      if (!step.allFinite()) return motion;
-      Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
-      twist.head<3>() = step.head<3>();
-      const Rigid3 turned = Perturbed({motion.second_from_first.rotation, Vector3d::Zero()}, twist);
-      Motion candidate({turned.rotation, (t + step(3) * side + step(4) * up).normalized()});
-      const double candidate_cost = TruncatedCost(candidate, pairs, used, gate);
-      moved = candidate_cost <= cost;
-      if (moved) {
-        candidate.direction_sigma = motion.direction_sigma;
-        motion = candidate;
-        cost = candidate_cost;
-        length = step.norm();
-      }
-      damping = moved ? std::max(1e-9, 0.1 * damping) : std::max(1e-4, 30 * damping);
-    }
-    if (!moved || length < 1e-8) break;
-  }
-  return motion;
 }
 
 // By the directions of translation, as axes: the sign follows from which side the points are on.
@@ -248,7 +102,7 @@ std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, cons
   for (const int i : used) {
     const RayPair& pair = pairs[static_cast<std::size_t>(i)];
     Eigen::Matrix<double, 3, 9> rows;  // [second]x H first = 0, H row by row
-    const Matrix3d cross = Cross(pair.second);
+    const Matrix3d cross = CrossMatrix(pair.second);
     for (int r = 0; r < 3; ++r)
       for (int k = 0; k < 3; ++k) rows.block<1, 3>(r, 3 * k) = cross(r, k) * pair.first.transpose();
     normal += rows.transpose() * rows;
@@ -429,15 +283,6 @@ const char* Name(RelativePoseOutcome outcome) {
       return "conflicting motions";
   }
   return "unknown";
-}
-
-Matrix3d EssentialFromPose(const Rigid3& second_from_first) {
-  return Cross(second_from_first.translation.normalized()) * second_from_first.RotationMatrix();
-}
-
-double EpipolarError(const Matrix3d& essential, const RayPair& pair) {
-  const Vector3d line2 = essential * pair.first, line1 = essential.transpose() * pair.second;
-  return std::abs(pair.second.dot(line2)) / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
 }
 
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,

@@ -17,13 +17,9 @@
 #include <vector>
 
 #include "acquisition/rigid3.h"
+#include "tracking/two_view_motion.h"
 
 namespace ulf {
-
-struct RayPair {
-  Eigen::Vector3d first;
-  Eigen::Vector3d second;
-};
 
 struct RelativePoseOptions {
   double focal_px = 500;
@@ -67,10 +63,5 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
 // The rotation that takes the first rays nearest to the second ones, robustly.
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed);
-
-// Distance of a pair from an essential matrix (first-order geometric error on the sphere), radians.
-double EpipolarError(const Eigen::Matrix3d& second_from_first_essential, const RayPair& pair);
-
-Eigen::Matrix3d EssentialFromPose(const Rigid3& second_from_first);
 
 }  // namespace ulf

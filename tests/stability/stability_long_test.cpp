@@ -138,8 +138,8 @@ double MedianOf(std::vector<double> values) {
 }
 
 // A hand that goes to and fro before the same subject: pictures from a cache, each time with new noise.
-TEST(StabilityLong, TwentyThousandFramesNeitherGrowNorSlowDown) {
-  constexpr int kFrames = 20000, kPictures = 300, kNoises = 31, kTenth = kFrames / 10;
+TEST(StabilityLong, AnHourNeitherGrowsNorSlowsDown) {
+  constexpr int kFrames = 15 * 3600, kPictures = 300, kNoises = 31, kTenth = kFrames / 10;
   const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
   const TexturedRoom room({.noise = 0});
   std::vector<Frame> pictures;
@@ -163,7 +163,7 @@ TEST(StabilityLong, TwentyThousandFramesNeitherGrowNorSlowDown) {
     cv::add(frame.image.pixels, noises[random.next() % kNoises], noisy, {}, CV_8U);
     frame.image.pixels = noisy;
     frame.id = static_cast<std::uint64_t>(k);
-    frame.device_time_s = k / 30.0;
+    frame.device_time_s = k / 15.0;
     const Track track = tracker.Step(frame);
     tracked += track.cam_from_world.has_value();
     // The first tenth proper is still learning the subject.
@@ -182,8 +182,8 @@ TEST(StabilityLong, TwentyThousandFramesNeitherGrowNorSlowDown) {
   EXPECT_LT(ratio, 1.25);
   EXPECT_LE(sizes.back().keyframes, 1.5 * sizes[1].keyframes);
   EXPECT_LE(sizes.back().map_points, 1.5 * sizes[1].map_points);
-  // 16,000 frames; 1 KiB each would be too much over hours.
-  EXPECT_LT(resident_mib.back() - resident_mib[1], 15);
+  // 43,200 frames; 1 KiB each would be too much over hours.
+  EXPECT_LT(resident_mib.back() - resident_mib[1], 40);
 }
 
 }  // namespace
