@@ -83,6 +83,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
   view.cam_from_world = PoseFromJson(event, "cam_from_world");
+  view.recorded_cam_from_world = view.cam_from_world;
   contents.next_view_id = view.id + 1;
   light_field.views.push_back(std::move(view));
 }

@@ -37,6 +37,8 @@ struct View {
   Mosaic master_mosaic = Mosaic::kNone;
   int camera = 0;  // index into LightField::cameras
   Rigid3 cam_from_world;
+  // As it was given when the view was recorded; later adjustments change the one above.
+  std::optional<Rigid3> recorded_cam_from_world;
   double device_time_s = 0;
   double host_time_s = 0;
   double exposure_s = 0;  // 0: unknown

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "tracking/quantile.h"
 #include "tracking/residuals.h"
 
 namespace ulf {
@@ -12,6 +14,8 @@ using Eigen::Vector3d;
 
 // Below this many free cameras the dense reduced system is faster than anything clever.
 constexpr int kDenseCameras = 120;
+// Of errors over their sigmas: perfect measurements must not make the loss infinitely narrow.
+constexpr double kLeastScale = 0.03;
 
 class Watcher final : public ceres::IterationCallback {
  public:
@@ -72,7 +76,10 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
-  ceres::HuberLoss huber(options.huber_sigmas);
+  std::unique_ptr<ceres::LossFunction> loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
+  if (options.cauchy_scales > 0)
+    loss = std::make_unique<ceres::CauchyLoss>(options.cauchy_scales *
+                                               std::clamp(ErrorScale(lenses, problem), kLeastScale, 1.0));
   PoseManifold manifold;
   std::vector<IntrinsicsManifold> lens_manifolds;
   for (const CameraModel& lens : lenses) lens_manifolds.emplace_back(lens, options.free);
@@ -83,7 +90,7 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   blocks.used_camera.resize(blocks.poses.size());
   blocks.used_lens.resize(lenses.size());
   blocks.used_point.resize(problem.points.size());
-  AddObservations(lenses, problem, blocks, &huber, options, ceres_problem);
+  AddObservations(lenses, problem, blocks, loss.get(), options, ceres_problem);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   int free_cameras = 0;
   for (std::size_t c = 0; c < blocks.poses.size(); ++c) {
@@ -154,6 +161,14 @@ void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<
 }
 
 }  // namespace
+
+double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
+  constexpr double kMedianLength = 1.1774;  // of a two-dimensional error of unit variance
+  std::vector<double> lengths;
+  for (const BundleObservation& seen : problem.observations)
+    if (!seen.outlier) lengths.push_back(std::sqrt(SquaredErrorSigmas(lenses, problem, seen)));
+  return Median(std::move(lengths)) / kMedianLength;
+}
 
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
                           const BundleObservation& seen) {

@@ -1,7 +1,10 @@
 // Poses and points that together explain all observations best (Triggs et al. 2000), solved by Ceres.
 //
 // Minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops observations
-// that no longer fit and repeats. The gauge: cameras marked fixed stay; with none fixed the first one is;
+// that no longer fit and repeats. Most errors are far below their sigmas, but a patch that is seen from the
+// side, or lies over an edge in depth, is off by a lot and by the same in neighbouring views: where the start
+// is good, Cauchy's loss on the scale of the errors themselves (their median) keeps those from bending the
+// poses. The gauge: cameras marked fixed stay; with none fixed the first one is;
 // with a single fixed camera the scale is restored afterwards, so that nothing floats. Single-threaded, hence
 // repeatable: with several threads Ceres adds in the order in which they come.
 //
@@ -42,6 +45,9 @@ struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
   double huber_sigmas = 2.45;
+  // In place of Huber's: Cauchy's loss, which begins to doubt at so many times the errors' own scale. 0:
+  // Huber.
+  double cauchy_scales = 0;
   double gate_sigmas = 2.45;
   const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
   FreeIntrinsics free = {};                 // of every lens
@@ -64,6 +70,10 @@ BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
 // The same for several lenses, whose intrinsics change where they are free.
 BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
                            const BundleOptions& options = {});
+
+// What one standard deviation of the errors really is, in sigmas: from their median, so that a few large ones
+// do not count.
+double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
 // Error of an observation over its sigma, squared; 1e8 where the point cannot be projected.
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,

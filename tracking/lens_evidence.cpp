@@ -15,15 +15,6 @@ namespace ulf {
 namespace {
 
 constexpr double kHuberSigmas = 2.45;
-// Median length of a two-dimensional error of unit variance.
-constexpr double kMedianLength = 1.1774;
-
-double NoiseScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
-  std::vector<double> lengths;
-  for (const BundleObservation& seen : problem.observations)
-    lengths.push_back(std::sqrt(SquaredErrorSigmas(lenses, problem, seen)));
-  return std::max(1e-6, Median(std::move(lengths)) / kMedianLength);
-}
 
 // Twice the negative logarithm of the likelihood but for a constant: Huber's loss of errors in units of
 // `scale`.
@@ -206,7 +197,7 @@ std::vector<LensFit> FitLens(const CameraModel& given, const BundleProblem& part
     solved.points = base.points;
     if (!AdjustBundle(freed, solved, Options(options, free)).usable) continue;
     fit.lens = freed[0];
-    const double scale = NoiseScale(freed, solved);
+    const double scale = std::max(1e-6, ErrorScale(freed, solved));
     fit.gain = RobustCost(lenses, base, scale) - RobustCost(freed, solved, scale) -
                free.Count() * std::log(2.0 * static_cast<double>(part.observations.size()));
     AddSigmas(solved, scale, fit);

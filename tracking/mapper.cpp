@@ -22,8 +22,10 @@ constexpr int kFuseWith = 12;
 constexpr int kLocalKeyframes = 14;
 constexpr int kHeldKeyframes = 20;
 // Of the whole map's adjustments: while it grows each takes up the one before, a loop and the end start far.
-constexpr int kRobustAtWork = 5, kIterationsAtWork = 10;
-constexpr int kRobustAtRest = 10, kIterationsAtRest = 40;
+const BundleOptions kAtWork{.robust_iterations = 5, .iterations = 10};
+const BundleOptions kAtRest{.robust_iterations = 10, .iterations = 40};
+// A map in the making needs even the measurements that are a little off; a finished one does not.
+const BundleOptions kAtTheEnd{.robust_iterations = 10, .iterations = 40, .cauchy_scales = 2};
 
 }  // namespace
 
@@ -284,10 +286,10 @@ bool Mapper::IsDue() {
 // A closed loop moves much: its poses are worth asking for again when they have settled.
 void Mapper::AdjustInBackground() {
   if (!after_loop_) {
-    AdjustWhole(kRobustAtWork, kIterationsAtWork);
+    AdjustWhole(kAtWork);
     return;
   }
-  AdjustWhole(kRobustAtRest, kIterationsAtRest);
+  AdjustWhole(kAtRest);
   if (cut_short_) return;
   after_loop_ = false;
   ++shared_.revision;
@@ -295,14 +297,15 @@ void Mapper::AdjustInBackground() {
 
 void Mapper::AdjustAll() {
   cut_short_ = false;
-  AdjustWhole(kRobustAtRest, kIterationsAtRest);
+  AdjustWhole(kAtTheEnd);
 }
 
-void Mapper::AdjustWhole(int robust_iterations, int iterations) {
+void Mapper::AdjustWhole(const BundleOptions& options) {
   const std::vector<int> all = map_.living();
   if (all.size() < 2) return;
-  AdjustMap(camera_, shared_, all, {},
-            {.robust_iterations = robust_iterations, .iterations = iterations, .stop = &cut_short_});
+  BundleOptions stoppable = options;
+  stoppable.stop = &cut_short_;
+  AdjustMap(camera_, shared_, all, {}, stoppable);
 }
 
 // A keyframe is superfluous when nine tenths of its points are seen as well by three others.

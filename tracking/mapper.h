@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "acquisition/camera_model.h"
+#include "tracking/bundle_adjustment.h"
 #include "tracking/initializer.h"
 #include "tracking/map.h"
 #include "tracking/mapper_options.h"
@@ -58,7 +59,7 @@ class Mapper {
   // The following are called by the tracker while the mapper rests.
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);  // pose given and kept
-  void AdjustAll();                    // bundle adjustment of everything
+  void AdjustAll();                    // everything, for the last time: what does not fit is doubted
   void Reset();
 
  private:
@@ -72,7 +73,7 @@ class Mapper {
   void AdjustLocal(int newest, bool poses_too);
   bool IsDue();
   void AdjustInBackground();
-  void AdjustWhole(int robust_iterations, int iterations);
+  void AdjustWhole(const BundleOptions& options);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;

@@ -165,15 +165,16 @@ bool IntrinsicsManifold::MinusJacobian(const double*, double* jacobian) const {
   return true;
 }
 
-bool ReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
-                                double** jacobians) const {
-  return EvaluateReprojection(camera_, img_, inverse_sigma_, parameters, residuals, jacobians, nullptr);
+template <int... Blocks>
+bool ReprojectionError<Blocks...>::Evaluate(const double* const* parameters, double* residuals,
+                                            double** jacobians) const {
+  if constexpr (sizeof...(Blocks) == 2)
+    return EvaluateReprojection(camera_, img_, inverse_sigma_, parameters, residuals, jacobians, nullptr);
+  else
+    return EvaluateReprojection(WithIntrinsics(camera_, parameters[2]), img_, inverse_sigma_, parameters,
+                                residuals, jacobians, jacobians ? jacobians[2] : nullptr);
 }
-
-bool IntrinsicsReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
-                                          double** jacobians) const {
-  return EvaluateReprojection(WithIntrinsics(camera_, parameters[2]), img_, inverse_sigma_, parameters,
-                              residuals, jacobians, jacobians ? jacobians[2] : nullptr);
-}
+template class ReprojectionError<7, 3>;
+template class ReprojectionError<7, 3, 9>;
 
 }  // namespace ulf

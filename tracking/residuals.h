@@ -31,19 +31,6 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
- public:
-  // `camera` must outlive this.
-  ReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px)
-      : camera_(camera), img_(img), inverse_sigma_(1 / sigma_px) {}
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
-
- private:
-  const CameraModel& camera_;
-  Eigen::Vector2d img_;
-  double inverse_sigma_;
-};
-
 using IntrinsicsBlock = std::array<double, 9>;
 IntrinsicsBlock ToBlock(const CameraModel& camera);
 // The camera of the same size and kind of distortion with these numbers.
@@ -70,11 +57,12 @@ class IntrinsicsManifold final : public ceres::Manifold {
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
 };
 
-// The same error with intrinsics that move.
-class IntrinsicsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 9> {
+// Of pose and point, or of pose, point and intrinsics.
+template <int... Blocks>
+class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
  public:
-  // `camera` must outlive this: its size and kind of distortion.
-  IntrinsicsReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px)
+  // `camera` must outlive this; where intrinsics move, its size and kind of distortion stay.
+  ReprojectionError(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px)
       : camera_(camera), img_(img), inverse_sigma_(1 / sigma_px) {}
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
 
@@ -83,5 +71,7 @@ class IntrinsicsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3
   Eigen::Vector2d img_;
   double inverse_sigma_;
 };
+using ReprojectionCost = ReprojectionError<7, 3>;
+using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
 
 }  // namespace ulf

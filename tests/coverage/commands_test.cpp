@@ -158,6 +158,16 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_GT(second["recorded"], 2) << "and it goes on";
   EXPECT_EQ(second["subject"], first["subject"]);
 
+  // Refined poses are another world than the saved map's.
+  std::filesystem::copy(scratch / "lf", scratch / "refined", std::filesystem::copy_options::recursive);
+  ASSERT_EQ(RunUlf("refine " + (scratch / "refined").string()).exit_code, 0);
+  std::string refined = capture + " --resume --frames 15";
+  refined.replace(refined.find("/lf "), 4, "/refined ");
+  const CommandResult stale = RunUlf(refined);
+  EXPECT_EQ(stale.exit_code, 0) << stale.errors;
+  EXPECT_NE(stale.errors.find("map.ulf: "), std::string::npos) << stale.errors;
+  EXPECT_NE(stale.errors.find("; the map is made anew"), std::string::npos) << stale.errors;
+
   // The map is a cache: torn or missing, it is made anew.
   std::filesystem::resize_file(saved_map, std::filesystem::file_size(saved_map) / 2);
   const CommandResult torn = RunUlf(capture + " --resume --frames 15");

@@ -53,6 +53,26 @@ double CenterError(const BundleProblem& a, const BundleProblem& b) {
   return worst;
 }
 
+// Every fifth point wanders, by the same in neighbouring views, as a patch over an edge in depth does: within
+// its sigma, but far beyond the noise.
+TEST(BundleAdjustment, DoubtsWhatIsOffByMoreThanTheRest) {
+  const CameraModel camera = test::SceneCamera();
+  double huber = 0, cauchy = 0;
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+    Scene scene = MakeScene(0.1, 0, seed, camera);
+    for (BundleObservation& seen : scene.disturbed.observations) {
+      seen.sigma_px = 1;
+      if (seen.point % 5 == 0) seen.img += Eigen::Vector2d(0.3, -0.2) * seen.camera;
+    }
+    for (const bool doubting : {false, true}) {
+      BundleProblem solved = scene.disturbed;
+      ASSERT_TRUE(AdjustBundle(camera, solved, {.cauchy_scales = doubting ? 2.0 : 0.0}).usable);
+      (doubting ? cauchy : huber) += CenterError(solved, scene.truth);
+    }
+  }
+  EXPECT_LT(cauchy, 0.5 * huber);
+}
+
 TEST(BundleAdjustment, RecoversTruth) {
   const CameraModel camera = test::SceneCamera();
   for (const double noise_px : {0.0, 0.5})

@@ -10,6 +10,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "tests/support/child_process.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine_views.h"
 #include "tracking/tracker.h"
@@ -195,6 +196,7 @@ struct OnDisk {
     for (int i = 0; i < count; ++i) {
       Frame frame;
       frame.image = views->images[static_cast<std::size_t>(i)];
+      frame.device_time_s = 0.1 * i;
       View view;
       view.cam_from_world = views->input.views[static_cast<std::size_t>(i)].cam_from_world;
       writer.AddView(frame, view);
@@ -234,6 +236,72 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
   EXPECT_LT(room.Errors(room.scratch / "copy").center, 0.002);
+}
+
+TEST(RefineCommand, SaysHowFarThePosesAreFromTrueOnes) {
+  const OnDisk room;
+  std::vector<TimedPose> truth;
+  for (std::size_t i = 0; i < room.views->truth.size(); ++i)
+    truth.push_back({0.1 * static_cast<double>(i), room.views->truth[i]});
+  WriteTum(room.scratch / "truth.txt", truth);
+  std::map<int, Rigid3> moved;
+  {
+    // As an adjustment at the end of a capture would.
+    LightFieldWriter writer = LightFieldWriter::Resume(room.dir);
+    for (const View& view : writer.Contents().views) {
+      moved[view.id] = view.cam_from_world;
+      moved[view.id].translation.x() += 0.004 * (view.id % 2);
+    }
+    writer.UpdatePoses(moved);
+    writer.Close(3.5);
+  }
+  const auto run = test::RunUlf("refine " + room.dir.string() + " --json --truth " +
+                                (room.scratch / "truth.txt").string());
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output)["truth"];
+  EXPECT_EQ(report["compared"], 12);
+  EXPECT_NE(report["recorded"]["centre_rms"], report["before"]["centre_rms"]);
+  EXPECT_LT(report["after"]["centre_rms"], 0.5 * report["before"]["centre_rms"].get<double>());
+  EXPECT_LT(report["after"]["centre_rms"], 0.5 * report["recorded"]["centre_rms"].get<double>());
+  EXPECT_NEAR(report["after"]["centre_rms_percent"],
+              100 * report["after"]["centre_rms"].get<double>() / report["distance"].get<double>(), 1e-9);
+
+  // Of another session: said, and the poses are refined all the same.
+  for (TimedPose& pose : truth) pose.time_s += 100;
+  WriteTum(room.scratch / "other.txt", truth);
+  const auto other =
+      test::RunUlf("refine " + room.dir.string() + " --truth " + (room.scratch / "other.txt").string());
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.errors, HasSubstr("fewer than three views"));
+}
+
+TEST(RefineCommand, OnAFullDiskTheOldPosesAreStillThere) {
+  const OnDisk room;
+  const test::ScratchFolder small;
+  if (const auto problem = test::MountSmallDisk(small.path(), 64 << 20)) GTEST_SKIP() << *problem;
+  const std::filesystem::path dir = small / "room";
+  std::filesystem::copy(room.dir, dir, std::filesystem::copy_options::recursive);
+  {
+    // The last block of the journal has no room for new poses either.
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    const View& view = writer.Contents().views[0];
+    const std::map<int, Rigid3> as_it_is{{view.id, view.cam_from_world}};
+    while (4096 - std::filesystem::file_size(dir / "journal.jsonl") % 4096 > 700)
+      writer.UpdatePoses(as_it_is);
+    writer.Close(3.5);
+  }
+  test::FillDisk(small / "ballast");
+  const auto run = test::RunUlf("refine " + dir.string());
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.errors, HasSubstr("No space left"));
+  const LightField before = ReadLightField(room.dir), after = ReadLightField(dir);
+  ASSERT_EQ(after.views.size(), before.views.size());
+  for (std::size_t v = 0; v < after.views.size(); ++v)
+    EXPECT_EQ(after.views[v].cam_from_world.Matrix(), before.views[v].cam_from_world.Matrix());
+  std::filesystem::remove(small / "ballast");
+  const auto again = test::RunUlf("refine " + dir.string());
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_LT(room.Errors(dir).center, 0.002);
 }
 
 TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {

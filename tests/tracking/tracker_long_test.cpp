@@ -57,6 +57,36 @@ TEST(TrackerLong, FoundAtOnceWhenTheHandLifts) {
   }
 }
 
+// What a capture writes at its end is no worse than what it knew on the way.
+TEST(TrackerLong, TheLastAdjustmentMakesPosesBetter) {
+  for (const unsigned seed : {1u, 2u, 7u}) {
+    SimulationOptions options;
+    options.row_spacing = 4 * M_PI / 180;
+    options.seed = seed;
+    const SimulatedCamera camera(options);
+    Tracker tracker(camera.camera(), {.deterministic = true});
+    std::vector<TimedPose> live, truth, last;
+    std::vector<Anchored> anchors;
+    for (std::uint64_t k = 0; k < 400; ++k) {
+      const Frame frame = camera.Capture(k);
+      const Track track = tracker.Step(frame);
+      truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
+      if (!track.cam_from_world) continue;
+      live.push_back({frame.device_time_s, *track.cam_from_world});
+      anchors.push_back(*track.anchor);
+    }
+    tracker.Finish();
+    for (std::size_t i = 0; i < live.size(); ++i)
+      last.push_back({live[i].time_s, tracker.PoseOf(anchors[i])});
+    const auto live_error = CompareTrajectories(live, truth, 0.001);
+    const auto last_error = CompareTrajectories(last, truth, 0.001);
+    ASSERT_TRUE(live_error && last_error) << "seed " << seed;
+    std::printf("seed %u: centres off by %.3f mm live, %.3f mm after\n", seed, 1e3 * live_error->ate_rmse,
+                1e3 * last_error->ate_rmse);
+    EXPECT_LT(last_error->ate_rmse, 0.9 * live_error->ate_rmse) << "seed " << seed;
+  }
+}
+
 // Fifty times shaken or covered, and then before any side that was seen in the first 40 s.
 TEST(TrackerLong, FiftyRelocalisations) {
   SimulationOptions options;

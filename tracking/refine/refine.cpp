@@ -29,6 +29,7 @@ constexpr double kGuidingErrorPx = 2.5;
 constexpr double kMostErrorPx = 40;
 constexpr int kMinPairMatches = 15;
 constexpr int kMinViewPoints = 20;
+constexpr double kDoubtAtScales = 2;
 
 struct Stage {
   const RefineOptions& options;
@@ -100,10 +101,12 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
 
 int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
 
-BundleSummary Adjust(RefineScene& scene, int iterations, const Stage& stage, const char* what) {
+// `settled`: the poses are good already, what does not fit is to be doubted.
+BundleSummary Adjust(RefineScene& scene, int iterations, bool settled, const Stage& stage, const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
+  options.cauchy_scales = settled ? kDoubtAtScales : 0;
   options.function_tolerance = 1e-5;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
@@ -338,7 +341,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
   RequireParallax(scene, matched, options.seed);
-  Adjust(scene, guided ? 10 : 60, {options, 0.5, 0.6}, "first adjustment");
+  Adjust(scene, guided ? 10 : 60, false, {options, 0.5, 0.6}, "first adjustment");
   if (!guided) {
     // Now the poses can guide: more is found, and what was wrong goes.
     RegisterAgain(scene, options.seed);
@@ -347,7 +350,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
       matched = MatchPairs(scene, pairs, now_px, matching);
       BuildTracks(matched, {.gate_px = 8 * now_px, .min_views = MinViews(scene)}, scene);
       RequireParallax(scene, matched, options.seed);
-      Adjust(scene, 30, {options, 0.5, 0.6}, "first adjustment");
+      Adjust(scene, 30, false, {options, 0.5, 0.6}, "first adjustment");
     }
   }
   RegisterAgain(scene, options.seed);
@@ -355,14 +358,14 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   for (const Stage stage : {Stage{options, 0.6, 0.75}, Stage{options, 0.75, 0.9}}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks({}, scene);
-    summary = Adjust(scene, 12, stage, "adjustment");
+    summary = Adjust(scene, 12, true, stage, "adjustment");
   }
   DropUnsupported(scene);
   if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
   const Stage lens{options, 0.9, 1};
   lens.Show(0, "weighing the lens");
   WeighLenses(input, options, scene, result);
-  if (result.lenses != input.lenses) summary = Adjust(scene, 12, lens, "adjustment with the new lens");
+  if (result.lenses != input.lenses) summary = Adjust(scene, 12, true, lens, "adjustment with the new lens");
   result.rms_after_sigmas = summary.final_rms_sigmas;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))

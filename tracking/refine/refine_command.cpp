@@ -20,6 +20,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "tracking/refine/refine.h"
+#include "tracking/refine/refine_truth.h"
 
 namespace ulf {
 namespace {
@@ -30,6 +31,7 @@ struct RefineArgs {
   std::string dir;
   std::string output;
   std::string subject;
+  std::string truth;
   bool intrinsics = false;
   int features = 0;
   int max_side_px = 1600;
@@ -178,6 +180,7 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
 int RunRefine(const RefineArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   std::string dir = args.dir;
+  const std::vector<TimedPose> truth = args.truth.empty() ? std::vector<TimedPose>{} : ReadTum(args.truth);
   if (args.output.empty() && fs::is_directory(dir) && !fs::exists(fs::path(dir) / "journal.jsonl"))
     throw UsageError("{}: is no light field of ours (no journal.jsonl); give a new folder with -o", dir);
   if (!args.output.empty()) {
@@ -208,10 +211,16 @@ int RunRefine(const RefineArgs& args) {
   }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
-  if (args.json)
-    fmt::print("{}\n", ToJson(before, result, args, cost).dump(2));
-  else
+  std::optional<LightFieldErrors> errors;
+  if (!args.truth.empty()) errors = CompareWithTruth(before, result, truth, args.truth);
+  if (args.json) {
+    nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    if (errors) json["truth"] = ToJson(*errors);
+    fmt::print("{}\n", json.dump(2));
+  } else {
     PrintText(dir, before, result, args, cost);
+    if (errors) fmt::print("{}", ToText(*errors));
+  }
   return kOk;
 }
 
@@ -232,6 +241,8 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
       ->check(CLI::Range(1, 256));
   command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_option("--truth", args->truth,
+                      "True poses, TUM format: prints the error as recorded, before and after");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "

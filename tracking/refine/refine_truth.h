@@ -1,0 +1,31 @@
+// How far a light field's poses are from true ones: as they were given when the views were recorded, as they
+// were before refining, and after. Each set is brought onto the truth by a similarity of its own; lengths are
+// in the truth's unit.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/light_field.h"
+#include "tracking/refine/refine.h"
+#include "tracking/trajectory.h"
+
+namespace ulf {
+
+struct LightFieldErrors {
+  std::string truth_name;
+  std::optional<TrajectoryError> recorded, before, after;
+  double distance = 0;  // median of the true cameras from the middle of the refined points
+};
+
+// Views are paired with truth by their devices' times, to half of the time between two true poses. Throws
+// Error where no three views have a true pose.
+LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& result,
+                                  const std::vector<TimedPose>& truth, const std::string& truth_name);
+
+nlohmann::ordered_json ToJson(const LightFieldErrors& errors);
+std::string ToText(const LightFieldErrors& errors);
+
+}  // namespace ulf
