@@ -40,10 +40,12 @@ struct Mean {
 template <typename NamedSolver>
 class Chart {
  public:
-  Chart(std::string title, std::string error_unit, std::vector<NamedSolver> solvers,
+  // `key`: where the last panel is empty.
+  Chart(std::string title, std::string error_unit, std::string key, std::vector<NamedSolver> solvers,
         std::span<const Geometry> geometries)
       : title_(std::move(title)),
         error_unit_(std::move(error_unit)),
+        key_(std::move(key)),
         solvers_(std::move(solvers)),
         geometries_(geometries) {}
 
@@ -165,11 +167,12 @@ class Chart {
       }
       script += "EOD\n";
     }
-    script +=
+    script += fmt::format(
         "set title 'all geometries: failed trials against time, with 0, 50 and 70 % outliers (larger dots)'\n"
         "unset logscale\nset logscale x\nset autoscale\nset yrange [0:100]\nset xrange [*:*]\n"
-        "set key bottom right reverse Left samplen 1.5\nset format x '%g'\nset format y '%g %%'\n"
-        "set xlabel 'ms a problem'\nset ylabel ''\nplot ";
+        "set key {} reverse Left samplen 1.5\nset format x '%g'\nset format y '%g %%'\n"
+        "set xlabel 'ms a problem'\nset ylabel ''\nplot ",
+        key_);
     for (std::size_t s = 0; s < solvers_.size(); ++s)
       script += fmt::format(
           "{0}$outliers{1} using 1:2 with lines lw 2 lc rgb '{2}' notitle, "
@@ -178,7 +181,7 @@ class Chart {
     return script + "\n";
   }
 
-  std::string title_, error_unit_;
+  std::string title_, error_unit_, key_;
   std::vector<NamedSolver> solvers_;
   std::span<const Geometry> geometries_;
   std::vector<Cell> cells_;
@@ -204,11 +207,11 @@ int main(int count, char** arguments) {
   }
   try {
     if (only != "relative")
-      Make(Chart("One camera from points: OpenGV''s solvers in our sampler", "px", AbsoluteSolvers(),
-                 kAbsoluteGeometries),
+      Make(Chart("One camera from points: OpenGV''s solvers in our sampler", "px", "top left",
+                 AbsoluteSolvers(), kAbsoluteGeometries),
            arguments[1], "solver_choice_absolute");
     if (only != "absolute")
-      Make(Chart("Two views: OpenGV''s solvers in our sampler", "degrees", EssentialSolvers(),
+      Make(Chart("Two views: OpenGV''s solvers in our sampler", "degrees", "bottom right", EssentialSolvers(),
                  kRelativeGeometries),
            arguments[1], "solver_choice_relative");
   } catch (const std::exception& error) {
