@@ -44,12 +44,27 @@ inline int NearestLevel(double scale) {
   return level;
 }
 
+class RowShift;
+
 // Grey images, each 1 / kPyramidFactor of the one before.
 struct Pyramid {
   std::array<cv::Mat, kPyramidLevels> levels;
-  // Level pixels per level 0 pixel, as the rounded sizes make it.
+  // Of a rolling shutter: image points are those of a global one, pixels are where the sensor saw them.
+  std::shared_ptr<const RowShift> rows;
+  // Where the sensor saw what is at an image point, and back; of a point whose place is known, exactly.
+  Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const {
+    return rows ? SeenByRow(img, point_in_cam) : img;
+  }
+  Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const {
+    return rows ? GlobalByRow(seen, point_in_cam) : seen;
+  }
+  // Level pixels per level 0 pixel (both where the sensor saw them), as the rounded sizes make it.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
+
+ private:
+  Eigen::Vector2d SeenByRow(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam) const;
+  Eigen::Vector2d GlobalByRow(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
 

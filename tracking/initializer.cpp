@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ulf {
 namespace {
@@ -54,6 +55,8 @@ void Initializer::SetReference(const TrackedImage& image) {
   reference_ = image;
   expected_.clear();
   for (const Feature& feature : image.features->all()) expected_.push_back(feature.img);
+  seen_s_.assign(expected_.size(), image.time_s);
+  flow_.assign(expected_.size(), Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
 }
 
 InitializerAttempt Initializer::Step(const TrackedImage& image) {
@@ -81,12 +84,20 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   }
   std::vector<RayPair> pairs;
   std::vector<double> motion_px;
+  std::vector<Eigen::Vector2d> flow;
   for (const FeatureMatch& match : matches) {
     const Feature &from = first[match.first], &to = second[match.second];
     pairs.push_back({from.ray, AlignedRay(camera_, from, *reference_->pyramid, to, *image.pyramid)});
     Eigen::Vector2d& expected = expected_[static_cast<std::size_t>(match.first)];
-    motion_px.push_back((second[match.second].img - expected).norm());
+    const Eigen::Vector2d moved = second[match.second].img - expected;
+    motion_px.push_back(moved.norm());
     expected = second[match.second].img;
+    double& seen_s = seen_s_[static_cast<std::size_t>(match.first)];
+    flow.push_back(moved / (image.time_s - seen_s));
+    if (Eigen::Vector2d& at_first = flow_[static_cast<std::size_t>(match.first)];
+        seen_s == reference_->time_s)
+      at_first = flow.back();
+    seen_s = image.time_s;
   }
   std::nth_element(motion_px.begin(), motion_px.begin() + static_cast<long>(motion_px.size() / 2),
                    motion_px.end());
@@ -103,11 +114,13 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   attempt.direction_sigma_deg = relative.direction_sigma_deg;
   attempt.runner_up = relative.runner_up;
   if (relative.outcome != RelativePoseOutcome::kFound) return attempt;
-  TwoViewStart start{*reference_, image, relative.second_from_first, {}, {}};
+  TwoViewStart start{*reference_, image, relative.second_from_first, {}, {}, {}, {}, {}, {}};
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (relative.points_in_first[i]) {
       start.matches.push_back(matches[i]);
       start.points.push_back(*relative.points_in_first[i]);
+      start.first_flow.push_back(flow_[static_cast<std::size_t>(matches[i].first)]);
+      start.second_flow.push_back(flow[i]);
     }
   attempt.start = std::move(start);
   return attempt;

@@ -12,6 +12,7 @@
 #include "tracking/map_matching.h"
 #include "tracking/matching.h"
 #include "tracking/relative_pose.h"
+#include "tracking/rolling_shutter.h"
 #include "tracking/start_progress.h"
 
 namespace ulf {
@@ -21,6 +22,10 @@ struct TwoViewStart {
   Rigid3 second_from_first;
   std::vector<FeatureMatch> matches;    // those that gave a point
   std::vector<Eigen::Vector3d> points;  // in the first view, by match
+  // How the matches moved in the image, px/s: after the first view and before the second; NaN: unknown.
+  std::vector<Eigen::Vector2d> first_flow, second_flow;
+  // The cameras' velocities that they show.
+  std::optional<Twist> first_velocity, second_velocity;
 };
 
 struct InitializerAttempt {
@@ -45,6 +50,8 @@ class Initializer {
   unsigned seed_;
   std::optional<TrackedImage> reference_;
   std::vector<Eigen::Vector2d> expected_;  // by reference feature: where it was last seen
+  std::vector<double> seen_s_;             // and when
+  std::vector<Eigen::Vector2d> flow_;      // and how it moved at first
 };
 
 }  // namespace ulf

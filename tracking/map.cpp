@@ -12,6 +12,7 @@ int Map::AddKeyframe(Keyframe keyframe) {
   keyframe.id = static_cast<int>(keyframes_.size());
   keyframe.point_of_feature.assign(static_cast<std::size_t>(keyframe.features->size()), -1);
   keyframe.points = 0;
+  if (keyframe.pyramid) keyframe.rows = keyframe.pyramid->rows;
   keyframes_.push_back(std::move(keyframe));
   if (keyframes_.back().alive) living_.push_back(keyframes_.back().id);
   return keyframes_.back().id;
@@ -108,6 +109,7 @@ void Map::RemoveKeyframe(int id) {
   gone.alive = false;
   gone.features.reset();
   gone.pyramid.reset();
+  gone.rows.reset();
   gone.color.release();
   gone.point_of_feature = {};
   gone.children = {};
@@ -221,6 +223,7 @@ void Map::Clear() {
     gone.alive = false;
     gone.features.reset();
     gone.pyramid.reset();
+    gone.rows.reset();
     gone.color.release();
     gone.point_of_feature = {};
     gone.children = {};

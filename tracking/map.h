@@ -27,6 +27,7 @@
 #include "tracking/anchored.h"
 #include "tracking/features.h"
 #include "tracking/patch_alignment.h"
+#include "tracking/rolling_shutter.h"
 
 namespace ulf {
 
@@ -75,11 +76,14 @@ struct Keyframe {
   std::vector<int> children;  // of a living one: the removed ones that hang on it
   std::shared_ptr<const FeatureSet> features;
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
-  cv::Mat color;                           // 8 bits, B G R or grey; of recent keyframes only
-  bool pinned = false;                     // its pose is given (a seed): never adjusted, never removed
-  std::vector<int> point_of_feature;       // -1: none
-  int points = 0;                          // features with a point
-  int points_at_birth = 0;                 // those that were tracked when it was made
+  // Of a rolling shutter: by which features and observations were brought to the frame's time.
+  std::shared_ptr<const RowShift> rows;
+  std::optional<Twist> velocity;      // as the frames before and after show it
+  cv::Mat color;                      // 8 bits, B G R or grey; of recent keyframes only
+  bool pinned = false;                // its pose is given (a seed): never adjusted, never removed
+  std::vector<int> point_of_feature;  // -1: none
+  int points = 0;                     // features with a point
+  int points_at_birth = 0;            // those that were tracked when it was made
 };
 
 class Map {
@@ -169,6 +173,13 @@ class MapMutex {
   std::chrono::steady_clock::duration longest_{};
 };
 
+// Of a rolling shutter (readout_estimator.h).
+struct ReadoutEstimate {
+  double readout_s = 0;  // from the first row to the last; negative: read from the last
+  double sigma_s = 0;
+  int keyframes = 0;
+};
+
 struct SharedMap {
   explicit SharedMap(const CameraModel& camera) : map(camera) {}
   mutable MapMutex mutex;
@@ -176,6 +187,11 @@ struct SharedMap {
   std::atomic<int> loops{0};  // closed so far
   // Counts corrections that move much at once: who keeps poses should ask for them again.
   std::atomic<int> revision{0};
+  // Whether the mapper shall measure the readout when it has adjusted everything, how often it did, and what
+  // came out last.
+  std::atomic<bool> measure_readout{false};
+  std::atomic<int> readouts_measured{0};
+  std::optional<ReadoutEstimate> readout;
 };
 
 }  // namespace ulf

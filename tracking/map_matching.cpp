@@ -138,8 +138,13 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features[i] < 0) continue;
     const Feature& feature = (*image.features)[features[i]];
-    matches.push_back(
-        {result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level), false});
+    PointMatch match{result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level),
+                     false};
+    if (image.pyramid->rows) {  // with the point's own depth instead of a guess
+      const Vector3d in_cam = cam_from_world * candidates[static_cast<std::size_t>(match.candidate)].position;
+      match.img = image.pyramid->Global(image.pyramid->Seen(feature.img), &in_cam);
+    }
+    matches.push_back(match);
   }
   result.matches = std::move(matches);
   if (options.align) AlignMatches(camera, image, candidates, cam_from_world, result.matches);

@@ -11,6 +11,7 @@
 
 #include "tracking/loop_closer.h"
 #include "tracking/map_adjustment.h"
+#include "tracking/readout_estimator.h"
 
 namespace ulf {
 namespace {
@@ -82,6 +83,15 @@ void Mapper::Rest() {
   });
 }
 
+void Mapper::AdjustSoon() {
+  if (synchronous_) return AdjustWhole(kRobustInBackground, kIterationsInBackground);
+  {
+    const std::lock_guard lock(work_mutex_);
+    owed_ = true;
+  }
+  changed_.notify_all();
+}
+
 void Mapper::Run() {
   {
     const std::lock_guard lock(shared_.mutex);
@@ -144,8 +154,10 @@ void Mapper::Process(NewKeyframe& offered) {
 }
 
 void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color) {
-  const auto keyframe_of = [](const TrackedImage& image, const Rigid3& pose) {
+  const auto keyframe_of = [](const TrackedImage& image, const Rigid3& pose,
+                              const std::optional<Twist>& velocity) {
     Keyframe keyframe;
+    keyframe.velocity = velocity;
     keyframe.time_s = image.time_s;
     keyframe.features = image.features;
     keyframe.pyramid = image.pyramid;
@@ -155,10 +167,10 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   int first, second;
   {
     const std::lock_guard lock(shared_.mutex);
-    first = map_.AddKeyframe(keyframe_of(start.first, Rigid3{}));
+    first = map_.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
     Rigid3 second_from_first = start.second_from_first;
     second_from_first.translation *= scale;
-    second = map_.AddKeyframe(keyframe_of(start.second, second_from_first));
+    second = map_.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
     map_.keyframe(second).color = color;
     for (std::size_t i = 0; i < start.matches.size(); ++i) {
       const FeatureMatch& match = start.matches[i];
@@ -306,6 +318,11 @@ void Mapper::AdjustWhole(const BundleOptions& options) {
   BundleOptions stoppable = options;
   stoppable.stop = &cut_short_;
   AdjustMap(camera_, shared_, all, {}, stoppable);
+  if (!shared_.measure_readout || cut_short_) return;
+  const auto readout = EstimateReadout(camera_, map_);
+  const std::lock_guard lock(shared_.mutex);
+  shared_.readout = readout;
+  ++shared_.readouts_measured;
 }
 
 // A keyframe is superfluous when nine tenths of its points are seen as well by three others.

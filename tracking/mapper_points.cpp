@@ -85,6 +85,10 @@ void Mapper::CommitPoint(const Vector3d& position, const Observation& reference,
   // Measured against the patch, the reference is exact and the other view as exact as the alignment.
   if (map_.point(id).patch) {
     MapPoint& made = map_.point(id);
+    if (by.pyramid->rows) {  // its own depth is known now
+      const Vector3d in_cam = by.cam_from_world * made.position;
+      made.observations[0].img = by.pyramid->Global(by.pyramid->Seen(reference.img), &in_cam);
+    }
     made.observations[0].sigma_px = AlignedSigmaPx((*by.features)[reference.feature].level);
     made.observations[1] = Measure(made, other.keyframe, other.feature);
   }

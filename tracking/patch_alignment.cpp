@@ -192,7 +192,7 @@ double Correlation(const Template& wanted, const Rows& seen) {
 std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Vector2d& img, int level) {
   constexpr int kSide = ReferencePatch::kSide;
   const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
-  const Vector2d center = pyramid.ToLevel(level, img) - Vector2d(0.5, 0.5);
+  const Vector2d center = pyramid.ToLevel(level, pyramid.Seen(img)) - Vector2d(0.5, 0.5);
   const Vector2d corner = center - Vector2d::Constant((kSide - 1) * 0.5);
   if (!(corner.x() >= 0 && corner.y() >= 0 && corner.x() + kSide < image.cols &&
         corner.y() + kSide < image.rows))
@@ -228,7 +228,8 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,
                                          const Vector2d& expected_img, double max_shift) {
   Eigen::Matrix<double, 2, 3> img_by_point;
-  if (!camera.ImgFromCam(cam_from_world * point_in_world, &img_by_point)) return std::nullopt;
+  const Vector3d point_in_cam = cam_from_world * point_in_world;
+  if (!camera.ImgFromCam(point_in_cam, &img_by_point)) return std::nullopt;
   const Matrix2d img_by_reference = img_by_point * cam_from_world.RotationMatrix() * axes;
   const double area = img_by_reference.determinant();
   if (!(area > 1e-3 && area < 1e3)) return std::nullopt;
@@ -240,7 +241,7 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   if (!wanted) return std::nullopt;
 
   const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
-  const Vector2d start = pyramid.ToLevel(level, expected_img) - Vector2d(0.5, 0.5);
+  const Vector2d start = pyramid.ToLevel(level, pyramid.Seen(expected_img, &point_in_cam)) - Vector2d(0.5, 0.5);
   Vector2d at = start;
   Rows seen;
   bool settled = false;
@@ -262,7 +263,8 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   if (!settled || !Sample(image, at, seen)) return std::nullopt;
   const double correlation = Correlation(*wanted, seen);
   if (correlation < kMinCorrelation) return std::nullopt;
-  return PatchAlignment{pyramid.FromLevel(level, at + Vector2d(0.5, 0.5)), level, correlation};
+  const Vector2d seen_at = pyramid.FromLevel(level, at + Vector2d(0.5, 0.5));
+  return PatchAlignment{pyramid.Global(seen_at, &point_in_cam), level, correlation};
 }
 
 }  // namespace ulf

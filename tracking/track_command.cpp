@@ -39,6 +39,7 @@ struct TrackArgs {
   std::string poses = "features";
   double focal_px = 0;
   double fps = 0;
+  std::optional<double> readout_ms;
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
@@ -80,12 +81,14 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
     if (!poses) {
       IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      poses = spec.Open(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
-                        {.tracker = {.deterministic = args.deterministic,
-                                     .seed = args.seed,
-                                     .features = args.features,
-                                     .wait_for_mapper = !device.IsLive()},
-                         .stop = StopOnSignal::Asked});
+      poses = spec.Open(
+          ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+          {.tracker = {.deterministic = args.deterministic,
+                       .seed = args.seed,
+                       .features = args.features,
+                       .wait_for_mapper = !device.IsLive(),
+                       .readout_s = args.readout_ms ? std::optional(1e-3 * *args.readout_ms) : std::nullopt},
+           .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -171,6 +174,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
   command->add_option("--poses", args->poses, kPosesHelp)->capture_default_str();
+  command->add_option("--readout-ms", args->readout_ms,
+                      "Of a rolling shutter, from the first row to the last");
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
       ->add_option("--speed", args->speed,

@@ -88,6 +88,7 @@ std::string MapLine(const TrackerStatistics& map) {
   if (map.keyframes_left_out > 0)
     text += fmt::format("; {} left out, mapping was behind", Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
+  if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
   if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
   return text;
 }
@@ -192,6 +193,11 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["loops"] = run.map.loops;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
+  report["rolling_shutter"] = nullptr;
+  if (const auto& rolling = run.map.rolling_shutter)
+    report["rolling_shutter"] = {
+        {"readout_ms", 1000 * rolling->readout_s},
+        {"sigma_ms", rolling->sigma_s ? Json(1000 * *rolling->sigma_s) : Json(nullptr)}};
   report["calibration"] = ToJson(run.map.calibration);
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);

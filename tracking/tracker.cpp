@@ -20,7 +20,9 @@
 #include "tracking/photograph_locator.h"
 #include "tracking/pose_evidence.h"
 #include "tracking/quantile.h"
+#include "tracking/readout_search.h"
 #include "tracking/relocalizer.h"
+#include "tracking/row_motion.h"
 #include "tracking/thread_clock.h"
 
 namespace ulf {
@@ -28,6 +30,8 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
 
 // Energy of fine detail: the variance of the Laplacian, a little below full resolution where noise would
 // rule.
@@ -80,10 +84,12 @@ double MedianShiftPx(const CameraModel& camera, const Located& located, const Ri
 
 // The last frame that was tracked.
 struct LastFrame {
+  double time_s = 0;
   Anchored anchor;
   std::optional<Rigid3> velocity;  // this camera from the frame before
   std::unordered_map<int, Vector2d> img_of_point;
   std::vector<VisiblePoint> visible;
+  std::optional<Twist> between;  // the velocity since the frame before
 };
 
 }  // namespace
@@ -97,7 +103,11 @@ struct Tracker::State {
         index(options_in.seed),
         mapper(camera_in, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
         locator(camera_in, shared, options_in.features / 5),
-        initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed) {}
+        initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed),
+        rows(camera_in, options_in.readout_s.value_or(0)) {
+    if (!options.readout_s)
+      readout_search.emplace(camera, rows, shared, mapper, options.compensate_found_readout);
+  }
 
   CameraModel camera;
   TrackerOptions options;
@@ -108,6 +118,15 @@ struct Tracker::State {
   FrameLocator locator;
   Initializer initializer;
   Sharpness sharpness;
+  RowMotion rows;
+  std::optional<ReadoutSearch> readout_search;
+  std::optional<std::pair<double, Anchored>> frame_before;  // of the last one: time and pose
+  struct BeforeKeyframe {
+    double time_s;
+    Anchored anchor;
+    double keyframe_time_s;
+  };
+  std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
 
   TrackState state = TrackState::kInitializing;
   LastFrame last;
@@ -120,28 +139,49 @@ struct Tracker::State {
   double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
 
   Track Step(const Frame& frame_in);
-  void Initialize(const TrackedImage& image, const Frame& frame_in, Track& track);
+  void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
-  bool Follow(const TrackedImage& image, Track& track);
-  bool Relocalize(const TrackedImage& image, Track& track);
-  void Accept(const Located& located, Track& track);
+  bool Follow(TrackedImage& image, Track& track);
+  bool Relocalize(TrackedImage& image, Track& track);
+  std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
+  std::optional<Readout> Rolling() const;
+  void Accept(double time_s, const Located& located, Track& track);
   Anchored AnchorOf(const Located& located) const;
   static void Describe(const Located& located, Track& track);
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near) const;
+  void TellVelocity(const TrackedImage& image, const Located& located);
   void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
   bool WantsKeyframe(const Located& located, int reference_points) const;
 
   std::optional<Located> located_;  // of the frame in work
 };
 
-bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
+// None where frames are missing between: the hand was free to do anything.
+std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
+                                                   double time_s) const {
+  const double step_s = time_s - last.time_s;
+  if (!(step_s > 0 && step_s < kLongestStep_s)) return std::nullopt;
+  return TwistBetween(last_pose, pose, step_s);
+}
+
+std::optional<Readout> Tracker::State::Rolling() const {
+  if (readout_search) return readout_search->found();
+  return rows.rolls() ? std::optional(Readout{rows.readout_s()}) : std::nullopt;
+}
+
+bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
     const std::lock_guard lock(shared.mutex);
     last_pose = shared.map.PoseOf(last.anchor);
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
+  if (rows.rolls()) {
+    std::vector<Vector3d> points;
+    for (const VisiblePoint& point : last.visible) points.push_back(point.position_in_world);
+    rows.Expect(image, predicted, points);
+  }
   const double unit = camera.width / 640.0;
   const double near_px = 12 * unit;
   std::optional<Located> located;
@@ -166,17 +206,21 @@ bool Tracker::State::Follow(const TrackedImage& image, Track& track) {
     return false;
   }
   located_ = std::move(located);
-  Accept(*located_, track);
+  if (rows.rolls())
+    rows.Settle(image, *located_, VelocitySince(last_pose, located_->cam_from_world, image.time_s));
+  Accept(image.time_s, *located_, track);
   return true;
 }
 
-bool Tracker::State::Relocalize(const TrackedImage& image, Track& track) {
+bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   auto found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};
+  rows.Forget();
   located_ = std::move(found);
-  Accept(*located_, track);
+  if (rows.rolls()) rows.Settle(image, *located_, {});
+  Accept(image.time_s, *located_, track);
   track.relocalized = true;
   spdlog::debug("frame {}: found again", frame);
   return true;
@@ -210,8 +254,9 @@ void Tracker::State::Describe(const Located& located, Track& track) {
 }
 
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
-void Tracker::State::Accept(const Located& located, Track& track) {
+void Tracker::State::Accept(double time_s, const Located& located, Track& track) {
   LastFrame now;
+  now.time_s = time_s;
   std::vector<double> motion_px;
   {
     const std::lock_guard lock(shared.mutex);
@@ -231,6 +276,7 @@ void Tracker::State::Accept(const Located& located, Track& track) {
     if (last.anchor.keyframe_id >= 0) {
       const Rigid3 last_pose = map.PoseOf(last.anchor);
       now.velocity = located.cam_from_world * last_pose.Inverse();
+      now.between = VelocitySince(last_pose, located.cam_from_world, time_s);
     }
   }
   spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
@@ -238,6 +284,8 @@ void Tracker::State::Accept(const Located& located, Track& track) {
                 std::count_if(located.matches.begin(), located.matches.end(),
                               [](const PointMatch& m) { return m.aligned; }),
                 Median(motion_px));
+  frame_before.reset();
+  if (now.between) frame_before = {last.time_s, last.anchor};
   last = std::move(now);
   Describe(located, track);
   track.anchor = last.anchor;
@@ -259,6 +307,22 @@ bool Tracker::State::WantsKeyframe(const Located& located, int reference_points)
   return (thin && (moved > 0.02 || turned_deg > 4)) || far;
 }
 
+// Of the frame before, if it became a keyframe: from the frames before and after it, so that it is of its own
+// moment, and what the hand trembles faster than that is no error of one sign.
+void Tracker::State::TellVelocity(const TrackedImage& image, const Located& located) {
+  if (before_keyframe && image.time_s - before_keyframe->time_s < 2 * kLongestStep_s) {
+    const std::lock_guard lock(shared.mutex);
+    const Twist velocity = TwistBetween(shared.map.PoseOf(before_keyframe->anchor), located.cam_from_world,
+                                        image.time_s - before_keyframe->time_s);
+    // A mapper that has not put it into the map yet leaves it with the velocity before it.
+    if (!shared.map.living().empty())
+      if (Keyframe& newest = shared.map.keyframe(shared.map.living().back());
+          newest.time_s == before_keyframe->keyframe_time_s)
+        newest.velocity = velocity;
+  }
+  before_keyframe.reset();
+}
+
 void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
                                    Track& track) {
   StageTimer timer(&track.stages.keyframe_s);
@@ -270,21 +334,23 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   offered.keyframe.time_s = image.time_s;
   offered.keyframe.cam_from_world = located.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
+  offered.keyframe.velocity = last.between;
   offered.keyframe.color = Srgb8(frame_in.image);
   locator.Describe(*image.features, located, offered);
   timer.Stop();
   const double before_s = ThreadCpuSeconds();
   track.keyframe = mapper.Offer(std::move(offered));
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
-  if (track.keyframe)
+  if (track.keyframe) {
     frames_since_keyframe = 0;
-  else
+    if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
+  } else
     ++keyframes_left_out;
 }
 
-void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in, Track& track) {
+void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
   StageTimer timer(&track.stages.initialization_s);
-  const InitializerAttempt attempt = initializer.Step(image);
+  InitializerAttempt attempt = initializer.Step(image);
   timer.Stop();
   track.start = attempt.progress;
   track.matched_points = attempt.progress.matches;
@@ -294,6 +360,8 @@ void Tracker::State::Initialize(const TrackedImage& image, const Frame& frame_in
       frame, attempt.progress.matches, Name(attempt.outcome), attempt.progress.parallax_deg,
       attempt.direction_sigma_deg, attempt.runner_up);
   if (!attempt.start) return;
+  rows.AtStart(*attempt.start);
+  image = attempt.start->second;
   StartMap(*attempt.start, Srgb8(frame_in.image));
   // The map stands or falls by whether this frame can be tracked on it.
   last.anchor = {
@@ -339,6 +407,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
         "frame {}: its image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
         frame_in.id, frame_in.image.width(), frame_in.image.height(), camera.width, camera.height);
 
+  if (readout_search) readout_search->Step();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
   StageTimer pyramid(&track.stages.pyramid_s);
@@ -369,6 +438,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
       if (Relocalize(image, track)) state = TrackState::kTracking;
       break;
   }
+  if (located_) TellVelocity(image, *located_);
   if (state == TrackState::kTracking && located_ && !track.keyframe)
     OfferKeyframe(image, frame_in, *located_, track);
   if (state == TrackState::kLost && frames_tracked < 10) {
@@ -520,7 +590,8 @@ TrackerStatistics Tracker::Statistics() const {
           state_->keyframes_left_out,
           state_->shared.loops,
           state_->shared.mutex.LongestWaitSeconds(),
-          state_->calibration};
+          state_->calibration,
+          state_->Rolling()};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -42,6 +42,11 @@ struct TrackerOptions {
   int features = 1000;         // per frame; twice as many while the map is being started
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
   bool wait_for_mapper = false;
+  // Of a rolling shutter, from the first row to the last (negative: from the last); 0: a global one. None:
+  // looked for and said.
+  std::optional<double> readout_s = {};
+  bool compensate_found_readout =
+      false;  // what is found without being told is also compensated from there on
   double min_initial_parallax_deg = 0.8;  // median over the two views that start the map
   MapperOptions mapping{};
 };
@@ -85,6 +90,14 @@ struct SeedView {
   Rigid3 cam_from_world;
 };
 
+// Of a rolling shutter, from the first row to the last (negative: from the last).
+struct Readout {
+  double readout_s = 0;
+  std::optional<double> sigma_s = {};  // where it was found out
+  bool compensated = true;
+  std::string InWords() const;  // a sentence
+};
+
 struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
@@ -92,6 +105,7 @@ struct TrackerStatistics {
   int loops = 0;                                     // closed
   double longest_wait_s = 0;                         // for the map, because the mapper was just changing it
   std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
+  std::optional<Readout> rolling_shutter = {};       // none: global as far as is known
 };
 
 class Tracker {
