@@ -29,6 +29,7 @@
 #include "coverage/light_field_report.h"
 #include "coverage/map_cache.h"
 #include "coverage/pose_errors.h"
+#include "tracking/readout_option.h"
 
 namespace ulf {
 namespace {
@@ -46,6 +47,7 @@ struct CaptureArgs {
   std::optional<int> coverage_width_px;
   IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
+  ReadoutArgs readout;
   PosesSpec poses;
   std::uint64_t frames = 0;
   double max_seconds = 0;
@@ -214,12 +216,14 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
     throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
                      info.uri);
-  prepared.poses = args.poses.Open(
-      prepared.camera,
-      {.tracker = {.deterministic = args.deterministic, .wait_for_mapper = !prepared.device->IsLive()},
-       .subject = options->subject,
-       .metric = info.bus == "simulated",
-       .stop = StopOnSignal::Asked});
+  prepared.poses = args.poses.Open(prepared.camera,
+                                   {.tracker = {.deterministic = args.deterministic,
+                                                .wait_for_mapper = !prepared.device->IsLive(),
+                                                .readout_s = args.readout.readout_s,
+                                                .compensate_found_readout = args.readout.compensate_found},
+                                    .subject = options->subject,
+                                    .metric = info.bus == "simulated",
+                                    .stop = StopOnSignal::Asked});
   if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
     RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   if (!prepared.writer) {
@@ -429,6 +433,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Width of the image that the threshold refers to (640)");
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, kPosesHelp)->capture_default_str();
+  AddReadoutOption(*command, args->readout);
   command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
       ->check(Positive());

@@ -84,7 +84,8 @@ void Mapper::Rest() {
 }
 
 void Mapper::AdjustSoon() {
-  if (synchronous_) return AdjustWhole(kRobustInBackground, kIterationsInBackground);
+  after_loop_ = true;  // as much has moved
+  if (synchronous_) return AdjustInBackground();
   {
     const std::lock_guard lock(work_mutex_);
     owed_ = true;

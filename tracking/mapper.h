@@ -56,9 +56,8 @@ class Mapper {
   void Drain();  // returns when all that was offered is in the map and adjusted
   void Rest();   // likewise, without waiting for adjustments in the background: they are cut short
 
-  void AdjustSoon();  // everything: at once when synchronous, else in the background
-
   // The following are called by the tracker while the mapper rests.
+  void AdjustSoon();  // everything, because much has moved: at once when synchronous, else in the background
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);  // pose given and kept
   void AdjustAll();                    // everything, for the last time: what does not fit is doubted

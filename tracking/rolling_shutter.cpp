@@ -141,7 +141,7 @@ std::shared_ptr<const Pyramid> WithRows(const Pyramid& pyramid, std::shared_ptr<
 }
 
 std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow) {
-  constexpr int kRounds = 5, kLeastPoints = 12;
+  constexpr int kRounds = 8, kLeastPoints = 12;
   Twist twist = Twist::Zero();
   double scale = 0;  // px/s; beyond three of it less weight
   for (int round = 0; round < kRounds; ++round) {
@@ -158,7 +158,8 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
       }
       const double misfit = (point.px_s - jacobian * twist).norm();
       misfits.push_back(misfit);
-      const double weight = round == 0 ? 1 : std::min(1.0, 3 * scale / std::max(1e-9, misfit));
+      const double reach = round == 0 ? 1 : std::min(1.0, 3 * scale / std::max(1e-9, misfit));
+      const double weight = reach * reach;
       normal += weight * jacobian.transpose() * jacobian;
       right += weight * jacobian.transpose() * point.px_s;
     }

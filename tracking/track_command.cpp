@@ -20,6 +20,7 @@
 #include "acquisition/stop_signal.h"
 #include "tracking/gnuplot.h"
 #include "tracking/pose_source.h"
+#include "tracking/readout_option.h"
 #include "tracking/thread_clock.h"
 #include "tracking/track_report.h"
 #include "tracking/track_words.h"
@@ -39,7 +40,7 @@ struct TrackArgs {
   std::string poses = "features";
   double focal_px = 0;
   double fps = 0;
-  std::optional<double> readout_ms;
+  ReadoutArgs readout;
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
@@ -81,14 +82,14 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
     if (!poses) {
       IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      poses = spec.Open(
-          ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
-          {.tracker = {.deterministic = args.deterministic,
-                       .seed = args.seed,
-                       .features = args.features,
-                       .wait_for_mapper = !device.IsLive(),
-                       .readout_s = args.readout_ms ? std::optional(1e-3 * *args.readout_ms) : std::nullopt},
-           .stop = StopOnSignal::Asked});
+      poses = spec.Open(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+                        {.tracker = {.deterministic = args.deterministic,
+                                     .seed = args.seed,
+                                     .features = args.features,
+                                     .wait_for_mapper = !device.IsLive(),
+                                     .readout_s = args.readout.readout_s,
+                                     .compensate_found_readout = args.readout.compensate_found},
+                         .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -174,8 +175,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
   command->add_option("--poses", args->poses, kPosesHelp)->capture_default_str();
-  command->add_option("--readout-ms", args->readout_ms,
-                      "Of a rolling shutter, from the first row to the last");
+  AddReadoutOption(*command, args->readout);
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
       ->add_option("--speed", args->speed,

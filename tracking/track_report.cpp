@@ -197,7 +197,8 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   if (const auto& rolling = run.map.rolling_shutter)
     report["rolling_shutter"] = {
         {"readout_ms", 1000 * rolling->readout_s},
-        {"sigma_ms", rolling->sigma_s ? Json(1000 * *rolling->sigma_s) : Json(nullptr)}};
+        {"sigma_ms", rolling->sigma_s ? Json(1000 * *rolling->sigma_s) : Json(nullptr)},
+        {"compensated", rolling->compensated}};
   report["calibration"] = ToJson(run.map.calibration);
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
