@@ -108,9 +108,19 @@ void ExpectBack(const std::vector<test::TrueView>& views, const char* name, doub
 
 TEST(RefineData, TempleRingHoldsTogether) {
   ULF_NEED_TEST_DATA(folder, "temple_ring");
-  // An open ring of 325 degrees through a long lens: no more than this is reached (0.1 % and 0.05 degrees are
-  // wanted).
-  ExpectBack(test::ReadMiddlebury(folder, "templeR_par.txt"), "temple_ring", 0.01, 0.7);
+  // 0.1 % and 0.05 degrees are wanted. What the pictures say is elsewhere: begun at the published poses,
+  // refining goes as far from them, to where the same points are half as far off.
+  const auto views = test::ReadMiddlebury(folder, "templeR_par.txt");
+  ExpectBack(views, "temple_ring", 0.006, 0.5);
+  auto data = DisturbedData(views, 1);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    data->input.views[i].cam_from_world = views[i].cam_from_world;
+  const RefineResult result = Refine(data->input);
+  const PoseErrors moved = ErrorsWithOrientation(*data, result);
+  std::printf("from the published poses: %.4f %%, %.4f degrees; median reprojection %.3f -> %.3f px\n",
+              100 * moved.center / data->distance, moved.rotation_deg, result.median_before_px,
+              result.median_after_px);
+  EXPECT_LT(result.median_after_px, 0.6 * result.median_before_px);
 }
 
 TEST(RefineData, StrechaComesBack) {
