@@ -9,6 +9,7 @@
 
 #include "acquisition/calibration/board_detector.h"
 #include "acquisition/error.h"
+#include "tracking/pose_error.h"
 
 namespace ulf {
 namespace {
@@ -313,8 +314,7 @@ void Describe(const MarkerPose& pose, Track& track) {
   track.cam_from_world = pose.cam_from_world;
   track.matched_points = static_cast<int>(pose.corners.size());
   track.center_sigma = pose.center_sigma;
-  // One half where the camera's centre is known to a hundredth of its distance, near 1 where it is better.
-  track.quality = 1 / (1 + pose.center_sigma / (0.01 * std::max(1e-9, pose.distance)));
+  track.quality = QualityOf(pose.center_sigma, pose.distance);
 }
 
 std::vector<VisiblePoint> VisibleCorners(const MarkerPose& pose) {

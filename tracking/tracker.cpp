@@ -9,6 +9,7 @@
 #include <limits>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
@@ -18,6 +19,7 @@
 #include "tracking/map_matching.h"
 #include "tracking/mapper.h"
 #include "tracking/photograph_locator.h"
+#include "tracking/pose_error.h"
 #include "tracking/pose_evidence.h"
 #include "tracking/quantile.h"
 #include "tracking/readout_search.h"
@@ -127,6 +129,8 @@ struct Tracker::State {
     double keyframe_time_s;
   };
   std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
+  MapUnrest unrest;
+  int revision = 0;  // of the map, when the last frame was tracked
 
   TrackState state = TrackState::kInitializing;
   LastFrame last;
@@ -147,7 +151,7 @@ struct Tracker::State {
   std::optional<Readout> Rolling() const;
   void Accept(double time_s, const Located& located, Track& track);
   Anchored AnchorOf(const Located& located) const;
-  static void Describe(const Located& located, Track& track);
+  void Describe(const Located& located, Track& track) const;
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near) const;
   void TellVelocity(const TrackedImage& image, const Located& located);
@@ -243,14 +247,18 @@ Anchored Tracker::State::AnchorOf(const Located& located) const {
   return {reference, located.cam_from_world * map.PoseOf(reference).Inverse(), map.keyframe(reference).unit};
 }
 
-void Tracker::State::Describe(const Located& located, Track& track) {
-  const int matched = static_cast<int>(located.matches.size());
-  constexpr double kPlenty = 80;
+// The map's lock is held.
+void Tracker::State::Describe(const Located& located, Track& track) const {
   track.cam_from_world = located.cam_from_world;
-  track.matched_points = matched;
-  track.quality =
-      std::min(1.0, matched / kPlenty) * std::min(1.0, 1.25 * matched / std::max(1.0, located.expected));
-  track.center_sigma = located.center_sigma;
+  track.matched_points = static_cast<int>(located.matches.size());
+  std::vector<double> distances;
+  for (const PointMatch& match : located.matches)
+    distances.push_back(
+        (located.cam_from_world * located.candidates[static_cast<std::size_t>(match.candidate)].position)
+            .norm());
+  const double distance = Median(std::move(distances));
+  track.center_sigma = std::hypot(located.center_sigma, unrest.Of(shared.map, distance));
+  track.quality = QualityOf(*track.center_sigma, distance);
 }
 
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
@@ -273,6 +281,8 @@ void Tracker::State::Accept(double time_s, const Located& located, Track& track)
           {candidate.position, match.img, (located.cam_from_world * candidate.position).z()});
     }
     now.anchor = AnchorOf(located);
+    if (std::exchange(revision, shared.revision) != shared.revision) unrest.Forget();
+    Describe(located, track);
     if (last.anchor.keyframe_id >= 0) {
       const Rigid3 last_pose = map.PoseOf(last.anchor);
       now.velocity = located.cam_from_world * last_pose.Inverse();
@@ -287,7 +297,6 @@ void Tracker::State::Accept(double time_s, const Located& located, Track& track)
   frame_before.reset();
   if (now.between) frame_before = {last.time_s, last.anchor};
   last = std::move(now);
-  Describe(located, track);
   track.anchor = last.anchor;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
@@ -344,8 +353,10 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   if (track.keyframe) {
     frames_since_keyframe = 0;
     if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
-  } else
+    unrest.Give(last.anchor, located.cam_from_world);
+  } else {
     ++keyframes_left_out;
+  }
 }
 
 void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
@@ -381,6 +392,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   track.start->obstacle = StartObstacle::kMapDidNotHold;
   mapper.Reset();
   last = {};
+  unrest.Forget();
   initializer.Restart();
 }
 
@@ -446,6 +458,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
     spdlog::debug("frame {}: lost at once, starting again", frame);
     mapper.Rest();
     mapper.Reset();
+    unrest.Forget();
     initializer.Restart();
     state = TrackState::kInitializing;
     frames_tracked = 0;
@@ -469,8 +482,8 @@ std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
   Track track;
   track.state = TrackState::kTracking;
   track.map_id = map_id;
-  Describe(*located, track);
   const std::lock_guard lock(shared.mutex);
+  Describe(*located, track);
   track.anchor = AnchorOf(*located);
   return track;
 }

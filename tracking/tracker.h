@@ -62,9 +62,11 @@ struct Track {
   bool relocalized = false;              // found again in this frame after being lost
   std::optional<Rigid3> cam_from_world;  // none unless tracking
   std::optional<Anchored> anchor;        // the same pose, for PoseOf(); set whenever cam_from_world is
-  double quality = 0;      // 0 to 1: share of expected map points found, damped when they are few
+  // 0 to 1, by the predicted error below: one half where that is a hundredth of the distance of what is seen.
+  double quality = 0;
   int matched_points = 0;  // map points that support the pose
-  // One standard deviation of the camera centre (world units) as the matches' geometry predicts it.
+  // One standard deviation of the camera centre (world units), predicted: what the matches leave open and
+  // what the map's own error is.
   std::optional<double> center_sigma;
   std::optional<StartProgress>
       start;              // while initialising, and of the frame that ended it: what it waits for

@@ -8,6 +8,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/test_paths.h"
+#include "tests/tracking/predicted_error.h"
 #include "tests/tracking/standing.h"
 #include "tests/tracking/tracker_data.h"
 
@@ -140,6 +141,29 @@ TEST(TrackerLong, FiftyRelocalisations) {
   std::printf("CPU to find: median %.1f ms, largest %.1f ms; centres: RMS %.2f mm, largest %.2f mm\n",
               ms[ms.size() / 2], ms.back(), 1000 * error->ate_rmse, 1000 * error->ate_max);
   EXPECT_LT(error->ate_max, 0.02) << "never wrong";
+}
+
+void ExpectPredicted(const std::string& run, const std::vector<test::PredictedError>& errors, int bins,
+                     double factor) {
+  ASSERT_GT(errors.size(), 30u) << run;
+  for (const test::ErrorBin& bin : test::BinErrors(errors, static_cast<std::size_t>(bins))) {
+    std::printf("%s, of the distance: predicted %.6f, true %.6f\n", run.c_str(), bin.predicted, bin.actual);
+    EXPECT_GT(bin.actual, bin.predicted / factor) << run;
+    EXPECT_LT(bin.actual, bin.predicted * factor) << run;
+  }
+}
+
+// Quarters by what the quality value predicts. The kitchen's errors are of slow drift, which only the whole
+// run shows: all of it in one bin, and that many times the studio's.
+TEST(TrackerLong, QualityPredictsTheError) {
+  ULF_NEED_TEST_DATA(scan, "scan_synthetic");
+  ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
+  for (const unsigned seed : {1u, 2u, 3u})
+    ExpectPredicted("simulator", test::SimulatorErrors(seed, 10), 4, 4);
+  ExpectPredicted("scan_synthetic", test::RecordingErrors(scan), 4, 2.5);
+  const auto errors = test::RecordingErrors(kitchen);
+  ExpectPredicted("handheld_kitchen", errors, 1, 3);
+  EXPECT_GT(test::BinErrors(errors, 1)[0].predicted, 0.001) << "more than three times the others'";
 }
 
 }  // namespace

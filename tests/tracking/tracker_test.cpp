@@ -9,6 +9,7 @@
 #include "acquisition/error.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/geometry_scene.h"
+#include "tests/tracking/predicted_error.h"
 #include "tests/tracking/standing.h"
 #include "tests/tracking/textured_room.h"
 #include "tracking/trajectory.h"
@@ -287,6 +288,21 @@ TEST(TrackCommand, BadArgumentsAreNamed) {
   EXPECT_NE(missing.errors.find("/no/such/folder"), std::string::npos) << missing.errors;
   EXPECT_EQ(test::RunUlf("track nonsense:thing --focal-px 500").exit_code, 2);
   EXPECT_EQ(test::RunUlf("track sim:studio --frames -3").exit_code, 2);
+}
+
+// Little noise and many features, much noise and few: the quality value tells how far off the poses are.
+TEST(TrackerTest, QualityPredictsTheError) {
+  std::vector<test::PredictedError> errors = test::RoomErrors(2, 1000, 1, 130);
+  for (const auto& error : test::RoomErrors(12, 300, 1, 130)) errors.push_back(error);
+  ASSERT_GT(errors.size(), 200u);
+  const std::vector<test::ErrorBin> bins = test::BinErrors(std::move(errors), 3);
+  for (const test::ErrorBin& bin : bins) {
+    std::printf("of the distance: predicted %.6f, true %.6f\n", bin.predicted, bin.actual);
+    EXPECT_GT(bin.actual, bin.predicted / 3);
+    EXPECT_LT(bin.actual, bin.predicted * 3);
+  }
+  EXPECT_GT(bins.back().predicted, 2 * bins.front().predicted) << "it tells good frames from bad ones";
+  EXPECT_GT(bins.back().actual, 2 * bins.front().actual);
 }
 
 }  // namespace
