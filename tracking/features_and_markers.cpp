@@ -38,7 +38,7 @@ class FeaturesAndMarkers : public PoseSource {
     }
     on_map_ = tracked && frames_.Known();
     if (on_map_) ToBoard(track);
-    if (on_map_ && pose && IsFarOff(*track.cam_from_world, *pose)) on_map_ = false;
+    if (on_map_ && pose && (IsFarOff(*track.cam_from_world, *pose) || IsSurer(*pose, track))) on_map_ = false;
     if (!on_map_) track = CarriedByBoard(frame, pose);
     ++(on_map_ ? by_features_ : by_board_);
     track.map_id = 0;  // one world: the board's
@@ -117,6 +117,11 @@ class FeaturesAndMarkers : public PoseSource {
     if (far)
       spdlog::debug("markers: the map is {:.3f} m and {:.3f} off the board: not believed", off, turned);
     return far;
+  }
+
+  // Where little but the board is left in sight, it knows better.
+  static bool IsSurer(const MarkerPose& pose, const Track& track) {
+    return !pose.by_history && pose.center_sigma < *track.center_sigma;
   }
 
   Track CarriedByBoard(const Frame& frame, const std::optional<MarkerPose>& pose) {
