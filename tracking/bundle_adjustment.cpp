@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "acquisition/silent_solver.h"
 #include "tracking/quantile.h"
 #include "tracking/residuals.h"
 
@@ -109,14 +110,11 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   for (std::size_t p = 0; p < problem.points.size(); ++p)
     if (blocks.used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
 
-  ceres::Solver::Options solver;
+  ceres::Solver::Options solver = SilentSolver(iterations);
   solver.linear_solver_type = free_cameras <= kDenseCameras ? ceres::DENSE_SCHUR : ceres::ITERATIVE_SCHUR;
   solver.preconditioner_type = ceres::SCHUR_JACOBI;
   solver.linear_solver_ordering = ordering;
-  solver.max_num_iterations = iterations;
-  solver.num_threads = 1;
   solver.function_tolerance = options.function_tolerance;
-  solver.logging_type = ceres::SILENT;
   Watcher watcher(options, iterations_before);
   if (options.stop || options.progress) solver.callbacks.push_back(&watcher);
   ceres::Solver::Summary summary;

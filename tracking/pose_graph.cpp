@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "acquisition/silent_solver.h"
+
 namespace ulf {
 namespace {
 
@@ -152,11 +154,8 @@ PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& opt
     problem.AddResidualBlock(new EdgeCost(edge, options.unit), nullptr,
                              blocks[static_cast<std::size_t>(edge.from)].data(),
                              blocks[static_cast<std::size_t>(edge.to)].data());
-  ceres::Solver::Options solver;
+  ceres::Solver::Options solver = SilentSolver(options.max_iterations);
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  solver.max_num_iterations = options.max_iterations;
-  solver.num_threads = 1;
-  solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary solved;
   ceres::Solve(solver, &problem, &solved);
   const PoseGraphSummary summary{solved.IsSolutionUsable(), solved.initial_cost, solved.final_cost};

@@ -1,7 +1,6 @@
 #include "acquisition/calibration/lens_fit.h"
 
 #include <ceres/ceres.h>
-#include <glog/logging.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -9,6 +8,8 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
+
+#include "acquisition/silent_solver.h"
 
 namespace ulf {
 namespace {
@@ -152,15 +153,11 @@ std::vector<int> FixedParameters(const LensCandidate& candidate) {
 }
 
 ceres::Solver::Options SolverOptions(int iterations) {
-  FLAGS_minloglevel = google::GLOG_FATAL;  // a step that fails is in the summary, and belongs to the search
-  ceres::Solver::Options solver;
+  ceres::Solver::Options solver = SilentSolver(iterations);
   solver.linear_solver_type = ceres::DENSE_SCHUR;
-  solver.max_num_iterations = iterations;
   solver.max_num_consecutive_invalid_steps = 30;
   solver.function_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-10;
-  solver.num_threads = 1;
-  solver.logging_type = ceres::SILENT;
   return solver;
 }
 

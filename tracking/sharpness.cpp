@@ -1,0 +1,44 @@
+#include "tracking/sharpness.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "tracking/quantile.h"
+
+namespace ulf {
+namespace {
+
+// Energy of fine detail: the variance of the Laplacian, a little below full resolution where noise would
+// rule.
+double DetailOf(const Pyramid& pyramid) {
+  const cv::Mat& image = pyramid.levels[2];
+  std::int64_t sum = 0, sum2 = 0;
+  for (int y = 1; y + 1 < image.rows; ++y) {
+    const std::uint8_t* row = image.ptr<std::uint8_t>(y);
+    const std::uint8_t *above = row - image.step, *below = row + image.step;
+    std::int32_t row_sum = 0, row_sum2 = 0;  // a row of 2,000 pixels fits whatever it shows
+    for (int x = 1; x + 1 < image.cols; ++x) {
+      const std::int32_t laplacian = above[x] + below[x] + row[x - 1] + row[x + 1] - 4 * row[x];
+      row_sum += laplacian;
+      row_sum2 += laplacian * laplacian;
+    }
+    sum += row_sum;
+    sum2 += row_sum2;
+  }
+  const double count = std::max(1.0, static_cast<double>(image.cols - 2) * (image.rows - 2));
+  const double mean = static_cast<double>(sum) / count;
+  return static_cast<double>(sum2) / count - mean * mean;
+}
+
+}  // namespace
+
+double Sharpness::Step(const Pyramid& pyramid) {
+  constexpr std::size_t kRecent = 31;
+  const double detail = DetailOf(pyramid);
+  const double usual = Median({recent_.begin(), recent_.end()});
+  recent_.push_back(detail);
+  if (recent_.size() > kRecent) recent_.pop_front();
+  return usual > 0 ? detail / usual : 1;
+}
+
+}  // namespace ulf
