@@ -140,7 +140,7 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
     const Feature& feature = (*image.features)[features[i]];
     PointMatch match{result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level),
                      false};
-    if (image.pyramid->rows) {  // with the point's own depth instead of a guess
+    if (image.pyramid && image.pyramid->rows) {  // with the point's own depth instead of a guess
       const Vector3d in_cam = cam_from_world * candidates[static_cast<std::size_t>(match.candidate)].position;
       match.img = image.pyramid->Global(image.pyramid->Seen(feature.img), &in_cam);
     }
