@@ -22,7 +22,16 @@ WorstError WorstOf(const std::vector<PosePair>& poses, double distance_m) {
       worst.center = worst.turn_deg = std::numeric_limits<double>::infinity();
       return worst;
     }
-    const Eigen::Quaterniond world_from_truth = Eigen::Quaterniond(aligned->rotation).conjugate();
+    // Turned so that orientations agree best: a path that is nearly straight does not hold its own turn.
+    std::vector<Eigen::Vector3d> axes, true_axes;
+    for (const PosePair& pose : of_map)
+      for (int axis = 0; axis < 3; ++axis) {
+        axes.push_back(pose.estimated.DirectionInSource(Eigen::Vector3d::Unit(axis)));
+        true_axes.push_back(pose.truth.DirectionInSource(Eigen::Vector3d::Unit(axis)));
+      }
+    const auto turned_alike = AlignPoints(axes, true_axes);
+    const Eigen::Quaterniond world_from_truth =
+        Eigen::Quaterniond((turned_alike ? *turned_alike : *aligned).rotation).conjugate();
     for (std::size_t i = 0; i < of_map.size(); ++i) {
       const double distance = distance_m > 0 ? distance_m : aligned->scale * of_map[i].depth;
       const double off = (*aligned * estimated[i] - truth[i]).norm() / distance;

@@ -1,8 +1,8 @@
 // A tracker led through a situation, and how far off it was at worst.
 //
 // Errors are of live poses against the truth, after one similarity alignment of all camera centres on one map
-// (a map's frame and scale are arbitrary): centres as a share of the distance to the subject, turns in
-// degrees.
+// (a map's frame and scale are arbitrary): centres as a share of the distance to the subject; turns in
+// degrees, after one turn for all orientations.
 #pragma once
 
 #include <functional>
