@@ -166,8 +166,8 @@ void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::spa
 }
 
 std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
-                     std::span<const Candidate> candidates, std::span<const int> expected,
-                     const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
+                                 std::span<const Candidate> candidates, std::span<const int> expected,
+                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
   constexpr double kCellPx = 32, kMaxShift = 2, kMinCorrelation = 0.9;
   const int columns = static_cast<int>(camera.width / kCellPx) + 1;
   const int rows = static_cast<int>(camera.height / kCellPx) + 1;

@@ -241,7 +241,8 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   if (!wanted) return std::nullopt;
 
   const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
-  const Vector2d start = pyramid.ToLevel(level, pyramid.Seen(expected_img, &point_in_cam)) - Vector2d(0.5, 0.5);
+  const Vector2d start =
+      pyramid.ToLevel(level, pyramid.Seen(expected_img, &point_in_cam)) - Vector2d(0.5, 0.5);
   Vector2d at = start;
   Rows seen;
   bool settled = false;

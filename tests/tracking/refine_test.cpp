@@ -107,14 +107,17 @@ TEST(Refine, TwoViewsAreEnough) {
   EXPECT_LT(result.median_after_px, 0.4);
 }
 
-TEST(Refine, ViewsFromOnePlaceAreRefused) {
-  const auto views = MakeViews(10, 0.0005, 0.1, 8, Way::kTurning);
+void ExpectRefused(const test::RoomViews& views, const char* why) {
   try {
-    RefineRoom(*views);
-    FAIL() << "refined without parallax";
+    RefineRoom(views);
+    FAIL() << "refined, though " << why;
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("turning about one place"));
+    EXPECT_THAT(error.what(), HasSubstr(why));
   }
+}
+
+TEST(Refine, ViewsFromOnePlaceAreRefused) {
+  ExpectRefused(*MakeViews(10, 0.0005, 0.1, 8, Way::kTurning), "turning about one place");
 }
 
 TEST(Refine, OneReadableViewIsRefused) {
@@ -124,12 +127,7 @@ TEST(Refine, OneReadableViewIsRefused) {
     if (i > 0) throw Error("view {}: is gone", i);
     return read(i);
   };
-  try {
-    RefineRoom(*views);
-    FAIL() << "refined a single view";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("is gone"));
-  }
+  ExpectRefused(*views, "is gone");
 }
 
 TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {

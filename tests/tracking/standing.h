@@ -1,6 +1,8 @@
 // A camera that moves through a room and then stands still.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <vector>
@@ -61,6 +63,14 @@ inline Standing StandStill(int frames) {
   for (const Eigen::Vector3d& center : centers) sum += (center - middle).squaredNorm();
   result.spread_m = std::sqrt(sum / static_cast<double>(centers.size()));
   return result;
+}
+
+inline void ExpectNothingAdded(const Standing& stand) {
+  ASSERT_TRUE(stand.tracked_throughout);
+  EXPECT_LE(stand.keyframes_added, 0);
+  EXPECT_LE(stand.points_added, 0);
+  EXPECT_LT(stand.drift_m, 0.0005);
+  EXPECT_LT(stand.spread_m, 0.002);
 }
 
 }  // namespace ulf::test
