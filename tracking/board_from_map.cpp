@@ -9,21 +9,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPairs = 400, kLeastPairs = 12;
-constexpr double kLeastBaseline =
-    0.03;  // standard deviation of the centres over the distance: scale needs it
+constexpr std::size_t kMostPairs = 400, kLeastPairs = 4;
+// What is not known better than this would leave the adjustment of the whole map far to go.
+constexpr double kMostScaleError = 0.05;
 
 }  // namespace
 
 void BoardFromMap::Add(const Anchored& anchor, const MarkerPose& pose) {
   // No board is better than a ten-thousandth of its distance, whatever its corners say.
-  pairs_.push_back(
-      {anchor, pose.cam_from_world, std::max(pose.center_sigma, 1e-4 * pose.distance), pose.distance});
+  pairs_.push_back({anchor, pose.cam_from_world, std::max(pose.center_sigma, 1e-4 * pose.distance)});
   if (pairs_.size() > kMostPairs) pairs_.erase(pairs_.begin() + kMostPairs / 2);  // both ends stay
 }
 
-void BoardFromMap::Update(const Tracker& tracker) {
-  if (held_ || pairs_.size() < kLeastPairs) return;
+std::optional<Similarity3> BoardFromMap::Fit(const Tracker& tracker) const {
+  if (pairs_.size() < kLeastPairs) return std::nullopt;
   std::vector<Rigid3> in_map;
   std::vector<double> weights;
   for (const Pair& pair : pairs_) {
@@ -31,11 +30,10 @@ void BoardFromMap::Update(const Tracker& tracker) {
     weights.push_back(1 / (pair.sigma * pair.sigma));
   }
   constexpr int kRounds = 3;
+  std::optional<Similarity3> fitted;
   for (int round = 0; round < kRounds; ++round) {
-    const auto fitted = Fit(in_map, weights);
-    if (!fitted) return;
-    board_from_map_ = *fitted;
-    known_ = true;
+    fitted = Fit(in_map, weights);
+    if (!fitted) return std::nullopt;
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const double off =
           (*fitted * in_map[i].OriginInSource() - pairs_[i].cam_from_board.OriginInSource()).norm();
@@ -43,43 +41,23 @@ void BoardFromMap::Update(const Tracker& tracker) {
           std::min(1.0, 3 * pairs_[i].sigma / std::max(1e-12, off)) / (pairs_[i].sigma * pairs_[i].sigma);
     }
   }
-}
-
-Rigid3 BoardFromMap::ToBoard(const Rigid3& cam_from_map) const {
-  Rigid3 result;
-  const Eigen::Quaterniond board_from_map(board_from_map_.rotation);
-  result.rotation = (cam_from_map.rotation * board_from_map.conjugate()).normalized();
-  result.translation = -(result.rotation * (board_from_map_ * cam_from_map.OriginInSource()));
-  return result;
-}
-
-Rigid3 BoardFromMap::ToMap(const Rigid3& cam_from_board) const {
-  const Eigen::Quaterniond board_from_map(board_from_map_.rotation);
-  const Vector3d center = board_from_map.conjugate() *
-                          (cam_from_board.OriginInSource() - board_from_map_.translation) /
-                          board_from_map_.scale;
-  Rigid3 result;
-  result.rotation = (cam_from_board.rotation * board_from_map).normalized();
-  result.translation = -(result.rotation * center);
-  return result;
+  return fitted;
 }
 
 std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
                                              const std::vector<double>& weights) const {
   Eigen::Matrix4d turns = Eigen::Matrix4d::Zero();
   Vector3d mean_map = Vector3d::Zero(), mean_board = Vector3d::Zero();
-  double total = 0, distance = 0;
+  double total = 0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Eigen::Quaterniond turn = pairs_[i].cam_from_board.rotation.conjugate() * in_map[i].rotation;
     turns += weights[i] * turn.coeffs() * turn.coeffs().transpose();
     mean_map += weights[i] * in_map[i].OriginInSource();
     mean_board += weights[i] * pairs_[i].cam_from_board.OriginInSource();
-    distance += weights[i] * pairs_[i].distance;
     total += weights[i];
   }
   mean_map /= total;
   mean_board /= total;
-  distance /= total;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> axes(turns);
   const Eigen::Quaterniond turn(Eigen::Vector4d(axes.eigenvectors().col(3)));
   Similarity3 fitted;
@@ -92,7 +70,8 @@ std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
   }
   if (!(along > 0) || !(across > 0)) return std::nullopt;
   fitted.scale = across / along;
-  if (fitted.scale * std::sqrt(along / total) < kLeastBaseline * distance) return std::nullopt;
+  // One standard deviation of the scale: each centre's error along its distance from their middle.
+  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > kMostScaleError) return std::nullopt;
   fitted.translation = mean_board - fitted.scale * (fitted.rotation * mean_map);
   return fitted;
 }

@@ -107,6 +107,9 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
     ceres_problem.SetManifold(blocks.lenses[l].data(), &lens_manifolds[l]);
     ordering->AddElementToGroup(blocks.lenses[l].data(), 1);
   }
+  for (std::size_t p = 0; p < std::min(problem.known.size(), problem.points.size()); ++p)
+    if (blocks.used_point[p] && problem.known[p])
+      ceres_problem.SetParameterBlockConstant(problem.points[p].data());
   for (std::size_t p = 0; p < problem.points.size(); ++p)
     if (blocks.used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
 
@@ -190,7 +193,9 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   }
   std::vector<bool> fixed = problem.fixed;
   fixed.resize(problem.cam_from_world.size(), false);
-  if (std::find(fixed.begin(), fixed.end(), true) == fixed.end()) fixed[0] = true;
+  const bool points_known =
+      std::find(problem.known.begin(), problem.known.end(), true) != problem.known.end();
+  if (!points_known && std::find(fixed.begin(), fixed.end(), true) == fixed.end()) fixed[0] = true;
   std::vector<Vector3d> centers_before;
   for (const Rigid3& pose : problem.cam_from_world) centers_before.push_back(pose.OriginInSource());
 
@@ -215,7 +220,7 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
     lenses = lenses_before;
     return summary;
   }
-  if (std::count(fixed.begin(), fixed.end(), true) == 1)
+  if (!points_known && std::count(fixed.begin(), fixed.end(), true) == 1)
     RestoreScale(problem,
                  static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), true) - fixed.begin()),
                  centers_before);

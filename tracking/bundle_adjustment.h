@@ -4,9 +4,10 @@
 // that no longer fit and repeats. Most errors are far below their sigmas, but a patch that is seen from the
 // side, or lies over an edge in depth, is off by a lot and by the same in neighbouring views: where the start
 // is good, Cauchy's loss on the scale of the errors themselves (their median) keeps those from bending the
-// poses. The gauge: cameras marked fixed stay; with none fixed the first one is;
-// with a single fixed camera the scale is restored afterwards, so that nothing floats. Single-threaded, hence
-// repeatable: with several threads Ceres adds in the order in which they come.
+// poses. The gauge: cameras marked fixed stay; with none fixed the first one is,
+// unless points are known, which say where everything is; with a single fixed camera the scale is restored
+// afterwards, so that nothing floats. Single-threaded, hence repeatable: with several threads Ceres adds in
+// the order in which they come.
 //
 // Intrinsics may be free: all cameras of one lens share them. Up to 120 free cameras the reduced system is
 // solved dense, beyond by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
@@ -38,6 +39,7 @@ struct BundleProblem {
   std::vector<bool> fixed;  // by camera
   std::vector<int> lens;    // by camera, index into the camera models; empty: all have the first
   std::vector<Eigen::Vector3d> points;
+  std::vector<bool> known;  // by point: it stays where it is; shorter: the rest do not
   std::vector<BundleObservation> observations;
 };
 

@@ -9,9 +9,9 @@ namespace ulf {
 namespace {
 
 // The board gives poses at once, the world and its metre. Meanwhile the tracker begins a map of its own,
-// whose place in the board's frame is learnt from frames that have both; from then on features carry, which
-// are steadier than a board's corners. Where the board is out of sight features go on; where features fail
-// the board carries.
+// whose place in the board's frame is learnt from frames that have both; then the map moves there, and the
+// board's corners are part of it and of every frame's pose (world_sight.h). Where the board is out of sight
+// features go on; where features fail the board carries, and tells them where they are.
 class FeaturesAndMarkers : public PoseSource {
  public:
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
@@ -20,29 +20,23 @@ class FeaturesAndMarkers : public PoseSource {
         given_(MakeKnownPoseSource(camera, Subject{spec.Middle(), 0.1})) {}
 
   Track Step(const Frame& frame) override {
-    Track track = tracker_.Step(frame);
-    const double tracker_cpu_s = track.cpu_s, start_s = ThreadCpuSeconds();
+    const double start_s = ThreadCpuSeconds();
+    std::optional<MarkerPose> pose;
+    if (frame.status == FrameStatus::kComplete && !frame.image.empty())
+      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
+    const double located_s = ThreadCpuSeconds();
+    Track track = tracker_.Step(frame, SightOf(pose));
+    const double tracker_cpu_s = track.cpu_s, tracked_s = ThreadCpuSeconds();
     if (track.map_id != map_id_) frames_.Clear();
     map_id_ = track.map_id;
-    std::optional<MarkerPose> pose;
-    const bool tracked = track.cam_from_world.has_value();
-    // While features carry the board is only a check now and then.
-    const int look_every = tracked && frames_.Pairs() >= kPlentyPairs ? 3 : 1;
-    if (!track.skipped && ++since_looked_ >= look_every) {
-      since_looked_ = 0;
-      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
-    }
-    if (tracked && pose && !pose->by_history) {
-      frames_.Add(*track.anchor, *pose);
-      if (frames_.Pairs() % kUpdateEvery == 0 || !frames_.Known()) frames_.Update(tracker_);
-    }
-    on_map_ = tracked && frames_.Known();
-    if (on_map_) ToBoard(track);
-    if (on_map_ && pose && (IsFarOff(*track.cam_from_world, *pose) || IsSurer(*pose, track))) on_map_ = false;
-    if (!on_map_) track = CarriedByBoard(frame, pose);
-    ++(on_map_ ? by_features_ : by_board_);
+    if (track.cam_from_world && pose && !pose->by_history && !tracker_.WorldIsGiven())
+      LearnWorld(*pose, track);
+    on_map_ =
+        track.cam_from_world && tracker_.WorldIsGiven() && !(pose && IsFarOff(*track.cam_from_world, *pose));
+    if (!on_map_) track = CarriedByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
+    by_features_ += on_map_;
     track.map_id = 0;  // one world: the board's
-    track.cpu_s = tracker_cpu_s + ThreadCpuSeconds() - start_s;
+    track.cpu_s = tracker_cpu_s + (located_s - start_s) + (ThreadCpuSeconds() - tracked_s);
     track.relocalized = track.cam_from_world && began_ && lost_;
     if (!track.skipped) lost_ = !track.cam_from_world;
     began_ = began_ || track.cam_from_world;
@@ -51,59 +45,82 @@ class FeaturesAndMarkers : public PoseSource {
 
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near) const override {
-    if (frames_.Known()) {
-      std::optional<Rigid3> near_in_map;
-      if (near) near_in_map = frames_.ToMap(*near);
-      if (auto track = tracker_.Locate(photograph.image, camera, near_in_map)) {
-        ToBoard(*track);
-        return track;
-      }
+    const auto pose = LocateByMarkers(locator_, photograph, camera);
+    if (tracker_.WorldIsGiven()) {
+      const std::optional<Rigid3> expected = pose ? pose->cam_from_world : near;
+      if (auto track = tracker_.Locate(photograph.image, camera, expected, SightOf(pose)))
+        if (!pose || !IsFarOff(*track->cam_from_world, *pose)) return track;
     }
-    auto track = LocateByMarkers(locator_, photograph, camera);
-    if (track) track->anchor = Anchored{kInBoardFrame, *track->cam_from_world};
+    if (!pose) return std::nullopt;
+    Track track;
+    Describe(*pose, track);
+    track.anchor = Anchored{kByBoardForGood, pose->cam_from_world};
     return track;
   }
   Rigid3 PoseOf(const Anchored& anchor) const override {
-    if (anchor.keyframe_id == kInBoardFrame) return anchor.cam_from_keyframe;
-    return frames_.ToBoard(tracker_.PoseOf(anchor));
+    if (anchor.keyframe_id == kByBoardForGood) return anchor.cam_from_keyframe;
+    if (anchor.keyframe_id > kByBoard) return tracker_.PoseOf(anchor);
+    const ByBoard& given = by_board_[static_cast<std::size_t>(kByBoard - anchor.keyframe_id)];
+    return given.in_map && given.map_id == map_id_ && tracker_.WorldIsGiven() ? tracker_.PoseOf(*given.in_map)
+                                                                              : given.cam_from_board;
   }
   std::vector<VisiblePoint> VisiblePoints() const override {
-    if (!on_map_) return visible_;
-    auto visible = tracker_.VisiblePoints();
-    for (VisiblePoint& point : visible) {
-      point.position_in_world = frames_.ToBoard(point.position_in_world);
-      point.depth *= frames_.Scale();
-    }
-    return visible;
+    return on_map_ ? tracker_.VisiblePoints() : visible_;
   }
   std::vector<ScenePoint> Points() const override {
-    if (!frames_.Known()) return {};
-    auto points = tracker_.Points();
-    for (ScenePoint& point : points) point.position_in_world = frames_.ToBoard(point.position_in_world);
-    return points;
+    return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
   }
-  // The recorded views' world is the board's already, and stays as it is.
+  // The recorded views' world is the board's already.
   bool SeedMap(std::span<const SeedView> views) override {
     if (!tracker_.SeedMap(views)) return false;
-    frames_.Hold();
+    tracker_.MoveWorld({});
     return true;
+  }
+  // A map in a world of its own would be of no use to a later session.
+  void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
+    if (tracker_.WorldIsGiven()) tracker_.SaveMap(file, key);
+  }
+  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key) override {
+    std::string problem = tracker_.RestoreMap(file, key);
+    if (problem.empty()) tracker_.MoveWorld({});
+    return problem;
   }
   void Finish() override {
     tracker_.Finish();
-    frames_.Update(tracker_);
-    spdlog::debug("markers: {} frames by features, {} by the board; a unit of the map is {:.4f} m",
-                  by_features_, by_board_, frames_.Scale());
+    spdlog::debug("markers: {} frames by features, {} by the board", by_features_, by_board_.size());
   }
   TrackerStatistics Statistics() const override { return tracker_.Statistics(); }
   bool IsMetric() const override { return true; }
 
  private:
-  static constexpr int kInBoardFrame = -2;  // an anchor that no adjustment moves
-  static constexpr std::size_t kPlentyPairs = 60, kUpdateEvery = 10;
+  // Anchors of poses that the board gave are numbered downwards from kByBoard. While the map has not been
+  // moved the tracker may know them as well, and better once it has been.
+  static constexpr int kByBoardForGood = -2, kByBoard = -3;
+  struct ByBoard {
+    Rigid3 cam_from_board;
+    std::optional<Anchored> in_map;
+    int map_id = 0;
+  };
+  Anchored AnchorByBoard(const Rigid3& cam_from_board, const std::optional<Anchored>& in_map) {
+    by_board_.push_back({cam_from_board, in_map, map_id_});
+    return {kByBoard - static_cast<int>(by_board_.size()) + 1, cam_from_board};
+  }
 
-  void ToBoard(Track& track) const {
-    track.cam_from_world = frames_.ToBoard(*track.cam_from_world);
-    if (track.center_sigma) *track.center_sigma *= frames_.Scale();
+  static std::optional<WorldSight> SightOf(const std::optional<MarkerPose>& pose) {
+    return pose ? std::optional(WorldSight{pose->corners, pose->cam_from_world,
+                                           pose->by_history ? 0 : pose->center_sigma})
+                : std::nullopt;
+  }
+
+  void LearnWorld(const MarkerPose& pose, Track& track) {
+    frames_.Add(*track.anchor, pose);
+    const auto board_from_map = frames_.Fit(tracker_);
+    if (!board_from_map) return;
+    spdlog::debug("markers: the map moves into the board's frame; its unit is {:.4f} m",
+                  board_from_map->scale);
+    tracker_.MoveWorld(*board_from_map);
+    track.cam_from_world = tracker_.PoseOf(*track.anchor);
+    if (track.center_sigma) *track.center_sigma *= board_from_map->scale;
   }
 
   // A map that the board contradicts is not believed for this frame.
@@ -119,17 +136,13 @@ class FeaturesAndMarkers : public PoseSource {
     return far;
   }
 
-  // Where little but the board is left in sight, it knows better.
-  static bool IsSurer(const MarkerPose& pose, const Track& track) {
-    return !pose.by_history && pose.center_sigma < *track.center_sigma;
-  }
-
-  Track CarriedByBoard(const Frame& frame, const std::optional<MarkerPose>& pose) {
+  Track CarriedByBoard(const Frame& frame, const std::optional<MarkerPose>& pose,
+                       const std::optional<Anchored>& in_map) {
     Track track = given_->Step(WithPose(frame, pose));
     visible_.clear();
     if (pose) {
       Describe(*pose, track);
-      track.anchor = Anchored{kInBoardFrame, pose->cam_from_world};
+      track.anchor = AnchorByBoard(pose->cam_from_world, in_map);
       visible_ = VisibleCorners(*pose);
     } else {
       track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
@@ -142,7 +155,8 @@ class FeaturesAndMarkers : public PoseSource {
   std::unique_ptr<PoseSource> given_;  // judges sharpness and motion while the board carries
   BoardFromMap frames_;
   bool on_map_ = false, began_ = false, lost_ = false;
-  int map_id_ = 0, since_looked_ = 0, by_features_ = 0, by_board_ = 0;
+  int map_id_ = 0, by_features_ = 0;
+  std::vector<ByBoard> by_board_;
   std::vector<VisiblePoint> visible_;
 };
 

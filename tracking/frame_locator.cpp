@@ -61,10 +61,16 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
   AlignMatches(camera_, image, located.candidates, located.cam_from_world, fine.matches);
   alignment.Stop();
   StageTimer refinement(&stages.refinement_s);
-  auto refined =
-      RefinePose(camera_, ToObservations(located.candidates, fine.matches), located.cam_from_world);
-  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
+  const auto observations = [&](const std::vector<PointMatch>& matches) {
+    std::vector<PointObservation> all = ToObservations(located.candidates, matches);
+    for (const PointObservation& corner : CornersOf(shared_, image, located.cam_from_world))
+      all.push_back(corner);
+    return all;
+  };
+  auto refined = RefinePose(camera_, observations(fine.matches), located.cam_from_world);
+  if (!refined) return std::nullopt;
   located.matches = InliersOf(fine.matches, *refined);
+  if (static_cast<int>(located.matches.size()) < kMinCoarse) return std::nullopt;
   refinement.Stop();
   StageTimer search(&stages.alignment_s);
   const std::vector<int> looked_for =
@@ -72,7 +78,7 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
                       most_undetected_, located.matches);
   search.Stop();
   StageTimer last(&stages.refinement_s);
-  refined = RefinePose(camera_, ToObservations(located.candidates, located.matches), refined->cam_from_world);
+  refined = RefinePose(camera_, observations(located.matches), refined->cam_from_world);
   if (!refined) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
   located.center_sigma = refined->center_sigma;
@@ -83,6 +89,12 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
   for (const int i : looked_for)
     located.expected += located.candidates[static_cast<std::size_t>(i)].find_rate;
   return located;
+}
+
+std::optional<Located> FrameLocator::FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const {
+  std::optional<Located> found = RefineTwice(image, cam_from_world);
+  if (!found || PoseEvidence(camera_, *found) <= kFollowedEvidence) return std::nullopt;
+  return found;
 }
 
 std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
@@ -125,8 +137,6 @@ void FrameLocator::LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>&
 }
 
 std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
-  StageTimes ignored;  // the caller counts all of this as one stage
-  const double unit = camera_.width / 640.0;
   KeyframePoints points;
   {
     const std::lock_guard lock(shared_.mutex);
@@ -134,11 +144,18 @@ std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& im
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
   if (!proposal) return std::nullopt;
+  return RefineTwice(image, proposal->cam_from_world);
+}
+
+std::optional<Located> FrameLocator::RefineTwice(const TrackedImage& image,
+                                                 const Rigid3& cam_from_world) const {
+  StageTimes ignored;  // the caller counts all of this as one stage
+  const double unit = camera_.width / 640.0;
   Located located;
-  located.cam_from_world = proposal->cam_from_world;
+  located.cam_from_world = cam_from_world;
   {
     const std::lock_guard lock(shared_.mutex);
-    located.candidates = GatherCandidates(shared_.map, camera_, proposal->cam_from_world);
+    located.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
   }
   std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
   if (!wide) return std::nullopt;

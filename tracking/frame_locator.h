@@ -41,6 +41,8 @@ class FrameLocator {
   std::optional<Located> Refine(const TrackedImage& image, Located located, double radius_px,
                                 StageTimes& stages) const;
 
+  // Where what the frame shows of a given world says that it is; none where the map does not agree.
+  std::optional<Located> FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const;
   // From nothing but what the image looks like: by descriptors, P3P, and then the whole map under that pose.
   // None where what is found nowhere else does not speak for it (pose_evidence.h).
   std::optional<Located> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed) const;
@@ -52,6 +54,7 @@ class FrameLocator {
 
  private:
   std::optional<Located> FindBy(int keyframe, const TrackedImage& image, unsigned seed) const;
+  std::optional<Located> RefineTwice(const TrackedImage& image, const Rigid3& cam_from_world) const;
   void LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked, const Located& located,
                            LeftOut& left_out) const;
   CameraModel camera_;

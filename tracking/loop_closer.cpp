@@ -65,9 +65,21 @@ std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std
   return found->model.recent_from_old;
 }
 
-bool ScaleIsGiven(const Map& map) {
+// All that is measured in the keyframe's unit but its pose.
+void Scale(double scale, Keyframe& keyframe) {
+  keyframe.unit *= scale;
+  if (!keyframe.alive) keyframe.cam_from_parent.translation *= scale;
+  if (keyframe.velocity) keyframe.velocity->tail<3>() *= scale;
+  if (!keyframe.rows) return;
+  keyframe.rows = std::make_shared<const RowShift>(keyframe.rows->Scaled(scale));
+  if (keyframe.pyramid) keyframe.pyramid = WithRows(*keyframe.pyramid, keyframe.rows);
+}
+
+bool ScaleIsGiven(const SharedMap& shared) {
+  const Map& map = shared.map;
   int pinned = 0;
-  for (const int id : map.living()) pinned += map.keyframe(id).pinned;
+  for (const int id : map.living())
+    pinned += map.keyframe(id).pinned || (shared.world_given && !map.keyframe(id).corners.empty());
   return pinned >= 2;
 }
 
@@ -136,7 +148,7 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   constexpr int kMinMatches = 20, kMinSampled = 15, kMinScalePairs = 15;
   constexpr double kMaxScaleSpread = 0.1;
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
-  const bool rigid = ScaleIsGiven(map_);
+  const bool rigid = ScaleIsGiven(shared_);
   const auto with_points = [](const Keyframe& keyframe) {
     std::vector<int> features;
     for (int i = 0; i < keyframe.features->size(); ++i)
@@ -316,7 +328,8 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     graph.edges.push_back(
         {node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old, kHolds * loop.points / 100});
   const PoseGraphSummary solved = OptimizePoseGraph(
-      graph, {.rigid = ScaleIsGiven(map_), .unit = MedianDepth(map_, map_.keyframe(agreeing.back().recent))});
+      graph,
+      {.rigid = ScaleIsGiven(shared_), .unit = MedianDepth(map_, map_.keyframe(agreeing.back().recent))});
   spdlog::debug("loop {} to {} closed: pose graph of {} keyframes and {} edges, cost {:.4g} -> {:.4g}",
                 agreeing.back().recent, agreeing.back().old, keyframes.size(), graph.edges.size(),
                 solved.initial_cost, solved.final_cost);
@@ -369,8 +382,7 @@ void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_
     const int living = keyframe.alive || keyframe.parent < 0 ? keyframe.id : keyframe.parent;
     const auto moved = new_from_old.find(living);
     if (moved == new_from_old.end()) continue;
-    map.keyframe(keyframe.id).unit *= moved->second.scale;
-    if (!keyframe.alive) map.keyframe(keyframe.id).cam_from_parent.translation *= moved->second.scale;
+    Scale(moved->second.scale, map.keyframe(keyframe.id));
   }
   for (const MapPoint& point : map.points())
     if (point.alive) map.Update(point.id);

@@ -113,6 +113,7 @@ void Map::RemoveKeyframe(int id) {
   gone.color.release();
   gone.point_of_feature = {};
   gone.children = {};
+  gone.corners = {};
 }
 
 int Map::Resolve(int id) const {
@@ -227,6 +228,7 @@ void Map::Clear() {
     gone.color.release();
     gone.point_of_feature = {};
     gone.children = {};
+    gone.corners = {};
     gone.points = 0;
   }
   living_.clear();

@@ -24,6 +24,7 @@
 
 #include "acquisition/camera_model.h"
 #include "acquisition/rigid3.h"
+#include "tracking/absolute_pose.h"
 #include "tracking/anchored.h"
 #include "tracking/features.h"
 #include "tracking/patch_alignment.h"
@@ -78,9 +79,11 @@ struct Keyframe {
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
   // Of a rolling shutter: by which features and observations were brought to the frame's time.
   std::shared_ptr<const RowShift> rows;
-  std::optional<Twist> velocity;      // as the frames before and after show it
-  cv::Mat color;                      // 8 bits, B G R or grey; of recent keyframes only
-  bool pinned = false;                // its pose is given (a seed): never adjusted, never removed
+  std::optional<Twist> velocity;  // as the frames before and after show it
+  cv::Mat color;                  // 8 bits, B G R or grey; of recent keyframes only
+  bool pinned = false;            // its pose is given (a seed): never adjusted, never removed
+  // Of a world that is given, where this frame saw them (world_sight.h).
+  std::vector<PointObservation> corners = {};
   std::vector<int> point_of_feature;  // -1: none
   int points = 0;                     // features with a point
   int points_at_birth = 0;            // those that were tracked when it was made
@@ -185,6 +188,8 @@ struct SharedMap {
   mutable MapMutex mutex;
   Map map;
   std::atomic<int> loops{0};  // closed so far
+  // The world is the one that corners are given in.
+  std::atomic<bool> world_given{false};
   // Counts corrections that move much at once: who keeps poses should ask for them again.
   std::atomic<int> revision{0};
   // Whether the mapper shall measure the readout when it has adjusted everything, how often it did, and what

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 #include <utility>
 
@@ -62,6 +63,43 @@ void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem&
   for (Vector3d& point : problem.points) point = to_from * point;
 }
 
+// Corners of a given world, as points that are known.
+void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
+  problem.known.assign(problem.points.size(), false);
+  for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {
+    if (problem.fixed[static_cast<std::size_t>(index)]) continue;
+    for (const PointObservation& corner : map.keyframe(id).corners) {
+      problem.observations.push_back(
+          {index, static_cast<int>(problem.points.size()), corner.img, corner.sigma_px, false});
+      problem.points.push_back(corner.point_in_world);
+      problem.known.push_back(true);
+    }
+  }
+}
+
+// Whether the corners these keyframes saw fix the map's place, turn and scale: seen from centres that lie
+// apart. Fewer leave the scale to chance.
+bool CornersFixTheMap(const Map& map, const std::vector<int>& keyframes) {
+  constexpr std::size_t kLeastCorners = 4;
+  constexpr int kLeastViews = 3;
+  constexpr double kLeastSpread = 0.02;  // root mean square, of the distance
+  Vector3d mean = Vector3d::Zero();
+  double squared = 0, distance = 0;
+  int views = 0;
+  for (const int id : keyframes) {
+    const Keyframe& keyframe = map.keyframe(id);
+    if (keyframe.corners.size() < kLeastCorners) continue;
+    const Vector3d center = keyframe.cam_from_world.OriginInSource();
+    ++views;
+    mean += center;
+    squared += center.squaredNorm();
+    distance += (keyframe.corners.front().point_in_world - center).norm();
+  }
+  if (views < kLeastViews) return false;
+  const double spread = squared / views - (mean / views).squaredNorm();
+  return spread > std::pow(kLeastSpread * distance / views, 2);
+}
+
 // In pieces where the map is large, so that nobody waits for long.
 void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_index,
                const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
@@ -103,9 +141,12 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
     problem.fixed.push_back(fixed || map.keyframe(id).pinned);
   };
-  // The first keyframe holds the world where it takes part.
-  for (const int id : free) add_camera(id, id == map.FirstKeyframe());
+  // The first keyframe holds the world where it takes part and nothing else does.
+  const bool given = shared.world_given && CornersFixTheMap(map, free);
+  for (const int id : free) add_camera(id, id == map.FirstKeyframe() && !given);
   for (const int id : held) add_camera(id, true);
+  if (!given && std::find(problem.fixed.begin(), problem.fixed.end(), true) == problem.fixed.end())
+    problem.fixed[0] = true;
   const std::vector<int>& owners = free.empty() ? held : free;
   for (const int keyframe : owners)
     for (const int id : map.keyframe(keyframe).point_of_feature) {
@@ -123,6 +164,7 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
       origin.emplace_back(id, o.keyframe);
     }
   }
+  if (shared.world_given) AddCorners(map, camera_index, problem);
   const BundleSummary summary = AdjustBundle(camera, problem, options);
   spdlog::debug(
       "bundle: {} cameras ({} held), {} points, {} observations: {:.3f} -> {:.3f} sigmas, {} outliers",
@@ -130,7 +172,7 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
       summary.initial_rms_sigmas, summary.final_rms_sigmas, summary.outliers);
   if (!summary.usable) return summary;
 
-  if (held.empty() && free.size() > 2) KeepGauge(map, free, problem);
+  if (held.empty() && free.size() > 2 && !given) KeepGauge(map, free, problem);
   WriteBack(shared, camera_index, point_ids, origin, problem);
   return summary;
 }

@@ -17,6 +17,7 @@
 #include "tracking/features.h"
 #include "tracking/map.h"
 #include "tracking/matching.h"
+#include "tracking/world_sight.h"
 
 namespace ulf {
 
@@ -25,6 +26,7 @@ struct TrackedImage {
   double time_s = 0;
   std::shared_ptr<const Pyramid> pyramid;
   std::shared_ptr<const FeatureSet> features;
+  std::shared_ptr<const WorldSight> sight = {};  // what it shows of a given world
 };
 
 // A map point that could be in view.
@@ -99,5 +101,9 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
 
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);
+
+// The frame's corners of the map's world, where that is given, brought to its time under a pose.
+std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
+                                        const Rigid3& cam_from_world);
 
 }  // namespace ulf

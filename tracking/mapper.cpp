@@ -163,6 +163,8 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
     keyframe.features = image.features;
     keyframe.pyramid = image.pyramid;
     keyframe.cam_from_world = pose;
+    // The map's unit is not the corners' yet: where rows had to be shifted nobody knows how far.
+    if (image.sight && !image.pyramid->rows) keyframe.corners = image.sight->corners;
     return keyframe;
   };
   int first, second;
@@ -210,9 +212,21 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
   index_.Add(map_.keyframe(newest));
 }
 
+void Mapper::MoveWorld(const Similarity3& given_from_map) {
+  const std::lock_guard lock(shared_.mutex);
+  std::vector<std::pair<int, Similarity3>> moved;
+  for (const int id : map_.living())
+    moved.emplace_back(id,
+                       Similarity3::FromRigid(map_.keyframe(id).cam_from_world) * given_from_map.Inverse());
+  MoveMap(map_, moved);
+  loops_->Reset();
+  shared_.world_given = true;
+}
+
 void Mapper::Reset() {
   const std::lock_guard lock(shared_.mutex);
   map_.Clear();
+  shared_.world_given = false;
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();

@@ -25,6 +25,7 @@
 #include "tracking/map.h"
 #include "tracking/mapper_options.h"
 #include "tracking/relocalizer.h"
+#include "tracking/similarity3.h"
 
 namespace ulf {
 
@@ -59,8 +60,9 @@ class Mapper {
   // The following are called by the tracker while the mapper rests.
   void AdjustSoon();  // everything, because much has moved: at once when synchronous, else in the background
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
-  void AddSeed(NewKeyframe keyframe);  // pose given and kept
-  void AdjustAll();                    // everything, for the last time: what does not fit is doubted
+  void AddSeed(NewKeyframe keyframe);                 // pose given and kept
+  void MoveWorld(const Similarity3& given_from_map);  // into the world that corners are given in
+  void AdjustAll();  // everything, for the last time: what does not fit is doubted
   void Reset();
 
  private:

@@ -257,6 +257,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   constexpr double kIndependent = 8;
   const double alike = std::max(1.0, count / kIndependent);
   pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse * alike));
+  for (PointObservation& corner : pose.corners) corner.sigma_px *= std::sqrt(worse * alike);
   return pose;
 }
 
@@ -331,14 +332,10 @@ Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose) {
   return posed;
 }
 
-std::optional<Track> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
-                                     const CameraModel& camera) {
+std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
+                                          const CameraModel& camera) {
   MarkerLocator other = locator.For(camera);
-  const auto pose = other.Locate(GrayForTracking(photograph.image), 0);
-  if (!pose) return std::nullopt;
-  Track track;
-  Describe(*pose, track);
-  return track;
+  return other.Locate(GrayForTracking(photograph.image), 0);
 }
 
 }  // namespace ulf

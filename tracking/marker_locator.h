@@ -32,7 +32,7 @@ std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictio
 
 struct MarkerPose {
   Rigid3 cam_from_world;
-  std::vector<PointObservation> corners;  // that support it
+  std::vector<PointObservation> corners;  // that support it, with what they come to as independent ones
   double center_sigma = 0;  // metres; no less than half of what lies between the two poses of a plane
   double distance = 0;      // from the camera to the corners' mean, metres
   double rms_px = 0;
@@ -96,8 +96,8 @@ class MarkerLocator {
   int ambiguous_frames_ = 0;
 };
 
-// Where another camera took a photograph of the markers that `locator` knows; without an anchor.
-std::optional<Track> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
-                                     const CameraModel& camera);
+// Where another camera took a photograph of the markers that `locator` knows.
+std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
+                                          const CameraModel& camera);
 
 }  // namespace ulf

@@ -33,8 +33,11 @@ class MarkerSource : public PoseSource {
   }
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& /*near*/) const override {
-    auto track = LocateByMarkers(locator_, photograph, camera);
-    if (track) track->anchor = Anchored{0, *track->cam_from_world};
+    const auto pose = LocateByMarkers(locator_, photograph, camera);
+    if (!pose) return std::nullopt;
+    Track track;
+    Describe(*pose, track);
+    track.anchor = Anchored{0, pose->cam_from_world};
     return track;
   }
   Rigid3 PoseOf(const Anchored& anchor) const override { return anchor.cam_from_keyframe; }

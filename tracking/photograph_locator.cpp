@@ -20,6 +20,17 @@ cv::Mat ResizedTo(const cv::Mat& gray, const CameraModel& camera) {
   return resized;
 }
 
+std::shared_ptr<const WorldSight> ResizedTo(WorldSight sight, const cv::Mat& from,
+                                            const CameraModel& camera) {
+  const Eigen::Vector2d scale(static_cast<double>(camera.width) / from.cols,
+                              static_cast<double>(camera.height) / from.rows);
+  for (PointObservation& corner : sight.corners) {
+    corner.img = corner.img.cwiseProduct(scale);
+    corner.sigma_px *= scale.mean();
+  }
+  return std::make_shared<const WorldSight>(std::move(sight));
+}
+
 }  // namespace
 
 PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel& photograph,
@@ -34,10 +45,11 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
       index_(index),
       locator_(small_, shared, options.features / 5) {}
 
-std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray,
-                                                 const std::optional<Rigid3>& near) const {
+std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
+                                                 const std::optional<WorldSight>& sight) const {
   const cv::Mat full = ResizedTo(gray, full_);
   TrackedImage image;
+  if (sight) image.sight = ResizedTo(*sight, gray, small_);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(ResizedTo(full, small_)));
   FeatureExtractor extractor(small_);
   extractor.Extract(*image.pyramid, options_.features);  // the corner threshold settles
@@ -46,7 +58,10 @@ std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray,
   if (near) located = LocateNear(image, *near);
   if (!located) located = locator_.Find(image, index_, options_.seed);
   if (!located) return std::nullopt;
-  return RefineAtFull(full, std::move(*located));
+  TrackedImage at_full;
+  at_full.pyramid = std::make_shared<const Pyramid>(BuildPyramid(full));
+  if (sight) at_full.sight = ResizedTo(*sight, gray, full_);
+  return RefineAtFull(std::move(at_full), std::move(*located));
 }
 
 std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
@@ -72,20 +87,26 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
   return std::nullopt;
 }
 
-Located PhotographLocator::RefineAtFull(const cv::Mat& gray, Located located) const {
+Located PhotographLocator::RefineAtFull(TrackedImage image, Located located) const {
   const Eigen::Vector2d full_by_small(static_cast<double>(full_.width) / small_.width,
                                       static_cast<double>(full_.height) / small_.height);
-  TrackedImage image;
-  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(gray));
   std::vector<PointMatch> matches = located.matches;
   for (PointMatch& match : matches) {
     match.img = match.img.cwiseProduct(full_by_small);
     match.sigma_px *= full_by_small.mean();
   }
   AlignMatches(full_, image, located.candidates, located.cam_from_world, matches);
-  const auto refined = RefinePose(full_, ToObservations(located.candidates, matches), located.cam_from_world);
+  std::vector<PointObservation> observations = ToObservations(located.candidates, matches);
+  for (const PointObservation& corner : CornersOf(shared_, image, located.cam_from_world))
+    observations.push_back(corner);
+  const auto refined = RefinePose(full_, observations, located.cam_from_world);
   // A photograph that is sharp when it is small only keeps what the small one said.
-  if (!refined || 2 * refined->inliers < static_cast<int>(matches.size())) return located;
+  const auto fits = [&] {
+    return 2 * std::count(refined->inlier.begin(),
+                          refined->inlier.begin() + static_cast<std::ptrdiff_t>(matches.size()), true) >=
+           static_cast<std::ptrdiff_t>(matches.size());
+  };
+  if (!refined || !fits()) return located;
   located.cam_from_world = refined->cam_from_world;
   located.center_sigma = refined->center_sigma;
   located.matches.clear();

@@ -25,12 +25,14 @@ class PhotographLocator {
   PhotographLocator(const CameraModel& live, const CameraModel& photograph, const SharedMap& shared,
                     const KeyframeIndex& index, const Options& options);
 
-  // `gray` has the photograph's size. Takes the map's lock. None when unsure.
-  std::optional<Located> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near) const;
+  // `gray` has the photograph's size, and `sight`, what it shows of a given world, is in its pixels. Takes
+  // the map's lock. None when unsure.
+  std::optional<Located> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
+                                const std::optional<WorldSight>& sight = {}) const;
 
  private:
   std::optional<Located> LocateNear(const TrackedImage& image, const Rigid3& near) const;
-  Located RefineAtFull(const cv::Mat& gray, Located located) const;
+  Located RefineAtFull(TrackedImage image, Located located) const;
 
   Options options_;
   CameraModel full_;   // of the photograph as it is

@@ -68,8 +68,19 @@ Vector3d After(const Twist& twist, const Vector3d& point, double time_s) {
 
 }  // namespace
 
+void DepthField::Scale(double scale) {
+  for (double& inverse : inverse_) inverse /= scale;
+}
+
 RowShift::RowShift(const CameraModel& camera, double readout_s, const Twist& twist, DepthField depths)
     : camera_(camera), readout_s_(readout_s), twist_(twist), depths_(std::move(depths)) {}
+
+RowShift RowShift::Scaled(double scale) const {
+  RowShift scaled = *this;
+  scaled.twist_.tail<3>() *= scale;
+  scaled.depths_.Scale(scale);
+  return scaled;
+}
 
 Vector2d RowShift::Moved(const Vector3d& point_in_cam, double time_s) const {
   const auto at_once = camera_.ImgFromCam(point_in_cam);

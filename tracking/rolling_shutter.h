@@ -40,6 +40,7 @@ class DepthField {
   };
   DepthField(const CameraModel& camera, std::span<const Sample> samples);
   double At(const Eigen::Vector2d& img) const;
+  void Scale(double scale);
 
  private:
   static constexpr int kColumns = 17, kRows = 13;
@@ -57,6 +58,9 @@ class RowShift {
   // Of a point whose depth is that of those around.
   Eigen::Vector2d Global(const Eigen::Vector2d& seen) const;
   Eigen::Vector2d Seen(const Eigen::Vector2d& global) const;
+
+  // The same in another unit of length.
+  RowShift Scaled(double scale) const;
 
   const Twist& twist() const { return twist_; }
   double readout_s() const { return readout_s_; }

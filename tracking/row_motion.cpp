@@ -24,6 +24,14 @@ void RowMotion::Forget() {
   before_.reset();
 }
 
+void RowMotion::Scale(double scale) {
+  if (velocity_) velocity_->tail<3>() *= scale;
+  off_.tail<3>() *= scale;
+  if (!before_) return;
+  before_->by_rows.tail<3>() *= scale;
+  before_->between.tail<3>() *= scale;
+}
+
 void RowMotion::AtStart(TwoViewStart& start) {
   std::vector<double> first_depths;
   for (const Vector3d& point : start.points) first_depths.push_back(point.z());
@@ -67,7 +75,8 @@ void RowMotion::Expect(TrackedImage& image, const Rigid3& predicted,
   GiveRows(image, *velocity_, depths);
 }
 
-void RowMotion::Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between) {
+void RowMotion::Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between,
+                       bool with_corners) {
   std::vector<SeenPoint> seen;
   std::vector<double> depths;
   for (const PointMatch& match : located.matches) {
@@ -76,6 +85,10 @@ void RowMotion::Settle(TrackedImage& image, Located& located, const std::optiona
     depths.push_back(in_cam.z());
     seen.push_back({point, image.pyramid->Seen(match.img, &in_cam), match.sigma_px});
   }
+  const std::size_t matches = seen.size();
+  if (with_corners && image.sight)
+    for (const PointObservation& corner : image.sight->corners)
+      seen.push_back({corner.point_in_world, corner.img, corner.sigma_px});
   const double depth = Median(std::move(depths));
   const double sigma = between ? kTremor : kUnknown;
   MotionPrior prior;
@@ -101,7 +114,7 @@ void RowMotion::Settle(TrackedImage& image, Located& located, const std::optiona
   for (const SeenPoint& point : seen)
     around.push_back({point.seen, (located.cam_from_world * point.point_in_world).z()});
   GiveRows(image, *velocity_, around);
-  for (std::size_t i = 0; i < seen.size(); ++i) {
+  for (std::size_t i = 0; i < matches; ++i) {
     const Vector3d in_cam = located.cam_from_world * seen[i].point_in_world;
     located.matches[i].img = image.pyramid->Global(seen[i].seen, &in_cam);
   }

@@ -23,7 +23,8 @@ class RowMotion {
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
   void SetReadout(double readout_s) { readout_s_ = readout_s; }
-  void Forget();  // the frames before: the next one follows none
+  void Forget();             // the frames before: the next one follows none
+  void Scale(double scale);  // lengths, from now on
 
   // The two views of a start, each with the velocity that its features'
   // motion in the image shows, and, of a rolling shutter, brought to its time by it.
@@ -32,8 +33,9 @@ class RowMotion {
   void Expect(TrackedImage& image, const Rigid3& predicted,
               std::span<const Eigen::Vector3d> points_in_world) const;
   // The frame was found: its pose and its rows' velocity, and all of it brought to its time. `between`: the
-  // velocity since the frame before, if there was one.
-  void Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between);
+  // velocity since the frame before, if there was one. `with_corners`: the map's world is that of what the
+  // frame shows of a given one.
+  void Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between, bool with_corners);
 
  private:
   void GiveRows(TrackedImage& image, const Twist& velocity, std::span<const DepthField::Sample> depths) const;

@@ -16,15 +16,22 @@ Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
-Track Tracker::Step(const Frame& frame) { return state_->Step(frame); }
+Track Tracker::Step(const Frame& frame, const std::optional<WorldSight>& sight) {
+  return state_->Step(frame, sight);
+}
+
+void Tracker::MoveWorld(const Similarity3& given_from_world) { state_->MoveWorld(given_from_world); }
+
+bool Tracker::WorldIsGiven() const { return state_->shared.world_given; }
 
 std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel& camera,
-                                     const std::optional<Rigid3>& near) const {
+                                     const std::optional<Rigid3>& near,
+                                     const std::optional<WorldSight>& sight) const {
   camera.Validate("photograph");
   if (photograph.width() != camera.width || photograph.height() != camera.height)
     throw Error("a photograph is {}x{}, its camera's intrinsics are for {}x{}; calibrate for this size",
                 photograph.width(), photograph.height(), camera.width, camera.height);
-  return state_->LocatePhotograph(photograph, camera, near);
+  return state_->LocatePhotograph(photograph, camera, near, sight);
 }
 
 void Tracker::Finish() {

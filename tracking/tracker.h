@@ -31,8 +31,10 @@
 #include "tracking/anchored.h"
 #include "tracking/calibration_check.h"
 #include "tracking/mapper_options.h"
+#include "tracking/similarity3.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
+#include "tracking/world_sight.h"
 
 namespace ulf {
 
@@ -118,14 +120,22 @@ class Tracker {
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
 
-  // Follows one frame. Throws Error when its size is not the camera's.
-  Track Step(const Frame& frame);
+  // Follows one frame. Throws Error when its size is not the camera's. `sight`: what it shows of a given
+  // world, kept until the map is moved there, from then on part of the pose and of the map; a lost tracker
+  // looks where it says.
+  Track Step(const Frame& frame, const std::optional<WorldSight>& sight = {});
 
   // Where another camera took a photograph of the same scene: a tethered camera's full resolution, beside the
   // live view that is tracked. `near`: about where, if anybody knows. None when unsure. Nothing of the
   // tracker changes. Throws Error when the photograph's size is not its camera's.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
-                              const std::optional<Rigid3>& near = {}) const;
+                              const std::optional<Rigid3>& near = {},
+                              const std::optional<WorldSight>& sight = {}) const;
+
+  // The world is the one that sights are given in from now on, and stays it as long as the map lives; anchors
+  // mean poses there. VisiblePoints() and the last pose are of the new world as well.
+  void MoveWorld(const Similarity3& given_from_world);
+  bool WorldIsGiven() const;
 
   // Waits for the mapper, adjusts the whole map and asks it whether the focal length is right. Frames may
   // follow; call it again then.

@@ -87,19 +87,22 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   }
   located_ = std::move(located);
   if (rows.rolls())
-    rows.Settle(image, *located_, VelocitySince(last_pose, located_->cam_from_world, image.time_s));
+    rows.Settle(image, *located_, VelocitySince(last_pose, located_->cam_from_world, image.time_s),
+                shared.world_given);
   Accept(image.time_s, *located_, track);
   return true;
 }
 
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
-  auto found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
+  std::optional<Located> found;
+  if (image.sight && shared.world_given) found = locator.FindAt(image, image.sight->cam_from_world);
+  if (!found) found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};
   rows.Forget();
   located_ = std::move(found);
-  if (rows.rolls()) rows.Settle(image, *located_, {});
+  if (rows.rolls()) rows.Settle(image, *located_, {}, shared.world_given);
   Accept(image.time_s, *located_, track);
   track.relocalized = true;
   spdlog::debug("frame {}: found again", frame);
@@ -134,6 +137,8 @@ void Tracker::State::Describe(const Located& located, Track& track) const {
             .norm());
   const double distance = Median(std::move(distances));
   track.center_sigma = std::hypot(located.center_sigma, unrest.Of(shared.map, distance));
+  if (shared.world_given && world_information > 0)
+    track.center_sigma = std::hypot(*track.center_sigma, 1 / std::sqrt(world_information));
   track.quality = QualityOf(*track.center_sigma, distance);
 }
 
@@ -221,6 +226,10 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   offered.keyframe.pyramid = image.pyramid;
   offered.keyframe.velocity = last.between;
   offered.keyframe.color = Srgb8(frame_in.image);
+  if (shared.world_given)
+    offered.keyframe.corners = CornersOf(shared, image, located.cam_from_world);
+  else if (image.sight && !image.pyramid->rows)
+    offered.keyframe.corners = image.sight->corners;
   locator.Describe(*image.features, located, offered);
   timer.Stop();
   const double before_s = ThreadCpuSeconds();
@@ -228,6 +237,7 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
   if (track.keyframe) {
     frames_since_keyframe = 0;
+    HearOfWorld(image);
     if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
     unrest.Give(last.anchor, located.cam_from_world);
   } else {
@@ -277,9 +287,33 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   std::vector<double> depths;
   for (const Vector3d& point : start.points) depths.push_back(point.z());
   mapper.StartFromTwoViews(start, 1 / std::max(1e-9, Median(depths)), color);
+  world_information = 0;
+  HearOfWorld(start.first);
+  HearOfWorld(start.second);
 }
 
-Track Tracker::State::Step(const Frame& frame_in) {
+// What was learnt of the motion so far goes on in the new world's unit.
+void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
+  mapper.Rest();
+  mapper.MoveWorld(given_from_world);
+  const double scale = given_from_world.scale;
+  if (last.velocity) last.velocity->translation *= scale;
+  if (last.between) last.between->tail<3>() *= scale;
+  for (VisiblePoint& point : last.visible) {
+    point.position_in_world = given_from_world * point.position_in_world;
+    point.depth *= scale;
+  }
+  rows.Scale(scale);
+  unrest.Forget();
+  mapper.AdjustSoon();
+}
+
+void Tracker::State::HearOfWorld(const TrackedImage& image) {
+  if (image.sight && image.sight->center_sigma > 0)
+    world_information += std::pow(image.sight->center_sigma, -2);
+}
+
+Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight>& sight) {
   const double start_s = ThreadCpuSeconds();
   mapping_cpu_s = 0;
   Track track;
@@ -298,6 +332,7 @@ Track Tracker::State::Step(const Frame& frame_in) {
   if (readout_search) readout_search->Step();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
+  if (sight) image.sight = std::make_shared<const WorldSight>(*sight);
   StageTimer pyramid(&track.stages.pyramid_s);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(frame_in.image)));
   track.sharpness = sharpness.Step(*image.pyramid);
@@ -349,11 +384,12 @@ Track Tracker::State::Step(const Frame& frame_in) {
 
 std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
                                                       const CameraModel& photograph_camera,
-                                                      const std::optional<Rigid3>& near) const {
+                                                      const std::optional<Rigid3>& near,
+                                                      const std::optional<WorldSight>& sight) const {
   if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
   const PhotographLocator photographs(camera, photograph_camera, shared, index,
                                       {.features = 2 * options.features, .seed = options.seed});
-  const auto located = photographs.Locate(GrayForTracking(image), near);
+  const auto located = photographs.Locate(GrayForTracking(image), near, sight);
   if (!located) return std::nullopt;
   Track track;
   track.state = TrackState::kTracking;

@@ -63,7 +63,8 @@ struct Tracker::State {
   };
   std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
   MapUnrest unrest;
-  int revision = 0;  // of the map, when the last frame was tracked
+  double world_information = 0;  // about where the given world is, from keyframes that showed it; 1 / sigma^2
+  int revision = 0;              // of the map, when the last frame was tracked
 
   TrackState state = TrackState::kInitializing;
   LastFrame last;
@@ -75,7 +76,9 @@ struct Tracker::State {
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
   double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
 
-  Track Step(const Frame& frame_in);
+  Track Step(const Frame& frame_in, const std::optional<WorldSight>& sight);
+  void MoveWorld(const Similarity3& given_from_world);
+  void HearOfWorld(const TrackedImage& image);
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(TrackedImage& image, Track& track);
@@ -86,7 +89,8 @@ struct Tracker::State {
   Anchored AnchorOf(const Located& located) const;
   void Describe(const Located& located, Track& track) const;
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
-                                        const std::optional<Rigid3>& near) const;
+                                        const std::optional<Rigid3>& near,
+                                        const std::optional<WorldSight>& sight) const;
   void TellVelocity(const TrackedImage& image, const Located& located);
   void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
   bool WantsKeyframe(const Located& located, int reference_points) const;

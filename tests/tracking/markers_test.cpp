@@ -53,6 +53,13 @@ Frame FrameOf(const cv::Mat& gray, double time_s) {
   return frame;
 }
 
+// One every day; with ULF_STABILITY=seeds five.
+std::vector<std::uint64_t> Seeds() {
+  const char* asked = std::getenv("ULF_STABILITY");
+  if (asked && std::string(asked) == "seeds") return {7, 8, 9, 10, 11};
+  return {7};
+}
+
 TEST(MarkerSpec, WhatCannotBeReadIsSaid) {
   const std::pair<const char*, const char*> kCases[] = {{"chessboard:8x6:25", "half a turn"},
                                                         {"dots", "charuco:"},
@@ -210,67 +217,101 @@ TEST(Markers, AnArrangementIsLearnt) {
   EXPECT_LT(Median(errors_mm), 1.5);
 }
 
-// The studio with a board on an easel. The board begins the map at once and gives the metre; covered up for a
-// while, features go on in its frame; in a fog that leaves only the board, the board carries.
-TEST(Markers, FeaturesAndBoardHelpEachOther) {
-  SimulationOptions options;
-  options.scene = "easel";
-  options.looks_away = false;
-  options.fps = 10;
-  const SimulatedCamera camera(options);
-  const StandingBoard& standing = *camera.scene().board();
-  const auto source = PosesSpec::Parse("features+markers:" + standing.board.Text())
-                          .Open(camera.camera(), {.tracker = {.deterministic = true}});
-  EXPECT_TRUE(source->IsMetric());
-  std::vector<double> open_mm, covered_mm, fog_mm;
-  std::vector<std::pair<Anchored, Rigid3>> anchors;
-  constexpr int kCovered = 36, kFog = 48, kEnd = 55;
-  for (int i = 0; i < kEnd; ++i) {
-    Frame frame = camera.Capture(static_cast<std::uint64_t>(i));
-    const Rigid3 truth = *frame.known_cam_from_world * standing.board_from_world.Inverse();
-    if (i >= kCovered) {
-      std::vector<cv::Point> outline;
-      const double w = 0.001 * standing.board.WidthMm() + 0.02, h = 0.001 * standing.board.HeightMm() + 0.02;
-      for (const Eigen::Vector3d& corner :
-           {Eigen::Vector3d(-0.02, -0.02, 0), {w, -0.02, 0}, {w, h, 0}, {-0.02, h, 0}}) {
-        const auto img = camera.camera().ImgFromCam(truth * corner);
-        ASSERT_TRUE(img);
-        outline.emplace_back(static_cast<int>(img->x()), static_cast<int>(img->y()));
-      }
-      cv::Mat mask(frame.image.pixels.size(), CV_8U, cv::Scalar(i < kFog ? 0 : 255));
-      cv::fillConvexPoly(mask, outline, cv::Scalar(i < kFog ? 255 : 0));
-      cv::Mat pixels = frame.image.pixels.clone();
-      pixels.setTo(cv::Scalar::all(90), mask);
-      frame.image.pixels = pixels;
-    }
-    frame.known_cam_from_world.reset();
-    const Track track = source->Step(frame);
-    ASSERT_TRUE(track.cam_from_world || i > 0) << "the board gives a pose at once";
-    if (!track.cam_from_world) continue;
-    (i < kCovered ? open_mm
-     : i < kFog   ? covered_mm
-                  : fog_mm)
-        .push_back(CentreErrorMm(*track.cam_from_world, truth));
-    anchors.emplace_back(*track.anchor, truth);
+// The studio with a board on an easel, in the board's own frame, in millimetres, without any alignment.
+// Covered up for a while; then in a fog that leaves only the board.
+struct BesideABoard {
+  explicit BesideABoard(std::uint64_t seed) : camera(OptionsOf(seed)), standing(*camera.scene().board()) {}
+  static SimulationOptions OptionsOf(std::uint64_t seed) {
+    SimulationOptions options;
+    options.scene = "easel";
+    options.looks_away = false;
+    options.fps = 10;
+    options.seed = seed;
+    return options;
   }
-  source->Finish();
-  std::vector<double> final_mm;
-  for (const auto& [anchor, truth] : anchors)
-    final_mm.push_back(CentreErrorMm(source->PoseOf(anchor), truth));
-  std::printf(
-      "centre: with both %.2f mm, board covered %.2f, board alone %.2f; after the run %.2f (95 %%: %.2f); %d "
-      "points\n",
-      Median(open_mm), Median(covered_mm), Median(fog_mm), Median(final_mm), Quantile(final_mm, 0.95),
-      source->Statistics().map_points);
-  EXPECT_EQ(open_mm.size(), static_cast<std::size_t>(kCovered));
-  EXPECT_GE(covered_mm.size(), 11u);
-  EXPECT_GE(fog_mm.size(), 6u);
-  EXPECT_GT(source->Statistics().map_points, 100);
-  // No alignment: in the board's own frame, in millimetres, from a metre away.
-  EXPECT_LT(Median(open_mm), 4);
-  EXPECT_LT(Median(covered_mm), 5);
-  EXPECT_LT(Median(fog_mm), 2);
-  EXPECT_LT(Median(final_mm), 4);
+  enum class Hidden { kNothing, kBoard, kAllElse };
+  Frame At(int i, Hidden hidden) const {
+    Frame frame = camera.Capture(static_cast<std::uint64_t>(i));
+    frame.known_cam_from_world.reset();
+    if (hidden == Hidden::kNothing) return frame;
+    std::vector<cv::Point> outline;
+    const double w = 0.001 * standing.board.WidthMm() + 0.02, h = 0.001 * standing.board.HeightMm() + 0.02;
+    for (const Eigen::Vector3d& corner :
+         {Eigen::Vector3d(-0.02, -0.02, 0), {w, -0.02, 0}, {w, h, 0}, {-0.02, h, 0}})
+      if (const auto img = camera.camera().ImgFromCam(Truth(frame) * corner))
+        outline.emplace_back(static_cast<int>(img->x()), static_cast<int>(img->y()));
+    const bool board = hidden == Hidden::kBoard;
+    cv::Mat mask(frame.image.pixels.size(), CV_8U, cv::Scalar(board ? 0 : 255));
+    cv::fillConvexPoly(mask, outline, cv::Scalar(board ? 255 : 0));
+    cv::Mat pixels = frame.image.pixels.clone();
+    pixels.setTo(cv::Scalar::all(90), mask);
+    frame.image.pixels = pixels;
+    return frame;
+  }
+  Rigid3 Truth(const Frame& frame) const {
+    return camera.hand().CamFromWorld(frame.device_time_s) * standing.board_from_world.Inverse();
+  }
+  std::unique_ptr<PoseSource> Open(const char* kind) const {
+    return PosesSpec::Parse(kind + standing.board.Text())
+        .Open(camera.camera(), {.tracker = {.deterministic = true}});
+  }
+  SimulatedCamera camera;
+  const StandingBoard& standing;
+};
+
+// With features, a board in sight gives poses no worse than by itself; they carry while it is covered, and it
+// carries while they are.
+TEST(Markers, FeaturesAndBoardHelpEachOther) {
+  constexpr int kCovered = 36, kFog = 48, kEnd = 55;
+  std::vector<double> by_board_mm, open_mm, covered_mm, fog_mm, final_mm;
+  for (const std::uint64_t seed : Seeds()) {
+    const BesideABoard scene(seed);
+    const auto both = scene.Open("features+markers:"), board = scene.Open("markers:");
+    EXPECT_TRUE(both->IsMetric());
+    std::vector<double> in_sight_mm, alone_mm, hidden_mm, carried_mm, after_mm;
+    std::vector<std::pair<Anchored, Rigid3>> anchors;
+    for (int i = 0; i < kEnd; ++i) {
+      const auto hidden = i < kCovered ? BesideABoard::Hidden::kNothing
+                          : i < kFog   ? BesideABoard::Hidden::kBoard
+                                       : BesideABoard::Hidden::kAllElse;
+      const Frame frame = scene.At(i, hidden);
+      const Rigid3 truth = scene.Truth(frame);
+      if (const Track alone = board->Step(frame); alone.cam_from_world && i < kCovered)
+        alone_mm.push_back(CentreErrorMm(*alone.cam_from_world, truth));
+      const Track track = both->Step(frame);
+      ASSERT_TRUE(track.cam_from_world || i > 0) << "the board gives a pose at once";
+      if (!track.cam_from_world) continue;
+      (i < kCovered ? in_sight_mm
+       : i < kFog   ? hidden_mm
+                    : carried_mm)
+          .push_back(CentreErrorMm(*track.cam_from_world, truth));
+      anchors.emplace_back(*track.anchor, truth);
+    }
+    both->Finish();
+    for (const auto& [anchor, truth] : anchors)
+      after_mm.push_back(CentreErrorMm(both->PoseOf(anchor), truth));
+    std::printf(
+        "seed %d: board alone %.2f mm, with both %.2f; board covered %.2f, board alone in a fog %.2f; after "
+        "the run %.2f (95 %%: %.2f); %d points\n",
+        static_cast<int>(seed), Median(alone_mm), Median(in_sight_mm), Median(hidden_mm), Median(carried_mm),
+        Median(after_mm), Quantile(after_mm, 0.95), both->Statistics().map_points);
+    EXPECT_EQ(in_sight_mm.size(), static_cast<std::size_t>(kCovered));
+    EXPECT_GE(hidden_mm.size(), 11u);
+    EXPECT_GE(carried_mm.size(), 6u);
+    EXPECT_GT(both->Statistics().map_points, 100);
+    EXPECT_LT(Median(in_sight_mm), 1.2 * Median(alone_mm));
+    EXPECT_LT(Median(hidden_mm), 2);
+    EXPECT_LT(Median(carried_mm), 2);
+    EXPECT_LT(Median(after_mm), 2);
+    by_board_mm.push_back(Median(alone_mm));
+    open_mm.push_back(Median(in_sight_mm));
+    covered_mm.push_back(Median(hidden_mm));
+    fog_mm.push_back(Median(carried_mm));
+    final_mm.push_back(Median(after_mm));
+  }
+  std::printf("%zu seeds: board alone %.2f mm / with features %.2f / covered %.2f / fog %.2f / after %.2f\n",
+              open_mm.size(), Median(by_board_mm), Median(open_mm), Median(covered_mm), Median(fog_mm),
+              Median(final_mm));
 }
 
 // A printed board in a hand, and one of its markers by itself: they agree as well as they say they do.
