@@ -96,7 +96,9 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<Located> found;
-  if (image.sight && shared.world_given) found = locator.FindAt(image, image.sight->cam_from_world);
+  // What only the frame before could tell from its mirror image is no place to look.
+  if (image.sight && image.sight->center_sigma > 0 && shared.world_given)
+    found = locator.FindAt(image, image.sight->cam_from_world);
   if (!found) found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};

@@ -16,7 +16,7 @@ struct WorldSight {
   // As the sensor saw them; the sigmas are such that the corners may be taken for independent.
   std::vector<PointObservation> corners;
   Rigid3 cam_from_world;    // as they alone have it
-  double center_sigma = 0;  // of that pose, world units
+  double center_sigma = 0;  // of that pose, world units; 0: they alone are not sure of it
 };
 
 }  // namespace ulf

@@ -120,6 +120,40 @@ TEST(BundleAdjustment, WithOneFixedCameraTheScaleStays) {
   EXPECT_NEAR(extent(scene.disturbed), before, 0.01 * before);
 }
 
+// Moved, turned and scaled as a whole, with no camera fixed: known points bring everything back; without them
+// nothing does.
+TEST(BundleAdjustment, KnownPointsSayWhereEverythingIs) {
+  const CameraModel camera = test::SceneCamera();
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Scene scene = MakeScene(0.2, 0, seed, camera);
+    BundleProblem& moved = scene.disturbed;
+    moved = scene.truth;
+    moved.fixed.assign(moved.fixed.size(), false);
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.05, Eigen::Vector3d(0.6, 0, 0.8)));
+    const Eigen::Vector3d shift(0.1, -0.05, 0.08);
+    constexpr double kScale = 1.05;
+    for (Rigid3& pose : moved.cam_from_world) {
+      const Eigen::Vector3d center = kScale * (turn * pose.OriginInSource()) + shift;
+      pose.rotation = pose.rotation * turn.conjugate();
+      pose.translation = -(pose.rotation * center);
+    }
+    for (Eigen::Vector3d& point : moved.points) point = kScale * (turn * point) + shift;
+    for (const bool known : {false, true}) {
+      BundleProblem solved = moved;
+      if (known) solved.known.assign(20, true);
+      for (std::size_t p = 0; known && p < 20; ++p) solved.points[p] = scene.truth.points[p];
+      // What is known is far from where it is seen at first: no outlier yet.
+      ASSERT_TRUE(AdjustBundle(camera, solved, {.robust_iterations = 20, .huber_sigmas = 1e3}).usable);
+      if (known) {
+        EXPECT_LT(CenterError(solved, scene.truth), 0.01);
+        EXPECT_EQ(solved.points[7], scene.truth.points[7]);
+      } else {
+        EXPECT_GT(CenterError(solved, scene.truth), 0.08);
+      }
+    }
+  }
+}
+
 TEST(BundleAdjustment, NothingToAdjustIsNotUsable) {
   BundleProblem empty;
   EXPECT_FALSE(AdjustBundle(test::SceneCamera(), empty).usable);

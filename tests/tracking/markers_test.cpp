@@ -11,6 +11,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/test_paths.h"
+#include "tracking/board_from_map.h"
 #include "tracking/marker_locator.h"
 #include "tracking/pose_source.h"
 #include "tracking/quantile.h"
@@ -312,6 +313,46 @@ TEST(Markers, FeaturesAndBoardHelpEachOther) {
   std::printf("%zu seeds: board alone %.2f mm / with features %.2f / covered %.2f / fog %.2f / after %.2f\n",
               open_mm.size(), Median(by_board_mm), Median(open_mm), Median(covered_mm), Median(fog_mm),
               Median(final_mm));
+}
+
+// A map that was moved into the board's frame by a similarity that is wrong by 3 % and a degree: the corners
+// in its adjustment mend it, and without them it stays wrong.
+TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
+  const BesideABoard scene(7);
+  for (const bool with_corners : {true, false}) {
+    Tracker tracker(scene.camera.camera(), {.deterministic = true});
+    MarkerLocator locator(scene.camera.camera(), MarkerSpec::Parse(scene.standing.board.Text()));
+    BoardFromMap board_from_map;
+    constexpr int kEnd = 24;
+    std::vector<std::pair<Anchored, Rigid3>> anchors;
+    for (int i = 0; i < kEnd; ++i) {
+      const Frame frame = scene.At(i, BesideABoard::Hidden::kNothing);
+      const auto pose = locator.Locate(GrayForTracking(frame.image), frame.device_time_s);
+      ASSERT_TRUE(pose);
+      const WorldSight sight{pose->corners, pose->cam_from_world, pose->center_sigma};
+      const Track track = tracker.Step(frame, with_corners ? std::optional(sight) : std::nullopt);
+      if (!track.cam_from_world) continue;
+      anchors.emplace_back(*track.anchor, scene.Truth(frame));
+      board_from_map.Add(*track.anchor, *pose);
+      const auto right = board_from_map.Fit(tracker);
+      if (!right || tracker.WorldIsGiven()) continue;
+      Similarity3 off;
+      off.scale = 1.03;
+      off.rotation = Eigen::AngleAxisd(M_PI / 180, Eigen::Vector3d::UnitY()).toRotationMatrix();
+      tracker.MoveWorld(off * *right);
+    }
+    ASSERT_GE(anchors.size(), 15u);
+    EXPECT_TRUE(tracker.WorldIsGiven());
+    tracker.Finish();
+    std::vector<double> errors_mm;
+    for (const auto& [anchor, truth] : anchors)
+      errors_mm.push_back(CentreErrorMm(tracker.PoseOf(anchor), truth));
+    std::printf("%s corners: %.2f mm after the run\n", with_corners ? "with" : "without", Median(errors_mm));
+    if (with_corners)
+      EXPECT_LT(Median(errors_mm), 3);
+    else
+      EXPECT_GT(Median(errors_mm), 20);
+  }
 }
 
 // A printed board in a hand, and one of its markers by itself: they agree as well as they say they do.

@@ -77,6 +77,12 @@ class TiledWall {
     return FrameLocator(camera_, shared_, 200).Find(image, index_, 1);
   }
 
+  // Told by something else where it is.
+  std::optional<Located> FindAt(const Rigid3& cam_from_world, const Rigid3& told, Draw& draw) const {
+    const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
+    return FrameLocator(camera_, shared_, 200).FindAt(image, told);
+  }
+
  private:
   struct Dot {
     Vector3d place;
@@ -193,6 +199,33 @@ TEST(RelocalizationTest, ATiledWallNeverGivesAWrongPose) {
       std::printf("period %.1f, %3.0f %% unique: %d right, %d wrong, %d none; beyond the map %d wrong\n",
                   period, 100 * unique, inside.right, inside.wrong, inside.none, outside.wrong);
     }
+}
+
+// Tiles that the picture cannot tell apart: a board that says where to look can. What it says of a place that
+// the map does not know is not believed.
+TEST(RelocalizationTest, ABoardsPoseIsLookedAtFirstAndCheckedAgainstTheMap) {
+  const TiledWall wall({.period = 0.8});
+  Draw draw(5);
+  for (int i = 0; i < 8; ++i) {
+    const auto told_of = [&](const Rigid3& truth) {
+      Rigid3 told = truth;
+      told.translation += 0.01 * draw.Direction();
+      return told;
+    };
+    const Rigid3 truth =
+        TiledWall::PoseAt(draw.Uniform(TiledWall::kWidth, TiledWall::kMapped - TiledWall::kWidth), draw);
+    EXPECT_FALSE(wall.Find(truth, draw)) << i;
+    const auto found = wall.FindAt(truth, told_of(truth), draw);
+    ASSERT_TRUE(found) << i;
+    EXPECT_LT((found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.006) << i;
+    const Rigid3 beyond =
+        TiledWall::PoseAt(draw.Uniform(1.5 * TiledWall::kMapped, 2 * TiledWall::kMapped), draw);
+    EXPECT_FALSE(wall.FindAt(beyond, told_of(beyond), draw)) << i;
+    // Half a tile off: nothing is where the map has it.
+    Rigid3 wrong = truth;
+    wrong.translation.x() += 0.4 * TiledWall::kWidth;
+    EXPECT_FALSE(wall.FindAt(truth, wrong, draw)) << i;
+  }
 }
 
 // Shaken, covered by a hand, and then before another part of what has been seen.
