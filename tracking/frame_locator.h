@@ -19,6 +19,7 @@ namespace ulf {
 // What one frame's matching against the map came to.
 struct Located {
   Rigid3 cam_from_world;
+  Rigid3 picture_from_cam;  // of a rolling shutter (Track::cam_from_world)
   std::vector<Candidate> candidates;
   std::vector<PointMatch> matches;  // that support the pose
   std::vector<int> in_view;         // candidates that the pose should see

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tracking/absolute_pose.h"
 #include "tracking/quantile.h"
 
 namespace ulf {
@@ -110,6 +111,13 @@ void RowMotion::Settle(TrackedImage& image, Located& located, const std::optiona
   }
   velocity_ = refined->twist;
   located.cam_from_world = refined->cam_from_world;
+  // What the rows bend is no outlier: all count alike.
+  constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .rounds = 1};
+  std::vector<PointObservation> in_picture;
+  for (const SeenPoint& point : seen)
+    in_picture.push_back({point.point_in_world, point.seen, point.sigma_px});
+  if (const auto picture = RefinePose(camera_, in_picture, located.cam_from_world, kAllAlike))
+    located.picture_from_cam = picture->cam_from_world * located.cam_from_world.Inverse();
   std::vector<DepthField::Sample> around;
   for (const SeenPoint& point : seen)
     around.push_back({point.seen, (located.cam_from_world * point.point_in_world).z()});

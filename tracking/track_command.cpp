@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <opencv2/core/utility.hpp>
@@ -66,6 +67,17 @@ struct Followed {
   std::vector<TimedPose> known;
 };
 
+GivenPoses AtMiddleRow(const TrackRun& run) {
+  GivenPoses poses;
+  for (const TrackedFrame& sample : run.frames) {
+    if (!sample.track.cam_from_world) continue;
+    const Rigid3 middle_row_from_picture = sample.track.middle_row_from_picture.value_or(Rigid3{});
+    for (const auto& [to, from] : {std::pair(&poses.live, &run.live), std::pair(&poses.final, &run.final)})
+      to->push_back({sample.time_s, middle_row_from_picture * (*from)[to->size()].cam_from_world});
+  }
+  return poses;
+}
+
 Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
   Followed followed;
   TrackRun& run = followed.run;
@@ -119,6 +131,9 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
     if (sample.track.cam_from_world)
       run.final.push_back({sample.time_s, sample.track.anchor ? poses->PoseOf(*sample.track.anchor)
                                                               : *sample.track.cam_from_world});
+  if (std::any_of(run.frames.begin(), run.frames.end(),
+                  [](const TrackedFrame& sample) { return sample.track.middle_row_from_picture; }))
+    run.middle_row = AtMiddleRow(run);
   run.map = poses->Statistics();
   run.from_outside = poses->Counts();
   return followed;

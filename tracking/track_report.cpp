@@ -81,6 +81,22 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
   report["rotation_" + which + "_rmse_deg"] = number(&TrajectoryError::rotation_rmse_deg);
 }
 
+// `of`: one for every frame that has a pose, or none at all.
+GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
+  GivenPoses poses;
+  if (of.live.empty()) return poses;
+  std::size_t at = 0;
+  for (const TrackedFrame& frame : run.frames) {
+    if (!frame.track.cam_from_world) continue;
+    if (frame.track.map_id == run.frames.back().track.map_id) {
+      poses.live.push_back(of.live[at]);
+      poses.final.push_back(of.final[at]);
+    }
+    ++at;
+  }
+  return poses;
+}
+
 std::string MapLine(const TrackerStatistics& map) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
@@ -134,6 +150,9 @@ std::string ToText(const TrackErrors& errors) {
       fmt::format("error against {} ({}, its unit taken as metres; scaled by {:.4g}):\n", errors.truth_name,
                   Counted(errors.live->matched, "pose"), errors.final->scale);
   text += ErrorLine("live", *errors.live) + ErrorLine("after", *errors.final);
+  if (errors.middle_row_live && errors.middle_row_final)
+    text += "  these are poses of pictures as they are; the camera when the middle row was read:\n" +
+            ErrorLine("live", *errors.middle_row_live) + ErrorLine("after", *errors.middle_row_final);
   if (errors.earlier_maps > 0)
     text += fmt::format("  not compared: {} on a map that was thrown away at the start\n",
                         Counted(errors.earlier_maps, "pose"));
@@ -142,32 +161,27 @@ std::string ToText(const TrackErrors& errors) {
 
 }  // namespace
 
-LastMapPoses OfLastMap(const TrackRun& run) {
-  LastMapPoses poses;
-  std::size_t at = 0;
-  for (const TrackedFrame& frame : run.frames) {
-    if (!frame.track.cam_from_world) continue;
-    if (frame.track.map_id == run.frames.back().track.map_id) {
-      poses.live.push_back(run.live[at]);
-      poses.final.push_back(run.final[at]);
-    }
-    ++at;
-  }
-  return poses;
-}
+GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, {run.live, run.final}); }
 
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
-  TrackErrors errors{std::move(truth_name), std::move(truth), 0, {}, {}};
+  TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
   if (run.frames.empty()) return errors;
   double tolerance_s = 1.0 / 60;
   if (run.frames.size() > 1) {
     const double span_s = run.frames.back().time_s - run.frames.front().time_s;
     tolerance_s = 0.5 * span_s / static_cast<double>(run.frames.size() - 1);
   }
-  const LastMapPoses poses = OfLastMap(run);
+  const auto error = [&](const std::vector<TimedPose>& poses) {
+    return CompareTrajectories(poses, errors.truth, tolerance_s, kRelativeErrorStep_s);
+  };
+  const GivenPoses poses = OfLastMap(run);
   errors.earlier_maps = static_cast<int>(run.live.size() - poses.live.size());
-  errors.live = CompareTrajectories(poses.live, errors.truth, tolerance_s, kRelativeErrorStep_s);
-  errors.final = CompareTrajectories(poses.final, errors.truth, tolerance_s, kRelativeErrorStep_s);
+  errors.live = error(poses.live);
+  errors.final = error(poses.final);
+  if (run.middle_row.live.empty()) return errors;
+  const GivenPoses middle_row = OfLastMap(run, run.middle_row);
+  errors.middle_row_live = error(middle_row.live);
+  errors.middle_row_final = error(middle_row.final);
   return errors;
 }
 
@@ -207,6 +221,11 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   if (!errors) return report;
   AddError(report, "live", errors->live);
   AddError(report, "final", errors->final);
+  report["middle_row"] = nullptr;
+  if (errors->middle_row_live) {
+    AddError(report["middle_row"], "live", errors->middle_row_live);
+    AddError(report["middle_row"], "final", errors->middle_row_final);
+  }
   report["rpe_step_s"] = kRelativeErrorStep_s;
   report["scale"] = errors->final ? Json(errors->final->scale) : Json(nullptr);
   report["compared"] = errors->live ? errors->live->matched : 0;

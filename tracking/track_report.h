@@ -22,27 +22,30 @@ struct TrackedFrame {
   double wall_ms = 0;
 };
 
+struct GivenPoses {
+  std::vector<TimedPose> live, final;  // as tracked; after the last adjustment
+};
+
 struct TrackRun {
   bool deterministic = false;  // mapping ran inside the frames
   std::vector<TrackedFrame> frames;
-  std::vector<TimedPose> live, final;  // as tracked; after the last adjustment
-  std::vector<double> orb_cpu_ms;      // cv::ORB with 1000 features on some of the frames
+  std::vector<TimedPose> live, final;
+  GivenPoses middle_row;           // the camera at its frames' times, where a rolling shutter is compensated
+  std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   TrackerStatistics map;
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
 // The poses of the last map alone.
-struct LastMapPoses {
-  std::vector<TimedPose> live, final;
-};
-LastMapPoses OfLastMap(const TrackRun& run);
+GivenPoses OfLastMap(const TrackRun& run);
 
 // A run against the truth.
 struct TrackErrors {
   std::string truth_name;
   std::vector<TimedPose> truth;
   int earlier_maps = 0;  // poses of maps that were thrown away: left out
-  std::optional<TrajectoryError> live, final;
+  std::optional<TrajectoryError> live = {}, final = {};
+  std::optional<TrajectoryError> middle_row_live = {}, middle_row_final = {};
 };
 inline constexpr double kRelativeErrorStep_s = 1;
 

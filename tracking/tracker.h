@@ -61,9 +61,15 @@ struct Track {
   bool skipped = false;  // incomplete or empty frame: nothing was tried, the state stays
   int map_id =
       0;  // counts worlds: a map that is lost within its first ten frames is thrown away for a new one
-  bool relocalized = false;              // found again in this frame after being lost
-  std::optional<Rigid3> cam_from_world;  // none unless tracking
-  std::optional<Anchored> anchor;        // the same pose, for PoseOf(); set whenever cam_from_world is
+  bool relocalized = false;  // found again in this frame after being lost
+  // None unless tracking. Of a rolling shutter, whose rows have poses of their own: the one pose that
+  // explains the picture best as it is. Whoever uses the picture (renderer, coverage, other programs) knows
+  // no rows.
+  std::optional<Rigid3> cam_from_world;
+  std::optional<Anchored> anchor;  // the same pose, for PoseOf(); set whenever cam_from_world is
+  // Where the camera itself was at the frame's time, when its middle row was read, relative to that pose: set
+  // where a rolling shutter is compensated, else the same.
+  std::optional<Rigid3> middle_row_from_picture;
   // 0 to 1, by the predicted error below: one half where that is a hundredth of the distance of what is seen.
   double quality = 0;
   int matched_points = 0;  // map points that support the pose

@@ -130,7 +130,8 @@ Anchored Tracker::State::AnchorOf(const Located& located) const {
 
 // The map's lock is held.
 void Tracker::State::Describe(const Located& located, Track& track) const {
-  track.cam_from_world = located.cam_from_world;
+  track.cam_from_world = located.picture_from_cam * located.cam_from_world;
+  if (rows.rolls()) track.middle_row_from_picture = located.picture_from_cam.Inverse();
   track.matched_points = static_cast<int>(located.matches.size());
   std::vector<double> distances;
   for (const PointMatch& match : located.matches)
@@ -181,6 +182,7 @@ void Tracker::State::Accept(double time_s, const Located& located, Track& track)
   if (now.between) frame_before = {last.time_s, last.anchor};
   last = std::move(now);
   track.anchor = last.anchor;
+  track.anchor->cam_from_keyframe = located.picture_from_cam * last.anchor.cam_from_keyframe;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
 }

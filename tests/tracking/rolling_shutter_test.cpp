@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
+#include <memory>
 #include <random>
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "tracking/absolute_pose.h"
+#include "tracking/row_motion.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -123,6 +126,40 @@ TEST(RowShiftTest, PoseAndVelocityAreFoundFromOneFrame) {
   EXPECT_GT((plain->cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), 3e-3);
 }
 
+double RmsPx(const CameraModel& camera, const Rigid3& pose, const std::vector<SeenPoint>& seen) {
+  double sum = 0;
+  for (const SeenPoint& point : seen)
+    sum += (*camera.ImgFromCam(pose * point.point_in_world) - point.seen).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(seen.size()));
+}
+
+TEST(RowMotionTest, ThePicturesPoseExplainsItsPixelsAndTheMiddleRowsIsWhereTheCameraWas) {
+  const CameraModel camera = Camera();
+  TrackedImage image;
+  image.features = std::make_shared<const FeatureSet>(std::vector<Feature>{}, camera.width, camera.height);
+  image.pyramid = std::make_shared<const Pyramid>();
+  Located located;
+  std::vector<SeenPoint> seen;
+  for (const Vector3d& point : PointsBefore(camera, 8, 300)) {
+    seen.push_back({point, SeenByRows(camera, Rigid3{}, point, kReadout_s, QuickTurn()), 0.4});
+    located.candidates.emplace_back().position = point;
+    located.matches.push_back({.candidate = static_cast<int>(located.matches.size()),
+                               .feature = -1,
+                               .img = seen.back().seen,
+                               .sigma_px = 0.4});
+  }
+  RowMotion motion(camera, kReadout_s);
+  motion.Settle(image, located, QuickTurn(), false);
+  EXPECT_LT(located.cam_from_world.OriginInSource().norm(), 1e-3);
+  const Rigid3 picture = located.picture_from_cam * located.cam_from_world;
+  EXPECT_GT(picture.OriginInSource().norm(), 3e-3);
+  EXPECT_LT(RmsPx(camera, picture, seen), 0.9 * RmsPx(camera, located.cam_from_world, seen));
+  // No other pose does it better.
+  for (int k = 0; k < 6; ++k)
+    for (const double step : {-2e-3, 2e-3})
+      EXPECT_GT(RmsPx(camera, Perturbed(picture, step * Twist::Unit(k)), seen), RmsPx(camera, picture, seen));
+}
+
 // The same hand before the same scene, by both shutters; rendered once.
 const std::vector<Frame>& Frames(double readout_s) {
   static std::map<double, std::vector<Frame>> rendered;
@@ -140,7 +177,7 @@ const std::vector<Frame>& Frames(double readout_s) {
 }
 
 struct Outcome {
-  double error_m = 0;  // RMS of the centres, as given live
+  double error_m = 0;  // RMS of the centres of the middle rows, as given live
   std::optional<Readout> rolling;
 };
 
@@ -150,7 +187,9 @@ Outcome Follow(double readout_s, const TrackerOptions& options) {
   for (const Frame& frame : Frames(readout_s)) {
     const Track track = tracker.Step(frame);
     truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
-    if (track.cam_from_world) given.push_back({frame.device_time_s, *track.cam_from_world});
+    if (!track.cam_from_world) continue;
+    given.push_back(
+        {frame.device_time_s, track.middle_row_from_picture.value_or(Rigid3{}) * *track.cam_from_world});
   }
   const auto error = CompareTrajectories(given, truth, 0.01, 1);
   EXPECT_GT(given.size(), 85u);

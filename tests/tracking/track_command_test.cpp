@@ -70,6 +70,18 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
   EXPECT_THAT(unknown.errors, testing::HasSubstr("--poses rosary"));
 }
 
+// The simulator knows where the camera was, which is not what explains a bent picture.
+TEST(TrackCommand, OfARollingShutterThePicturesPosesAndTheCamerasAreJudged) {
+  const std::string sim = "track 'sim:studio?width=320&height=240&noise=0&readout_ms=20' --frames 45 ";
+  const auto told = test::RunUlf(sim + "--deterministic --json --readout-ms 20");
+  ASSERT_EQ(told.exit_code, 0) << told.errors;
+  const auto report = nlohmann::json::parse(told.output);
+  EXPECT_LT(report["middle_row"]["ate_live_rmse"], report["ate_live_rmse"]);
+  EXPECT_LT(report["middle_row"]["ate_final_rmse"], report["ate_final_rmse"]);
+  const auto global = test::RunUlf(sim + "--deterministic --json --readout-ms 0");
+  EXPECT_TRUE(nlohmann::json::parse(global.output)["middle_row"].is_null());
+}
+
 // The figures are those of the files, and the picture is one.
 TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
   const test::ScratchFolder scratch;
