@@ -204,10 +204,11 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   for (CameraModel& lens : lenses) lens = WithRoomFor(options.free, lens);
   summary.initial_rms_sigmas = Rms(lenses, problem);
   auto solution = Solve(lenses, problem, fixed, options.robust_iterations, 0, options);
-  summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
   summary.iterations = static_cast<int>(solution.iterations.size());
   summary.usable = solution.IsSolutionUsable();
+  // What has not settled tells nothing about which observations are wrong.
   const bool stopped = options.stop && *options.stop;
+  if (!stopped) summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
   if (summary.usable && options.iterations > 0 && !stopped) {
     solution = Solve(lenses, problem, fixed, options.iterations, summary.iterations, options);
     summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);

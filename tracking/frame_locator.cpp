@@ -3,8 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "tracking/pose_evidence.h"
+#include "tracking/quantile.h"
 
 namespace ulf {
 
@@ -23,6 +25,16 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
 }
 
 }  // namespace
+
+double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world) {
+  std::vector<double> shifts;
+  for (const PointMatch& match : located.matches) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    if (const auto img = camera.ImgFromCam(cam_from_world * candidate.position))
+      shifts.push_back((*img - match.img).norm());
+  }
+  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
+}
 
 std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
                                             double first_radius_px,

@@ -28,6 +28,9 @@ struct Located {
   double center_sigma = 0;
 };
 
+// How far from where a pose would have them the points were found, in the middle; infinite of none.
+double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world);
+
 class FrameLocator {
  public:
   // `most_undetected`: how many patches may be tried without a detected corner, per frame.

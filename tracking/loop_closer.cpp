@@ -385,7 +385,7 @@ void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_
     Scale(moved->second.scale, map.keyframe(keyframe.id));
   }
   for (const MapPoint& point : map.points())
-    if (point.alive) map.Update(point.id);
+    if (point.alive) map.UpdateGeometry(point.id);
 }
 
 }  // namespace ulf

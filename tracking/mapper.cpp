@@ -60,7 +60,7 @@ bool Mapper::Offer(NewKeyframe keyframe) {
   }
   {
     const std::lock_guard lock(work_mutex_);
-    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    ThrowFailure();
     if (next_ || (working_ && !in_background_)) return false;
     next_ = std::move(keyframe);
     cut_short_ = in_background_;
@@ -72,6 +72,7 @@ bool Mapper::Offer(NewKeyframe keyframe) {
 void Mapper::Drain() {
   std::unique_lock lock(work_mutex_);
   changed_.wait(lock, [&] { return !next_ && !working_ && !owed_; });
+  ThrowFailure();
 }
 
 void Mapper::Rest() {
@@ -81,6 +82,11 @@ void Mapper::Rest() {
     cut_short_ = in_background_;
     return !next_ && !working_;
   });
+  ThrowFailure();
+}
+
+void Mapper::ThrowFailure() {
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
 void Mapper::AdjustSoon() {

@@ -51,8 +51,8 @@ class Mapper {
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // False when it was refused: the one before is still being worked on. Throws what broke while mapping
-  // earlier keyframes.
+  // What broke while mapping in the second thread is thrown by the next of these three.
+  // False when it was refused: the one before is still being worked on.
   bool Offer(NewKeyframe keyframe);
   void Drain();  // returns when all that was offered is in the map and adjusted
   void Rest();   // likewise, without waiting for adjustments in the background: they are cut short
@@ -67,6 +67,7 @@ class Mapper {
 
  private:
   void Run();
+  void ThrowFailure();  // work_mutex_ is held
   void Process(NewKeyframe& offered);
   int Insert(NewKeyframe& offered);
   void CullRecentPoints(int newest);
@@ -101,7 +102,7 @@ class Mapper {
   bool working_ = false;
   bool in_background_ = false;  // what is worked on may be cut short
   bool owed_ = false;           // an adjustment of everything
-  std::exception_ptr failure_;  // what broke in the second thread: thrown by the next Offer()
+  std::exception_ptr failure_;  // what broke in the second thread
   bool ending_ = false;
   std::atomic<bool> cut_short_{false};
   std::thread thread_;

@@ -82,7 +82,13 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
     std::optional<Located> wide = locator_.Refine(image, located, 10 * unit, ignored);
     if (!wide) continue;
     std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
-    if (found && PoseEvidence(small_, *found) > kFoundEvidence) return found;
+    if (!found) continue;
+    // `near` is of another moment: unless nothing has moved, it does not say which of several like things
+    // this is.
+    LeftOut left_out;
+    if (MedianShiftPx(small_, *found, near) > 4 * unit)
+      LeaveOutTwins(small_, *image.features, *found, left_out);
+    if (PoseEvidence(small_, *found, left_out) > kFoundEvidence) return found;
   }
   return std::nullopt;
 }

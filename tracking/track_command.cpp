@@ -45,7 +45,7 @@ struct TrackArgs {
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
-  int features = 1000;
+  int features = TrackerOptions{}.features;
   int frames = 0;
   bool benchmark = false;
   bool json = false;
@@ -78,11 +78,10 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
   return poses;
 }
 
-Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
-  Followed followed;
+// Until the device is over, enough frames have come or the operator ends it.
+void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
+                  std::unique_ptr<PoseSource>& poses, Followed& followed) {
   TrackRun& run = followed.run;
-  run.deterministic = args.deterministic;
-  std::unique_ptr<PoseSource> poses;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
@@ -120,13 +119,30 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
                   fmt::format("frame {}, {}", count, InWords(run.frames.back().track)));
     if (args.frames > 0 && count >= args.frames) break;
   }
+}
+
+Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
+  Followed followed;
+  TrackRun& run = followed.run;
+  run.deterministic = args.deterministic;
+  std::unique_ptr<PoseSource> poses;
+  try {
+    FollowFrames(args, spec, device, poses, followed);
+  } catch (const std::exception& error) {
+    if (run.live.empty()) throw;
+    run.broke = fmt::format("frame {}: {}", run.frames.size(), error.what());
+  }
   const bool lost = device.State() == DeviceState::kLost;
   device.Stop();
   if (!poses)
     throw Error("{}: no frame came; {}", args.uri,
                 lost ? "the device was lost" : "check that it delivers images");
   if (lost) spdlog::warn("{}: the device was lost after {} frames", args.uri, run.frames.size());
-  poses->Finish();
+  try {
+    poses->Finish();
+  } catch (const std::exception& error) {
+    if (run.broke.empty()) run.broke = fmt::format("the last adjustment: {}", error.what());
+  }
   for (const TrackedFrame& sample : run.frames)
     if (sample.track.cam_from_world)
       run.final.push_back({sample.time_s, sample.track.anchor ? poses->PoseOf(*sample.track.anchor)
@@ -168,6 +184,8 @@ int RunTrack(const TrackArgs& args) {
     fmt::print("{}", ToText(run, compared));
   std::fflush(stdout);
   if (!args.plot.empty()) PlotRun(args.plot, run, compared, args.uri);
+  if (!run.broke.empty())
+    throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
   return run.live.empty() ? kFailed : kOk;
 }
 

@@ -206,6 +206,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["keyframes"] = run.map.keyframes;
   report["loops"] = run.map.loops;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
+  report["longest_wait_for_map_ms"] = 1000 * run.map.longest_wait_s;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
   report["rolling_shutter"] = nullptr;
   if (const auto& rolling = run.map.rolling_shutter)

@@ -33,6 +33,7 @@ struct TrackRun {
   GivenPoses middle_row;           // the camera at its frames' times, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   TrackerStatistics map;
+  std::string broke;  // what ended the run early, where, and why; empty: nothing
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 

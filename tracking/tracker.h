@@ -41,7 +41,7 @@ namespace ulf {
 struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
   unsigned seed = 1;           // of every random draw
-  int features = 1000;         // per frame; twice as many while the map is being started
+  int features = 850;          // per frame; twice as many while the map is being started
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
   bool wait_for_mapper = false;
   // Of a rolling shutter, from the first row to the last (negative: from the last); 0: a global one. None:

@@ -24,17 +24,6 @@ namespace {
 
 constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
 
-// How far from where a pose would have them the points were found.
-double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world) {
-  std::vector<double> shifts;
-  for (const PointMatch& match : located.matches) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-    if (const auto img = camera.ImgFromCam(cam_from_world * candidate.position))
-      shifts.push_back((*img - match.img).norm());
-  }
-  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
-}
-
 }  // namespace
 
 // None where frames are missing between: the hand was free to do anything.

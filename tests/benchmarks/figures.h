@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tracking/quantile.h"
+
 namespace ulf {
 
 struct Target {
@@ -18,10 +20,6 @@ struct Target {
 // Google Benchmark's own output, then the targets'. A target whose run is not there counts as missed, unless
 // a filter was given; so does one that was skipped with an error.
 int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets);
-
-// The value below which a share of the values lies (nearest rank); 0 of none.
-double Quantile(std::vector<double> values, double share);
-inline double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
 
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point start);

@@ -3,32 +3,34 @@
 # numbers of features on two recordings. Runs `ulf track`, writes a table, draws it with gnuplot.
 #
 # usage: ULF_BINARY=build/release/ulf ULF_TEST_DATA=DIR tests/charts/tracking_speed_accuracy.sh TABLE.csv PICTURE.png
-# A table that is there already is gone on with: only runs that it lacks are made. SEEDS, FEATURES and FRAMES
-# (of each recording) change what is run. CPU is told as a multiple of cv::ORB with 1,000 features, timed in the
-# same run, so that a busy machine matters little.
+# A table that is there already is gone on with: only runs that it lacks are made. FEATURES, NEARBY and FRAMES
+# (of each recording) change what is run. A run hardly depends on the seed, but much on a few features more or
+# fewer: each number is tried with a few beside it (NEARBY), and their median is drawn. CPU is told as a
+# multiple of cv::ORB with 1,000 features, timed in the same run, so that a busy machine matters little.
 set -euo pipefail
 table=${1:?a table to write} picture=${2:?a picture to draw}
 : "${ULF_BINARY:?the program}" "${ULF_TEST_DATA:?the folder of recordings}"
-seeds=${SEEDS:-1 2 3} counts=${FEATURES:-300 500 700 1000 1500} frames=${FRAMES:-100000}
+nearby=${NEARBY:-0 -10 10} counts=${FEATURES:-300 500 700 850 1000 1250 1500} frames=${FRAMES:-100000}
 
-track() {  # recording seed features
+track() {  # recording features
   local uri truth=$ULF_TEST_DATA/$1
   case $1 in
     handheld_kitchen) uri="replay:$truth?glob=*.color.jpg" truth+=/colmap_reference.txt ;;
     scan_synthetic) uri="replay:$truth" truth+=/groundtruth.txt ;;
   esac
   "$ULF_BINARY" track "$uri" --calibration "$ULF_TEST_DATA/$1/intrinsics.txt" --truth "$truth" --deterministic \
-    --benchmark --json --seed "$2" --features "$3" --frames "$frames" 2>/dev/null
+    --benchmark --json --features "$2" --frames "$frames" 2>/dev/null
 }
 field() { sed -n "s/^ *\"$1\": \([-+.0-9e]*\),*\$/\1/p" <<<"$2"; }
 
-[ -s "$table" ] || echo "recording,features,seed,cpu_over_orb,p95_over_orb,live_mm,final_mm,frames,tracked,init_frame" >"$table"
-for seed in $seeds; do
+[ -s "$table" ] || echo "recording,features,around,cpu_over_orb,p95_over_orb,live_mm,final_mm,frames,tracked,init_frame" >"$table"
+for more in $nearby; do
   for count in $counts; do
     for recording in handheld_kitchen scan_synthetic; do
-      grep -q "^$recording,$count,$seed," "$table" && continue
-      report=$(track $recording "$seed" "$count")
-      awk -v OFS=, -v name="$recording,$count,$seed" -v median="$(field cpu_over_orb "$report")" \
+      key=$recording,$((count + more)),$count
+      grep -q "^$key," "$table" && continue
+      report=$(track $recording $((count + more)))
+      awk -v OFS=, -v name="$key" -v median="$(field cpu_over_orb "$report")" \
         -v p95="$(field cpu_ms_p95 "$report")" -v orb="$(field orb_cpu_ms_median "$report")" \
         -v live="$(field ate_live_rmse "$report")" -v final="$(field ate_final_rmse "$report")" \
         -v frames="$(field frames "$report")" -v tracked="$(field tracked "$report")" \
@@ -38,14 +40,14 @@ for seed in $seeds; do
   done
 done
 
-# Medians over the seeds: recording, features, CPU, error live, error after.
+# Medians: recording, features, CPU, error live, error after.
 medians=$(mktemp)
 trap 'rm -f "$medians"' EXIT
 for recording in handheld_kitchen scan_synthetic; do
   for count in $counts; do
     printf '%s %s' $recording "$count"
     for column in 4 6 7; do
-      grep "^$recording,$count," "$table" | cut -d, -f$column | sort -g |
+      grep "^$recording,[0-9]*,$count," "$table" | cut -d, -f$column | sort -g |
         awk '{ v[NR] = $1 } END { printf " %s", NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'
     done
     echo

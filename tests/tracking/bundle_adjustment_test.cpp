@@ -257,6 +257,19 @@ TEST(BundleAdjustment, ProgressCountsAndAStopIsObeyed) {
   EXPECT_EQ(last, 3);
 }
 
+// Where a loop has just been closed everything is off by pixels: what is cut short must not take that for
+// wrong observations.
+TEST(BundleAdjustment, WhatIsCutShortDoubtsNothing) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0.05, 5, camera);
+  const std::atomic<bool> stop = true;
+  BundleOptions options;
+  options.stop = &stop;
+  const BundleSummary summary = AdjustBundle(camera, scene.disturbed, options);
+  EXPECT_EQ(summary.outliers, 0);
+  for (const BundleObservation& seen : scene.disturbed.observations) EXPECT_FALSE(seen.outlier);
+}
+
 TEST(Residuals, DerivativesByIntrinsicsAgreeWithDifferences) {
   const CameraModel fisheye{640, 480, 300, 302, 322, 241, Distortion::kFisheye, {0.02, -0.004, 0.001, 0, 0}};
   const FreeIntrinsics all{.focal = true, .principal_point = true, .k1 = true, .k2 = true};

@@ -95,6 +95,30 @@ TEST_F(Photographs, OfSomethingElseAreNotLocated) {
                                tracks_[40].cam_from_world));
 }
 
+// A wall of equal tiles of 0.4 m, photographed from most of a tile beside the pose that is known.
+TEST(PhotographsOfTiles, AreRightOrNotLocated) {
+  const TexturedRoom room({.furniture = test::Furniture::kTiles});
+  Tracker tracker(TexturedRoom::Camera(), {.deterministic = true});
+  Track last;
+  constexpr int kLast = 59;
+  for (int k = 0; k <= kLast; ++k)
+    last = tracker.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)));
+  ASSERT_TRUE(last.cam_from_world);
+  std::vector<double> units;  // of the map, by metre
+  for (const double aside_m : {-0.3, -0.2, 0.2, 0.3}) {
+    Rigid3 aside;
+    aside.translation.x() = aside_m;
+    const Frame photograph = room.Take(aside * TexturedRoom::HandAt(kLast), 1000, PhotographCamera());
+    const auto located = tracker.Locate(photograph.image, PhotographCamera(), last.cam_from_world);
+    if (!located) continue;
+    const Rigid3 way = *located->cam_from_world * last.cam_from_world->Inverse();
+    EXPECT_LT(RotationAngle(way.rotation), 0.01);
+    units.push_back(way.translation.x() / aside_m);
+  }
+  ASSERT_GE(units.size(), 2u);
+  for (const double unit : units) EXPECT_NEAR(unit, units.front(), 0.05 * units.front());
+}
+
 TEST_F(Photographs, WithIntrinsicsOfAnotherSizeAreAnError) {
   EXPECT_THAT(
       [&] { (void)tracker_.Locate(Photograph(TexturedRoom::HandAt(1)).image, TexturedRoom::Camera()); },

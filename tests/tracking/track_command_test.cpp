@@ -15,6 +15,7 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "tests/support/test_paths.h"
+#include "tests/tracking/textured_room.h"
 #include "tracking/gnuplot.h"
 #include "tracking/track_words.h"
 #include "tracking/trajectory.h"
@@ -139,6 +140,26 @@ TEST(TrackCommand, AFailingChartLeavesNoHalfPicture) {
     EXPECT_THAT(error.what(), testing::HasSubstr("nothing_of_this_name"));
   }
   EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
+  const test::ScratchFolder scratch;
+  const test::TexturedRoom room({});
+  constexpr int kFrames = 60, kBroken = 50;
+  for (int k = 0; k < kFrames; ++k) {
+    const std::string file = (scratch / fmt::format("{:02}.png", k)).string();
+    cv::imwrite(file, room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+    if (k != kBroken) continue;
+    std::string bytes = ReadWholeFile(file);
+    for (std::size_t i = 100; i < 300; ++i) bytes[i] = static_cast<char>(~bytes[i]);
+    WriteFileAtomically(file, bytes);
+  }
+  const std::string poses = (scratch / "poses.txt").string();
+  const auto broken =
+      test::RunUlf("track 'replay:" + scratch.path().string() + "?glob=*.png' --focal-px 520 -o " + poses);
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_THAT(broken.errors, testing::AllOf(testing::HasSubstr("50.png"), testing::HasSubstr("were kept")));
+  EXPECT_GT(ReadTum(poses).size(), 20u);
 }
 
 // What the person with the camera reads while nothing has started yet.
