@@ -183,6 +183,12 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     throw UsageError(
         "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
         args.poses.Text());
+  if (args.resume && args.poses.WorldIsChosenAnew())
+    throw UsageError(
+        "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
+        "with --poses features, or name the marker that was the first (the end of that session said which): "
+        "--poses {}:NUMBER",
+        args.dir, args.poses.Text());
   prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   prepared.device->Start();
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;

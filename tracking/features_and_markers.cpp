@@ -87,6 +87,7 @@ class FeaturesAndMarkers : public PoseSource {
   }
   void Finish() override {
     tracker_.Finish();
+    if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
     spdlog::debug("markers: {} frames by features, {} by the board", by_features_, by_board_.size());
   }
   TrackerStatistics Statistics() const override { return tracker_.Statistics(); }

@@ -1,5 +1,7 @@
 #include "tracking/marker_locator.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -123,6 +125,12 @@ MarkerLocator MarkerLocator::For(const CameraModel& camera) const {
 }
 
 int MarkerLocator::KnownMarkers() const { return spec_.kind == MarkerSpec::Kind::kSeveral ? map_.Size() : 1; }
+
+std::string MarkerLocator::WorldInWords() const {
+  if (spec_.kind != MarkerSpec::Kind::kSeveral || map_.First() < 0) return {};
+  return fmt::format("the world is the frame of marker {} (marker:{:g}:{}:{}), {} markers learnt",
+                     map_.First(), 1000 * spec_.side_m, spec_.dictionary, map_.First(), map_.Size());
+}
 
 MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
   Detections found;

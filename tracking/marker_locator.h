@@ -66,6 +66,9 @@ class MarkerLocator {
   const CameraModel& camera() const { return camera_; }
   // Markers with a place in the world: 1 but for markers that are learnt.
   int KnownMarkers() const;
+  // To be told at the end: which of several markers became the world, as --poses names it. Empty: not to be
+  // told.
+  std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }
 
  private:

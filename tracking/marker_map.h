@@ -35,6 +35,7 @@ class MarkerMap {
   // A frame whose camera is known; `cam_from_marker` of markers without a place, where there is no doubt.
   void Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,
            const std::map<int, Rigid3>& cam_from_new);
+  int First() const { return first_; }  // the world's; -1: none yet
   const std::map<int, Rigid3>& WorldFromMarker() const { return world_from_marker_; }
 
  private:

@@ -44,6 +44,7 @@ class MarkerSource : public PoseSource {
   std::vector<VisiblePoint> VisiblePoints() const override { return visible_; }
   bool IsMetric() const override { return true; }
   void Finish() override {
+    if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
     if (locator_.AmbiguousFrames() > 0)
       spdlog::info(
           "markers: {} frames without a pose because two were equally likely; larger or more markers help",

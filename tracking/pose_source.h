@@ -99,6 +99,10 @@ class PosesSpec {
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
   // The world is known before the first frame: a subject can be named in it.
   bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
+  // The world is whichever marker is seen first: another session's is another one.
+  bool WorldIsChosenAnew() const {
+    return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
+  }
   // A map of features is built, which a capture that goes on must be given.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;

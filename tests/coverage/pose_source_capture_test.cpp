@@ -72,6 +72,54 @@ TEST(PoseSourceCapture, MarkersGiveTheMetreAndThenTheMouse) {
   EXPECT_EQ(elsewhere.exit_code, 2);
 }
 
+// Another day, with the map made anew from the recorded views: what is recorded then is in the board's frame
+// and metre as before, and what was recorded has not moved.
+TEST(PoseSourceCapture, GoesOnInTheBoardsFrame) {
+  test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  const std::string device = "sim:easel?look_away=0&fps=10";
+  const StandingBoard board = *Scene::Named("easel")->board();
+  const Eigen::Vector3d subject = board.board_from_world * Eigen::Vector3d(0, 0, 0.07);
+  const auto capture = [&](const std::string& poses, int frames, const std::string& rest) {
+    return RunUlf(
+        fmt::format("capture '{}' -o {} --headless --deterministic --frames {} --json --poses {} {}", device,
+                    dir, frames, poses, rest));
+  };
+  const std::string poses = fmt::format("features+markers:{}", kBoardOfEasel);
+  const auto first =
+      capture(poses, 36,
+              fmt::format("--quality fast --subject {},{},{},0.162", subject.x(), subject.y(), subject.z()));
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  const LightField before = ReadLightField(dir);
+  ASSERT_GE(before.views.size(), 3u);
+  ASSERT_TRUE(std::filesystem::exists(scratch / "field/cache/map.ulf"));
+  std::filesystem::remove(scratch / "field/cache/map.ulf");
+  const auto second = capture(poses, 62, "--resume");
+  ASSERT_EQ(second.exit_code, 0) << second.errors;
+  EXPECT_THAT(second.errors, HasSubstr("made anew from the recorded views"));
+  const LightField after = ReadLightField(dir);
+  EXPECT_GT(after.views.size(), before.views.size());
+  EXPECT_EQ(after.units, "metres");
+  const SimulatedCamera camera(SimulationOptions::FromUri(DeviceUri::Parse(device)));
+  for (std::size_t i = 0; i < after.views.size(); ++i) {
+    const View& view = after.views[i];
+    const Eigen::Vector3d truth =
+        board.board_from_world * camera.hand().CamFromWorld(view.device_time_s).OriginInSource();
+    EXPECT_LT((view.CenterInWorld() - truth).norm(), 0.008) << "view " << view.id;
+    if (i >= before.views.size()) continue;
+    EXPECT_LT((view.CenterInWorld() - before.views[i].CenterInWorld()).norm(), 1e-9) << "view " << view.id;
+  }
+  // The map that this session leaves behind is in the board's frame, too; and a board alone goes on as well.
+  const auto third = capture(poses, 3, "--resume");
+  ASSERT_EQ(third.exit_code, 0) << third.errors;
+  EXPECT_THAT(third.errors, HasSubstr("the map of the last session is back"));
+  const auto alone = capture(fmt::format("markers:{}", kBoardOfEasel), 3, "--resume");
+  EXPECT_EQ(alone.exit_code, 0) << alone.errors;
+  const auto several = capture("markers:marker:45:DICT_4X4_50", 3, "--resume");
+  EXPECT_EQ(several.exit_code, 2);
+  EXPECT_THAT(several.errors, HasSubstr("name the marker that was the first"));
+}
+
 // Views round a subject, each a plain colour: which one is shown, and that it lies where the reference has
 // it.
 TEST(NearestView, AgreesWithTheReference) {

@@ -315,6 +315,52 @@ TEST(Markers, FeaturesAndBoardHelpEachOther) {
               Median(final_mm));
 }
 
+// A photograph of another camera, four times as many pixels: where it was taken, in the board's frame, by the
+// board alone, with the map, and by the map alone where the board is covered.
+TEST(Markers, PhotographsAreFoundInTheBoardsFrame) {
+  const BesideABoard scene(7);
+  SimulationOptions at_full = BesideABoard::OptionsOf(7);
+  at_full.width = 1280;
+  at_full.height = 960;
+  const SimulatedCamera photographer(at_full);
+  const auto both = scene.Open("features+markers:"), board = scene.Open("markers:");
+  Frame live;
+  constexpr int kFrames = 26;
+  for (int i = 0; i < kFrames; ++i) {
+    live = scene.At(i, BesideABoard::Hidden::kNothing);
+    both->Step(live);
+  }
+  board->Step(live);
+  const Rigid3 near = *both->Step(scene.At(kFrames, BesideABoard::Hidden::kNothing)).cam_from_world;
+  Frame photograph = photographer.Capture(kFrames + 1);
+  const Rigid3 truth = scene.Truth(photograph);
+  photograph.known_cam_from_world.reset();
+  const auto with_both = both->Locate(photograph, photographer.camera(), near);
+  const auto by_board = board->Locate(photograph, photographer.camera(), near);
+  ASSERT_TRUE(with_both && by_board);
+  const double both_mm = CentreErrorMm(*with_both->cam_from_world, truth),
+               board_mm = CentreErrorMm(*by_board->cam_from_world, truth);
+  EXPECT_LT(CentreErrorMm(both->PoseOf(*with_both->anchor), truth), both_mm + 1e-6);
+  cv::Mat covered = photograph.image.pixels.clone();
+  for (int id = 0; id < 12; ++id) {
+    const Eigen::Vector3d middle(0.0225 + 0.054 * (id % 3), 0.0225 + 0.054 * (id / 3), 0);
+    const auto img = photographer.camera().ImgFromCam(truth * middle);
+    ASSERT_TRUE(img);
+    cv::circle(covered, {static_cast<int>(img->x()), static_cast<int>(img->y())}, 30, cv::Scalar::all(90),
+               -1);
+  }
+  photograph.image.pixels = covered;
+  EXPECT_FALSE(board->Locate(photograph, photographer.camera(), near));
+  const auto by_map = both->Locate(photograph, photographer.camera(), near);
+  ASSERT_TRUE(by_map);
+  const double map_mm = CentreErrorMm(*by_map->cam_from_world, truth);
+  std::printf("photograph: board alone %.2f mm, with the map %.2f, by the map alone %.2f\n", board_mm,
+              both_mm, map_mm);
+  EXPECT_LT(board_mm, 3);
+  EXPECT_LT(both_mm, 2.5);
+  EXPECT_LT(map_mm, 3);
+}
+
 // A map that was moved into the board's frame by a similarity that is wrong by 3 % and a degree: the corners
 // in its adjustment mend it, and without them it stays wrong.
 TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
