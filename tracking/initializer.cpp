@@ -1,8 +1,12 @@
 #include "tracking/initializer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include "tracking/quantile.h"
 
 namespace ulf {
 namespace {
@@ -24,6 +28,32 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   const auto aligned = AlignPatch(camera, *patch, *axes, from.ray, turned, second, to.img);
   if (!aligned) return to.ray;
   return camera.RayFromImg(aligned->img).value_or(to.ray);
+}
+
+// Whether a part of the picture lies off the motion's epipolar lines all to one side. Two things that move
+// can look like one for a while, since depth explains whatever goes along the lines; what remains is across
+// them, and of one sign where it belongs to one thing, while errors of matches have both.
+bool PartMovesOtherwise(const CameraModel& camera, const Rigid3& second_from_first,
+                        std::span<const Eigen::Vector2d> first_img, std::span<const RayPair> pairs) {
+  constexpr int kColumns = 4, kRows = 3;
+  constexpr std::size_t kLeastPairs = 8;
+  const double most_px =
+      camera.width / 640.0;  // what stands still, drawn and recorded, stays below half of it
+  const Eigen::Matrix3d essential = EssentialFromPose(second_from_first);
+  std::array<std::vector<double>, kColumns * kRows> off_px;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Vector3d line = essential * pairs[i].first;
+    const double across = std::hypot(line.norm(), (essential.transpose() * pairs[i].second).norm());
+    if (!(across > 0)) continue;
+    const int column =
+                  std::clamp(static_cast<int>(first_img[i].x() * kColumns / camera.width), 0, kColumns - 1),
+              row = std::clamp(static_cast<int>(first_img[i].y() * kRows / camera.height), 0, kRows - 1);
+    off_px[static_cast<std::size_t>(row * kColumns + column)].push_back(camera.MeanFocalPx() *
+                                                                        pairs[i].second.dot(line) / across);
+  }
+  return std::any_of(off_px.begin(), off_px.end(), [&](const std::vector<double>& part) {
+    return part.size() >= kLeastPairs && std::abs(Median(part)) > most_px;
+  });
 }
 
 StartObstacle ObstacleOf(const RelativePoseResult& relative) {
@@ -84,10 +114,11 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   }
   std::vector<RayPair> pairs;
   std::vector<double> motion_px;
-  std::vector<Eigen::Vector2d> flow;
+  std::vector<Eigen::Vector2d> flow, first_img;
   for (const FeatureMatch& match : matches) {
     const Feature &from = first[match.first], &to = second[match.second];
     pairs.push_back({from.ray, AlignedRay(camera_, from, *reference_->pyramid, to, *image.pyramid)});
+    first_img.push_back(from.img);
     Eigen::Vector2d& expected = expected_[static_cast<std::size_t>(match.first)];
     const Eigen::Vector2d moved = second[match.second].img - expected;
     motion_px.push_back(moved.norm());
@@ -103,10 +134,13 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
                    motion_px.end());
   attempt.median_motion_px = motion_px[motion_px.size() / 2];
 
-  const RelativePoseResult relative = RelativePose(pairs, {.focal_px = camera_.MeanFocalPx(),
-                                                           .min_parallax_deg = min_parallax_deg_,
-                                                           .min_point_share = kMinPointShare,
-                                                           .seed = seed_});
+  RelativePoseResult relative = RelativePose(pairs, {.focal_px = camera_.MeanFocalPx(),
+                                                     .min_parallax_deg = min_parallax_deg_,
+                                                     .min_point_share = kMinPointShare,
+                                                     .seed = seed_});
+  if (relative.outcome == RelativePoseOutcome::kFound &&
+      PartMovesOtherwise(camera_, relative.second_from_first, first_img, pairs))
+    relative.outcome = RelativePoseOutcome::kConflicting;
   attempt.outcome = relative.outcome;
   progress.obstacle = ObstacleOf(relative);
   progress.parallax_deg = relative.median_parallax_deg;

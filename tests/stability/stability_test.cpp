@@ -229,5 +229,14 @@ TEST(Stability, HalfThePictureMovingIsFollowedByTheOtherHalf) {
   });
 }
 
+// Nobody can tell which half is the world: no map starts, and why is said.
+TEST(Stability, HalfThePictureMovingFromTheStartIsNotStarted) {
+  const auto moment = [](int) { return TexturedRoom::Moment{.moving_half = true}; };
+  ForSeeds({.frames = Frames(90, 60), .moment = moment}, [](const Outcome& outcome) {
+    EXPECT_EQ(outcome.first_tracked, -1);
+    EXPECT_GT(outcome.Told(StartObstacle::kConflictingMotions), Frames(45, 20));
+  });
+}
+
 }  // namespace
 }  // namespace ulf
