@@ -369,7 +369,7 @@ TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
     Tracker tracker(scene.camera.camera(), {.deterministic = true});
     MarkerLocator locator(scene.camera.camera(), MarkerSpec::Parse(scene.standing.board.Text()));
     BoardFromMap board_from_map;
-    constexpr int kEnd = 24;
+    constexpr int kEnd = 34;
     std::vector<std::pair<Anchored, Rigid3>> anchors;
     for (int i = 0; i < kEnd; ++i) {
       const Frame frame = scene.At(i, BesideABoard::Hidden::kNothing);
