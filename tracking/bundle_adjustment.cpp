@@ -132,7 +132,12 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   return summary;
 }
 
-int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem, double gate_sigmas) {
+int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem,
+                 const BundleOptions& options) {
+  double gate_sigmas = options.gate_sigmas;
+  if (options.gate_scales > 0)
+    gate_sigmas =
+        std::min(gate_sigmas, options.gate_scales * std::max(kLeastScale, ErrorScale(lenses, problem)));
   int outliers = 0;
   for (BundleObservation& seen : problem.observations) {
     seen.outlier = SquaredErrorSigmas(lenses, problem, seen) > gate_sigmas * gate_sigmas;
@@ -208,10 +213,10 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   summary.usable = solution.IsSolutionUsable();
   // What has not settled tells nothing about which observations are wrong.
   const bool stopped = options.stop && *options.stop;
-  if (!stopped) summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
+  if (!stopped) summary.outliers = MarkOutliers(lenses, problem, options);
   if (summary.usable && options.iterations > 0 && !stopped) {
     solution = Solve(lenses, problem, fixed, options.iterations, summary.iterations, options);
-    summary.outliers = MarkOutliers(lenses, problem, options.gate_sigmas);
+    summary.outliers = MarkOutliers(lenses, problem, options);
     summary.iterations += static_cast<int>(solution.iterations.size());
     summary.usable = solution.IsSolutionUsable();
   }

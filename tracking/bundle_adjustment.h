@@ -51,6 +51,8 @@ struct BundleOptions {
   // Huber.
   double cauchy_scales = 0;
   double gate_sigmas = 2.45;
+  // Observations farther off than so many times the errors' own scale go, too. 0: only gate_sigmas counts.
+  double gate_scales = 0;
   const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
   FreeIntrinsics free = {};                 // of every lens
   double function_tolerance = 1e-5;         // relative change of the cost that ends a solution

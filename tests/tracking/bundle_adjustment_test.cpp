@@ -73,6 +73,35 @@ TEST(BundleAdjustment, DoubtsWhatIsOffByMoreThanTheRest) {
   EXPECT_LT(cauchy, 0.5 * huber);
 }
 
+// Sigmas are what may be feared; what is off by eight times what the errors really are is wrong all the same.
+TEST(BundleAdjustment, TheErrorsThemselvesSayWhatIsWrong) {
+  const CameraModel camera = test::SceneCamera();
+  double kept = 0, gated = 0;
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+    Scene scene = MakeScene(0.1, 0, seed, camera);
+    const auto is_wrong = [](const BundleObservation& seen) { return seen.camera == seen.point % 12; };
+    for (BundleObservation& seen : scene.disturbed.observations) {
+      seen.sigma_px = 1;
+      if (is_wrong(seen)) seen.img.x() += 1;
+    }
+    BundleProblem solved = scene.disturbed;
+    ASSERT_TRUE(AdjustBundle(camera, solved, {.cauchy_scales = 2}).usable);
+    kept += CenterError(solved, scene.truth);
+    solved = scene.disturbed;
+    ASSERT_TRUE(AdjustBundle(camera, solved, {.cauchy_scales = 2, .gate_scales = 4}).usable);
+    gated += CenterError(solved, scene.truth);
+    int found = 0, wrong = 0, lost = 0;
+    for (const BundleObservation& seen : solved.observations) {
+      wrong += is_wrong(seen);
+      found += is_wrong(seen) && seen.outlier;
+      lost += !is_wrong(seen) && seen.outlier;
+    }
+    EXPECT_GT(found, 0.9 * wrong) << "seed " << seed;
+    EXPECT_LT(lost, 0.02 * static_cast<double>(solved.observations.size())) << "seed " << seed;
+  }
+  EXPECT_LT(gated, kept);
+}
+
 TEST(BundleAdjustment, RecoversTruth) {
   const CameraModel camera = test::SceneCamera();
   for (const double noise_px : {0.0, 0.5})

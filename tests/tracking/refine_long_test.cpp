@@ -8,6 +8,7 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine_views.h"
+#include "tracking/quantile.h"
 
 namespace ulf {
 namespace {
@@ -84,43 +85,30 @@ PoseErrors ErrorsWithOrientation(const TrueData& data, const RefineResult& resul
   return {by_centers.center, std::sqrt(squared / static_cast<double>(data.truth.size()))};
 }
 
+// Medians of five seeds.
 void ExpectBack(const std::vector<test::TrueView>& views, const char* name, double share, double angle_deg) {
-  for (const unsigned seed : {1u}) {
+  std::vector<double> centers, rotations_deg;
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
     const auto data = DisturbedData(views, seed);
     const RefineResult result = Refine(data->input);
     EXPECT_EQ(result.registered, static_cast<int>(views.size())) << name;
     EXPECT_EQ(result.groups, 1) << name;
     const PoseErrors after = ErrorsWithOrientation(*data, result);
-    std::printf("%s: centres %.4f %% of the distance, rotation %.4f degrees, %.3f px, focal %.1f px\n", name,
-                100 * after.center / data->distance, after.rotation_deg, result.median_after_px,
-                result.checks.empty() ? 0 : result.checks[0].fitted_focal_px);
-    std::string by_view;  // off by, % of the distance
-    for (std::size_t i = 0; i < data->truth.size(); ++i)
-      by_view += fmt::format(
-          " {:.2f}/{}",
-          100 / data->distance *
-              (result.views[i].cam_from_world.OriginInSource() - data->truth[i].OriginInSource()).norm(),
-          result.views[i].points);
-    EXPECT_LT(after.center, share * data->distance) << name << by_view;
-    EXPECT_LT(after.rotation_deg, angle_deg) << name;
+    fmt::print("{}, seed {}: centres {:.4f} % of the distance, rotation {:.4f} degrees, {:.3f} px\n", name,
+               seed, 100 * after.center / data->distance, after.rotation_deg, result.median_after_px);
+    centers.push_back(after.center / data->distance);
+    rotations_deg.push_back(after.rotation_deg);
   }
+  const double center = Median(std::move(centers)), rotation_deg = Median(std::move(rotations_deg));
+  fmt::print("{}, median: centres {:.4f} %, rotation {:.4f} degrees\n", name, 100 * center, rotation_deg);
+  EXPECT_LT(center, share) << name;
+  EXPECT_LT(rotation_deg, angle_deg) << name;
 }
 
-TEST(RefineData, TempleRingHoldsTogether) {
+// 0.1 % and 0.05 degrees are wanted. COLMAP 3.8 on the same pictures with the lens held: 0.272 and 0.213.
+TEST(RefineData, TempleRingComesBackBetterThanCOLMAPs) {
   ULF_NEED_TEST_DATA(folder, "temple_ring");
-  // 0.1 % and 0.05 degrees are wanted. What the pictures say is elsewhere: begun at the published poses,
-  // refining goes as far from them, to where the same points are half as far off.
-  const auto views = test::ReadMiddlebury(folder, "templeR_par.txt");
-  ExpectBack(views, "temple_ring", 0.006, 0.5);
-  auto data = DisturbedData(views, 1);
-  for (std::size_t i = 0; i < views.size(); ++i)
-    data->input.views[i].cam_from_world = views[i].cam_from_world;
-  const RefineResult result = Refine(data->input);
-  const PoseErrors moved = ErrorsWithOrientation(*data, result);
-  std::printf("from the published poses: %.4f %%, %.4f degrees; median reprojection %.3f -> %.3f px\n",
-              100 * moved.center / data->distance, moved.rotation_deg, result.median_before_px,
-              result.median_after_px);
-  EXPECT_LT(result.median_after_px, 0.6 * result.median_before_px);
+  ExpectBack(test::ReadMiddlebury(folder, "templeR_par.txt"), "temple_ring", 0.00272, 0.213);
 }
 
 TEST(RefineData, StrechaComesBack) {

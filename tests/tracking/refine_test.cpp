@@ -13,6 +13,7 @@
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine_views.h"
+#include "tracking/refine/refine_scene.h"
 #include "tracking/tracker.h"
 
 namespace ulf {
@@ -54,6 +55,34 @@ TEST(Refine, PosesOffByAPercentAndADegreeComeBack) {
   EXPECT_GT(result.start_error_px, 2.5);
   EXPECT_LT(After(*views, result).center, 0.002);
   EXPECT_LT(After(*views, result).rotation_deg, 0.05);
+}
+
+// Points that slide along an outline go, those that are merely measured badly in one view stay.
+TEST(Refine, PointsThatSlideAreDropped) {
+  RefineScene scene;
+  scene.lenses = {TexturedRoom::Camera()};
+  test::Draw draw(2);
+  for (int v = 0; v < 8; ++v) {
+    RefineView& view = scene.views.emplace_back();
+    view.cam_from_world = LookAt({0.1 * v - 0.35, 0, 0}, {0, 0, 3}, -Eigen::Vector3d::UnitY());
+  }
+  for (int t = 0; t < 200; ++t) {
+    SceneTrack& track = scene.tracks.emplace_back();
+    track.position = {draw.Uniform(-0.8, 0.8), draw.Uniform(-0.6, 0.6), draw.Uniform(2.5, 3.5)};
+    for (int v = 0; v < 8; ++v) {
+      TrackObservation& o = track.observations.emplace_back();
+      o.view = v;
+      o.sigma_px = 0.4;
+      o.img = *scene.lenses[0].ImgFromCam(scene.view(v).cam_from_world * track.position) +
+              Eigen::Vector2d(draw.Normal(0.1), draw.Normal(0.1));
+      if (t % 10 == 0) o.img.x() += 0.3 * (v - 3.5);
+      if (t % 10 == 1 && v == 4) o.img.x() += 5;
+    }
+    track.rgb[0] = t % 10;
+  }
+  DropSliding(scene);
+  EXPECT_EQ(scene.tracks.size(), 180u);
+  for (const SceneTrack& track : scene.tracks) EXPECT_NE(track.rgb[0], 0);
 }
 
 TEST(Refine, TheNumberOfThreadsChangesNothing) {

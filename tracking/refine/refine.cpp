@@ -29,7 +29,10 @@ constexpr double kGuidingErrorPx = 2.5;
 constexpr double kMostErrorPx = 40;
 constexpr int kMinPairMatches = 15;
 constexpr int kMinViewPoints = 20;
+// Of settled poses, in units of the errors' own scale: where the loss begins to doubt, and where an
+// observation is wrong (of errors that are normal 0.03 % are that far off).
 constexpr double kDoubtAtScales = 2;
+constexpr double kWrongAtScales = 4;
 
 struct Stage {
   const RefineOptions& options;
@@ -101,12 +104,15 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
 
 int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
 
-// `settled`: the poses are good already, what does not fit is to be doubted.
-BundleSummary Adjust(RefineScene& scene, int iterations, bool settled, const Stage& stage, const char* what) {
+// What does not fit is, the better the poses: asked again later, doubted, wrong.
+enum class Unfit { kOutlier, kDoubtful, kWrong };
+
+BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Stage& stage, const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
-  options.cauchy_scales = settled ? kDoubtAtScales : 0;
+  options.cauchy_scales = unfit != Unfit::kOutlier ? kDoubtAtScales : 0;
+  options.gate_scales = unfit == Unfit::kWrong ? kWrongAtScales : 0;
   options.function_tolerance = 1e-5;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
@@ -321,7 +327,12 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   RefineScene scene = Prepare(input, options);
   const Stage reading{options, 0, 0.3}, matching{options, 0.3, 0.5};
   // Few views can afford more corners, and need them.
-  const int features = options.features > 0 ? options.features : input.views.size() <= 100 ? 2500 : 1500;
+  const bool few = input.views.size() <= 100;
+  const int features = options.features > 0 ? options.features : few ? 4000 : 1500;
+  // Points a view: few views need more of them; while poses are far off fewer will do.
+  constexpr int kRoughly = 400;
+  const int per_view = few ? 1500 : kRoughly;
+  const ExtensionOptions extension{.per_view = few ? 1500 : 500};
   ReadViews({input.read, features,
              [&](int done) {
                reading.Show(static_cast<double>(done) / static_cast<double>(input.views.size()),
@@ -337,35 +348,49 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   result.start_error_px = error_px;
   const bool guided = error_px < kGuidingErrorPx;
   std::vector<PairMatches> matched = MatchPairs(scene, pairs, error_px, matching);
-  BuildTracks(matched, {.gate_px = std::max(4.0, 6 * error_px), .min_views = MinViews(scene)}, scene);
+  BuildTracks(matched,
+              {.gate_px = std::max(4.0, 6 * error_px),
+               .min_views = MinViews(scene),
+               .per_view = guided ? per_view : kRoughly},
+              scene);
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
   RequireParallax(scene, matched, options.seed);
-  Adjust(scene, guided ? 10 : 60, false, {options, 0.5, 0.6}, "first adjustment");
+  Adjust(scene, guided ? 10 : 60, Unfit::kOutlier, {options, 0.5, 0.6}, "first adjustment");
   if (!guided) {
     // Now the poses can guide: more is found, and what was wrong goes.
     RegisterAgain(scene, options.seed);
     for (const double now_px : {1.0, 0.5}) {
       pairs = ChoosePairs(scene);
       matched = MatchPairs(scene, pairs, now_px, matching);
-      BuildTracks(matched, {.gate_px = 8 * now_px, .min_views = MinViews(scene)}, scene);
+      BuildTracks(
+          matched,
+          {.gate_px = 8 * now_px, .min_views = MinViews(scene), .per_view = now_px < 1 ? per_view : kRoughly},
+          scene);
       RequireParallax(scene, matched, options.seed);
-      Adjust(scene, 30, false, {options, 0.5, 0.6}, "first adjustment");
+      Adjust(scene, 30, Unfit::kOutlier, {options, 0.5, 0.6}, "first adjustment");
     }
   }
   RegisterAgain(scene, options.seed);
   BundleSummary summary;
-  for (const Stage stage : {Stage{options, 0.6, 0.75}, Stage{options, 0.75, 0.9}}) {
+  for (const Stage stage : {Stage{options, 0.6, 0.75}, Stage{options, 0.75, 0.85}}) {
     stage.Show(0, "looking for points in all views");
-    ExtendTracks({}, scene);
-    summary = Adjust(scene, 12, true, stage, "adjustment");
+    ExtendTracks(extension, scene);
+    Adjust(scene, 12, Unfit::kDoubtful, stage, "adjustment");
   }
   DropUnsupported(scene);
   if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
-  const Stage lens{options, 0.9, 1};
+  const Stage lens{options, 0.85, 0.9}, last{options, 0.9, 1};
   lens.Show(0, "weighing the lens");
   WeighLenses(input, options, scene, result);
-  if (result.lenses != input.lenses) summary = Adjust(scene, 12, true, lens, "adjustment with the new lens");
+  // Only under the lens that is kept: what contradicts a wrong one would look wrong itself.
+  if (result.lenses != input.lenses)
+    Adjust(scene, 12, Unfit::kDoubtful, lens, "adjustment with the new lens");
+  for (int round = 0; round < 2; ++round) {
+    DropSliding(scene);
+    summary = Adjust(scene, 12, Unfit::kWrong, last, "last adjustment");
+  }
+  DropUnsupported(scene);
   result.rms_after_sigmas = summary.final_rms_sigmas;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))

@@ -1,5 +1,7 @@
 #include "tracking/refine/refine_scene.h"
 
+#include <spdlog/spdlog.h>
+
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -130,6 +132,24 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
   std::erase_if(scene.tracks, [&](const SceneTrack& track) {
     return static_cast<int>(track.observations.size()) < min_views || !track.position.allFinite();
   });
+}
+
+void DropSliding(RefineScene& scene) {
+  constexpr double kMostTimesUsual = 3;
+  std::vector<double> by_track, all;
+  for (const SceneTrack& track : scene.tracks) {
+    std::vector<double> errors;
+    for (const TrackObservation& o : track.observations)
+      errors.push_back(ReprojectionErrorPx(scene, track, o) / o.sigma_px);
+    all.insert(all.end(), errors.begin(), errors.end());
+    by_track.push_back(Median(std::move(errors)));
+  }
+  const double most = kMostTimesUsual * Median(std::move(all));
+  std::vector<SceneTrack> kept;
+  for (std::size_t t = 0; t < by_track.size(); ++t)
+    if (by_track[t] <= most) kept.push_back(std::move(scene.tracks[t]));
+  spdlog::debug("{} of {} points slide", by_track.size() - kept.size(), by_track.size());
+  scene.tracks = std::move(kept);
 }
 
 ViewGroups GroupViews(const RefineScene& scene) {

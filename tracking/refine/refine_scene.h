@@ -78,6 +78,11 @@ double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, co
 BundleProblem ToBundle(const RefineScene& scene);
 void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene);
 
+// Drops points most of whose observations are off by several times what is usual. A corner on an outline,
+// where a round thing turns away or one edge passes before another, is at no place in the world: it slides as
+// the camera moves, in neighbouring views by the same, and bends their poses, though single observations fit.
+void DropSliding(RefineScene& scene);
+
 // Views that share points, directly or through others: a number for each view, -1 for those without points.
 struct ViewGroups {
   std::vector<int> group;
