@@ -214,8 +214,14 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
   const std::vector<int> neighbours = NeighboursByPose(newest, kTriangulateWith);
   Triangulate(newest, neighbours);
   Fuse(newest, neighbours);
-  AdjustLocal(newest, false);
+  // Only points move, and now and then is enough for matching: it is what costs most.
+  constexpr int kSeedsBetween = 8;
+  if (newest % kSeedsBetween == kSeedsBetween - 1) AdjustLocal(newest, false);
   index_.Add(map_.keyframe(newest));
+}
+
+void Mapper::FinishSeeds() {
+  AdjustMap(camera_, shared_, {}, map_.living(), {.robust_iterations = 10, .iterations = 10});
 }
 
 void Mapper::MoveWorld(const Similarity3& given_from_map) {

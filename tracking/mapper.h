@@ -61,6 +61,7 @@ class Mapper {
   void AdjustSoon();  // everything, because much has moved: at once when synchronous, else in the background
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);                 // pose given and kept
+  void FinishSeeds();                                 // after the last of them: their points
   void MoveWorld(const Similarity3& given_from_map);  // into the world that corners are given in
   void AdjustAll();  // everything, for the last time: what does not fit is doubted
   void Reset();

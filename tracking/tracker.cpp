@@ -83,6 +83,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
     offered.keyframe.color = Srgb8(view.image);
     seeded->mapper.AddSeed(std::move(offered));
   }
+  seeded->mapper.FinishSeeds();
   constexpr int kMinPoints = 60;
   Map& map = seeded->shared.map;
   if (map.LivingPoints() < kMinPoints) return false;

@@ -32,11 +32,8 @@ struct RefineArgs {
   std::string output;
   std::string subject;
   std::string truth;
-  bool intrinsics = false;
-  int features = 0;
-  int max_side_px = 1600;
+  RefineOptions options;
   int threads = 2;
-  unsigned seed = 1;
   bool json = false;
 };
 
@@ -123,7 +120,7 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
     json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
   json["lenses"] = nlohmann::ordered_json::array();
-  for (const LensFit& fit : result.lens_fits) json["lenses"].push_back(FitJson(fit, args.intrinsics));
+  for (const LensFit& fit : result.lens_fits) json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
   json["calibration"] = nlohmann::ordered_json::array();
   for (const CalibrationCheck& check : result.checks)
     json["calibration"].push_back(ToJson(std::optional(check)));
@@ -167,13 +164,14 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
         "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
         result.groups);
   for (const LensFit& fit : result.lens_fits)
-    fmt::print("{}: {}\n",
-               args.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
-               Describe(fit));
-  if (args.intrinsics && result.lens_fits.empty())
+    fmt::print(
+        "{}: {}\n",
+        args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
+        Describe(fit));
+  if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: nothing speaks for others\n");
   for (const CalibrationCheck& check : result.checks)
-    if (check.wrong && !args.intrinsics) fmt::print("{}\n", check.Advice());
+    if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
 }
 
@@ -197,13 +195,9 @@ int RunRefine(const RefineArgs& args) {
     before = writer.Contents();
     Progress progress("refine", args.json);
     try {
-      result =
-          Refine(InputOf(before),
-                 {.features = args.features,
-                  .max_side_px = args.max_side_px,
-                  .intrinsics = args.intrinsics,
-                  .seed = args.seed,
-                  .progress = [&](double share, const std::string& stage) { progress.Show(share, stage); }});
+      RefineOptions options = args.options;
+      options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+      result = Refine(InputOf(before), options);
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
@@ -232,15 +226,15 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
-  command->add_flag("--intrinsics", args->intrinsics,
+  command->add_flag("--intrinsics", args->options.intrinsics,
                     "Also the lens, as far as the images tell (else it is only said)");
-  command->add_option("--features", args->features, "Corners per view (else by the number of views)")
+  command->add_option("--features", args->options.features, "Corners per view (else by the number of views)")
       ->check(CLI::Range(300, 10000));
-  command->add_option("--max-side", args->max_side_px, "Larger pictures are reduced to it, px")
+  command->add_option("--max-side", args->options.max_side_px, "Larger pictures are reduced to it, px")
       ->check(CLI::Range(320, 20000));
   command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
       ->check(CLI::Range(1, 256));
-  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_option("--seed", args->options.seed, "Of every random draw");
   command->add_option("--truth", args->truth,
                       "True poses, TUM format: prints the error as recorded, before and after");
   command->add_flag("--json", args->json, "Print one JSON object");
