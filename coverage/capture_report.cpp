@@ -78,6 +78,7 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
   if (summary.calibration && summary.calibration->wrong)
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
+  if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
 
@@ -104,6 +105,7 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
   json["paused_s"] = summary.paused_s;
   json["unwritten"] = summary.unwritten;
   json["calibration"] = ToJson(summary.calibration);
+  json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;
 }

@@ -393,7 +393,9 @@ void Session::Close() {
   } catch (const std::exception& error) {
     spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
   }
-  summary_.calibration = poses_.Statistics().calibration;
+  const TrackerStatistics known = poses_.Statistics();
+  summary_.calibration = known.calibration;
+  summary_.rolling_shutter = known.rolling_shutter;
   CorrectPoses(true);
   if (device_gap_) NoteDeviceGap(device_gap_->from_s + device_gap_->HostSeconds());
   if (last_time_s_) EndPause(*last_time_s_, true);

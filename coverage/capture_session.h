@@ -101,6 +101,7 @@ struct CaptureSummary {
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
   std::optional<CalibrationCheck> calibration;  // what the tracker's map says about the focal length
+  std::optional<Readout> rolling_shutter;       // and about the shutter; none: global as far as is known
   std::optional<Subject> subject;
   std::optional<RecordedFrame> last_recorded;
   std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found

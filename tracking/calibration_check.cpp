@@ -19,6 +19,12 @@ constexpr double kMostUncertain = 0.005;  // share of the focal length: more is 
 
 }  // namespace
 
+std::string CalibrationCheck::Advice() const {
+  return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
+                                        "then see which of the two is still said"
+                                      : ": calibrate, or run ulf refine --intrinsics");
+}
+
 std::string CalibrationCheck::Text() const {
   if (!wrong) return {};
   return fmt::format("images fit a focal length of {:.1f} px (± {:.1f}), {:.1f} % {} than the {:.1f} given",

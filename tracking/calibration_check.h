@@ -21,11 +21,14 @@ struct CalibrationCheck {
   double sigma_px = 0;      // one standard deviation of the fitted one
   bool determined = false;  // the geometry tells
   bool wrong = false;
+  // A rolling shutter was found and left as it is: rows seen one after the other stretch pictures as another
+  // focal length does, and the other way round.
+  bool rows_uncompensated = false;
 
   // "images fit a focal length of 551.2 px (± 1.3), 5.0 % more than the 525.0 given"; empty unless wrong.
   std::string Text() const;
   // The same with what to do about it.
-  std::string Advice() const { return Text() + ": calibrate, or run ulf refine --intrinsics"; }
+  std::string Advice() const;
 };
 
 // None where there is too little to go by (fewer than five cameras or 200 points).

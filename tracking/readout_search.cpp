@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -28,6 +30,13 @@ std::string Readout::InWords() const {
       fmt::format("rolling shutter of about {:.0f} ms (found out, +- {:.1f}): ", ms, 1000 * *sigma_s);
   if (compensated) return size + "compensated from where it was found on";
   return size + fmt::format("poses suffer where the camera moves fast; --readout-ms {:.0f} compensates", ms);
+}
+
+nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling) {
+  if (!rolling) return nullptr;
+  return {{"readout_ms", 1000 * rolling->readout_s},
+          {"sigma_ms", rolling->sigma_s ? nlohmann::ordered_json(1000 * *rolling->sigma_s) : nullptr},
+          {"compensated", rolling->compensated}};
 }
 
 ReadoutSearch::ReadoutSearch(const CameraModel& camera, RowMotion& rows, SharedMap& shared, Mapper& mapper,

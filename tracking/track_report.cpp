@@ -208,12 +208,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["keyframes_left_out"] = run.map.keyframes_left_out;
   report["longest_wait_for_map_ms"] = 1000 * run.map.longest_wait_s;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
-  report["rolling_shutter"] = nullptr;
-  if (const auto& rolling = run.map.rolling_shutter)
-    report["rolling_shutter"] = {
-        {"readout_ms", 1000 * rolling->readout_s},
-        {"sigma_ms", rolling->sigma_s ? Json(1000 * *rolling->sigma_s) : Json(nullptr)},
-        {"compensated", rolling->compensated}};
+  report["rolling_shutter"] = ToJson(run.map.rolling_shutter);
   report["calibration"] = ToJson(run.map.calibration);
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);

@@ -38,6 +38,8 @@ void Tracker::Finish() {
   state_->mapper.Rest();
   state_->mapper.AdjustAll();
   state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
+  const auto rolling = state_->Rolling();
+  if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {

@@ -19,6 +19,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -107,6 +108,8 @@ struct Readout {
   bool compensated = true;
   std::string InWords() const;  // a sentence
 };
+// {readout_ms, sigma_ms, compensated}; null where there is none.
+nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling);
 
 struct TrackerStatistics {
   int keyframes = 0;  // alive

@@ -37,6 +37,20 @@ TEST(CaptureReport, SaysWhichLimitEndedIt) {
   }
 }
 
+TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
+  CaptureSummary summary;
+  EXPECT_THAT(ToText(summary, 0), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
+  summary.calibration = CalibrationCheck{
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .wrong = true};
+  summary.rolling_shutter = Readout{.readout_s = 0.02, .sigma_s = 0.001, .compensated = false};
+  EXPECT_THAT(ToText(summary, 0),
+              AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("--readout-ms 20")));
+  nlohmann::json json;
+  AddTo(json, summary, 0);
+  EXPECT_EQ(json["calibration"]["wrong"], true);
+  EXPECT_NEAR(json["rolling_shutter"]["readout_ms"].get<double>(), 20, 1e-9);
+}
+
 TEST(CaptureReport, OneIsSingular) {
   CaptureSummary summary;
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;

@@ -142,24 +142,46 @@ TEST(TrackCommand, AFailingChartLeavesNoHalfPicture) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
+// `count` pictures of a room whose camera has a focal length of 520 px, as a folder to replay.
+void WriteRoom(const std::filesystem::path& folder, int count) {
+  const test::TexturedRoom room({});
+  for (int k = 0; k < count; ++k)
+    cv::imwrite((folder / fmt::format("{:02}.png", k)).string(),
+                room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+}
+
 TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
   const test::ScratchFolder scratch;
-  const test::TexturedRoom room({});
-  constexpr int kFrames = 60, kBroken = 50;
-  for (int k = 0; k < kFrames; ++k) {
-    const std::string file = (scratch / fmt::format("{:02}.png", k)).string();
-    cv::imwrite(file, room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
-    if (k != kBroken) continue;
-    std::string bytes = ReadWholeFile(file);
-    for (std::size_t i = 100; i < 300; ++i) bytes[i] = static_cast<char>(~bytes[i]);
-    WriteFileAtomically(file, bytes);
-  }
+  WriteRoom(scratch.path(), 60);
+  std::string bytes = ReadWholeFile(scratch / "50.png");
+  for (std::size_t i = 100; i < 300; ++i) bytes[i] = static_cast<char>(~bytes[i]);
+  WriteFileAtomically(scratch / "50.png", bytes);
   const std::string poses = (scratch / "poses.txt").string();
   const auto broken =
-      test::RunUlf("track 'replay:" + scratch.path().string() + "?glob=*.png' --focal-px 520 -o " + poses);
+      test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --focal-px 520 -o " + poses);
   EXPECT_EQ(broken.exit_code, 1);
   EXPECT_THAT(broken.errors, testing::AllOf(testing::HasSubstr("50.png"), testing::HasSubstr("were kept")));
   EXPECT_GT(ReadTum(poses).size(), 20u);
+}
+
+TEST(TrackCommand, AWrongFocalLengthIsSaid) {
+  const test::ScratchFolder scratch;
+  WriteRoom(scratch.path(), 90);
+  const auto run =
+      test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 546");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("less than the 546.0 given"),
+                                         testing::HasSubstr("calibrate")));
+}
+
+// Pictures that a rolling shutter bends fit another focal length better.
+TEST(TrackCommand, ARollingShutterIsSaidAndThatItLooksLikeAWrongFocalLength) {
+  const auto run = test::RunUlf(
+      "track 'sim:studio?width=320&height=240&duration_s=6&look_away=0&readout_ms=20' --deterministic");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("rolling shutter of about"),
+                                         testing::HasSubstr("--readout-ms"),
+                                         testing::HasSubstr("a rolling shutter can look like that")));
 }
 
 // What the person with the camera reads while nothing has started yet.
