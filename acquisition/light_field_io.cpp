@@ -216,8 +216,9 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
 
 LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   if (!fs::is_regular_file(dir / kJournal))
-    throw Error("{}: holds no capture to go on with (no {}); start a new one without --resume", dir.string(),
-                kJournal);
+    throw Error(
+        "{}: holds no light field of a capture (no {}); check the path, or record one: ulf capture -o DIR",
+        dir.string(), kJournal);
   auto state = std::make_unique<State>(dir);
   JournalContents contents = ReadJournalWithPoints(dir);
   state->journal.CutAt(contents.whole_bytes);

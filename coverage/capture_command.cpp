@@ -164,6 +164,16 @@ void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOpt
   options->coverage_width_px = light_field.coverage_width_px;
 }
 
+// Poses of one camera and intrinsics of another make no light field.
+void RequireSameCamera(const std::string& dir, const LightField& recorded, const DeviceInfo& info) {
+  if (recorded.device_serial.empty() || info.serial.empty() || recorded.device_serial == info.serial) return;
+  throw Error(
+      "{}: was recorded with {} (serial number {}), this is {} ({}); go on with that camera, or begin a new "
+      "light field with this one",
+      dir, recorded.device_model.empty() ? "another camera" : recorded.device_model, recorded.device_serial,
+      info.model, info.serial);
+}
+
 // False when a signal came before the first frame: then nothing has been written.
 bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepared) {
   if (args.resume) {
@@ -203,7 +213,10 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
     return calibration.camera;
   };
   RecordingHeader& recording = prepared.recording = RecordingHeader::Of(*prepared.device);
-  if (args.resume) header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
+  if (args.resume) {
+    RequireSameCamera(args.dir, prepared.writer->Contents(), prepared.device->Info());
+    header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
+  }
   if (args.resume && !stills)
     prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
   else

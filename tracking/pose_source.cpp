@@ -65,6 +65,7 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     uri.AllowOnly({"offset_s", "hand_eye", "max_gap_s"});
     spec.kind_ = Kind::kFile;
     spec.file_ = uri.path;
+    if (spec.file_.empty()) throw UsageError("--poses {}: write tum:FILE, a trajectory in TUM format", text);
     spec.trajectory_.offset_s = uri.Number("offset_s").value_or(0);
     spec.trajectory_.max_gap_s = AtLeastZero(uri, "max_gap_s", spec.trajectory_.max_gap_s);
     if (const auto path = uri.Option("hand_eye")) spec.trajectory_.tool_from_cam = ReadHandEye(*path);

@@ -183,7 +183,10 @@ int RunTrack(const TrackArgs& args) {
   else
     fmt::print("{}", ToText(run, compared));
   std::fflush(stdout);
-  if (!args.plot.empty()) PlotRun(args.plot, run, compared, args.uri);
+  if (!args.plot.empty() && run.live.empty())
+    spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
+  else if (!args.plot.empty())
+    PlotRun(args.plot, run, compared, args.uri);
   if (!run.broke.empty())
     throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
   return run.live.empty() ? kFailed : kOk;

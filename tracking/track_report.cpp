@@ -235,8 +235,13 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   if (counts.first_tracked)
     text += fmt::format("initialised at frame {}, {:.1f} % tracked from there on\n", *counts.first_tracked,
                         100 * counts.TrackedShareFromThere());
-  else
+  else if (std::any_of(run.frames.begin(), run.frames.end(),
+                       [](const TrackedFrame& f) { return f.track.start.has_value(); }))
     text += "never initialised: move the camera sideways before a textured scene\n";
+  else
+    text +=
+        "no frame has a pose: check what --poses names (a board's size and dictionary, a file's or sender's "
+        "times)\n";
   text += fmt::format("lost {}, found again {}\n", Counted(counts.lost, "time"),
                       Counted(counts.found_again, "time"));
   if (run.map.keyframes > 0) text += MapLine(run.map);

@@ -29,7 +29,8 @@ std::string InWords(const Track& track) {
     case TrackState::kInitializing:
       return track.start ? InWords(*track.start) : "starting";
     case TrackState::kTracking:
-      return "following " + Counted(track.matched_points, "point");
+      return track.matched_points > 0 ? "following " + Counted(track.matched_points, "point")
+                                      : "its pose is known";
     case TrackState::kLost:
       return "lost: show a part that was seen before";
   }

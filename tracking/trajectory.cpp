@@ -45,7 +45,7 @@ void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> pose
     const Rigid3 world_from_cam = pose.cam_from_world.Inverse();
     const Vector3d& t = world_from_cam.translation;
     const Eigen::Quaterniond& q = world_from_cam.rotation;
-    file << fmt::format("{:.6f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
+    file << fmt::format("{:.9f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
                         t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
   file.flush();

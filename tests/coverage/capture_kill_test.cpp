@@ -93,6 +93,11 @@ TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {
                                     " --headless --poses known --resume --frames 200");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_GE(ReadLightField(dir).views.size(), stopped.views.size()) << "what was recorded stays";
+  const auto other = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=4' -o " + dir.string() +
+                                  " --headless --poses known --resume --frames 5");
+  EXPECT_EQ(other.exit_code, 1) << "another camera does not go on with this one's light field";
+  EXPECT_THAT(other.errors,
+              testing::AllOf(testing::HasSubstr("sim-studio-3"), testing::HasSubstr("sim-studio-4")));
   EXPECT_NE(test::RunUlf("capture sim:studio -o " + dir.string() + " --headless --poses known --frames 5")
                 .exit_code,
             0)

@@ -66,6 +66,17 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
   EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-9);
   EXPECT_EQ(report["map_points"], 0);
 
+  const test::ScratchFolder drawn;
+  const std::string picture = (drawn / "run.png").string();
+  const auto unseen = test::RunUlf(
+      "track 'sim:studio?width=320&height=240' --frames 5 --poses markers:charuco:7x5:30:22:DICT_5X5_100 "
+      "--plot " +
+      picture);
+  EXPECT_EQ(unseen.exit_code, 1);
+  EXPECT_THAT(unseen.output, testing::HasSubstr("no frame has a pose: check what --poses names"));
+  EXPECT_THAT(unseen.errors, testing::HasSubstr("not drawn"));
+  EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --poses tum:").errors,
+              testing::HasSubstr("write tum:FILE"));
   const auto unknown = test::RunUlf("track sim:studio --frames 5 --poses rosary");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.errors, testing::HasSubstr("--poses rosary"));
