@@ -1,5 +1,6 @@
-// How large a map grows, and what goes again. Keyframe distance and growth come from runs on two recordings
-// (docs/tracking.md, "The map"); the other thresholds have not been charted against accuracy yet.
+// How large a map grows, and what goes again. Keyframe distance, what is superfluous, seldom found and too
+// little parallax are charted against accuracy on two recordings (docs/map_size.png; docs/tracking.md, "The
+// map").
 #pragma once
 
 namespace ulf {

@@ -109,7 +109,7 @@ void Draw(const fs::path& picture, const std::vector<std::string>& recordings, c
       "use ringed' font ',14' margins 0.07,0.985,0.08,0.9 spacing 0.08,0.13\n"
       "set grid lc rgb '#e4e4e4' lt 1\nset border 3 lc rgb '#808080'\nset xtics nomirror\nset ytics "
       "nomirror\n"
-      "set yrange [0:*]\nset offsets 0,0,graph 0.1,0\nset key bottom right samplen 1.5\n",
+      "set logscale y\nset ytics (0.2, 0.5, 1, 2, 5, 10, 20)\nset key top right samplen 1.5\n",
       recordings.size());
   for (const bool by_keyframes : {false, true})
     for (const std::string& recording : recordings) {
@@ -133,10 +133,10 @@ void Draw(const fs::path& picture, const std::vector<std::string>& recordings, c
             "{1}u using 1:2 with points pt 6 ps 2.2 lw 2 lc rgb '#000000' notitle",
             plot.empty() ? "plot " : ", ", data, kColors[t], threshold.name);
       }
-      script +=
-          fmt::format("set title {}\nset xlabel '{}'\nset ylabel 'error of the centres, RMS [mm]'\n{}\n",
-                      QuotedForGnuplot(recording + ": after the run (full), live (dotted)"),
-                      by_keyframes ? "keyframes" : "map points", plot);
+      script += fmt::format(
+          "set title {} noenhanced\nset xlabel '{}'\nset ylabel 'error of the centres, RMS [mm]'\n{}\n",
+          QuotedForGnuplot(recording + ": after the run (full), live (dotted)"),
+          by_keyframes ? "keyframes" : "map points", plot);
     }
   DrawChart(picture.string(), 1400, 980, script + "unset multiplot\n");
 }
