@@ -71,7 +71,8 @@ struct Problem {
 Problem MakeProblem(const CameraModel& camera, const Map& map) {
   Problem problem;
   std::unordered_map<int, int> index;
-  for (auto k = map.living().rbegin(); k != map.living().rend() && problem.keyframes < kMostKeyframes; ++k)
+  // Without the newest, whose velocity the tracking thread may be telling just now.
+  for (auto k = map.living().rbegin() + 1; k < map.living().rend() && problem.keyframes < kMostKeyframes; ++k)
     if (map.keyframe(*k).velocity) index[*k] = problem.keyframes++;
   for (const MapPoint& point : map.points()) {
     if (!point.alive) continue;
