@@ -33,8 +33,8 @@ class RowMotion {
   void Expect(TrackedImage& image, const Rigid3& predicted,
               std::span<const Eigen::Vector3d> points_in_world) const;
   // The frame was found: its pose, its rows' velocity and its picture's pose, and all of it brought to its
-  // time. `between`: the velocity since the frame before, if there was one. `with_corners`: the map's world is
-  // that of what the frame shows of a given one.
+  // time. `between`: the velocity since the frame before, if there was one. `with_corners`: the map's world
+  // is that of what the frame shows of a given one.
   void Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between, bool with_corners);
 
  private:
