@@ -1,0 +1,88 @@
+// All there is to see of a running capture after a frame: what the operator display draws, and all that
+// whoever looks at it knows. A value: once published it never changes, and images and the map are shared, not
+// copied.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/frame.h"
+#include "acquisition/light_field.h"
+#include "acquisition/rigid3.h"
+#include "coverage/coverage_map.h"
+#include "coverage/guidance.h"
+#include "coverage/view_decision.h"
+#include "tracking/tracker.h"
+
+namespace ulf {
+
+// One line of what should be in order before the first view.
+struct PreflightItem {
+  std::string name;              // "calibration", "exposure", "white balance", "focus", "disk", "tracking"
+  std::optional<bool> in_order;  // none: cannot be known
+  std::string words;             // what is so, and the way out where it is not in order
+};
+
+struct CaptureState {
+  std::uint64_t frames = 0;
+  double device_time_s = 0;
+  std::optional<double> frames_per_s;
+  std::uint64_t dropped = 0;  // by the device and on the way, since the start
+
+  // The live frame, with the camera's distortion.
+  Image live;
+  CameraModel camera;
+  bool takes_stills = false;  // photographs are recorded in place of live frames
+
+  TrackState tracking = TrackState::kInitializing;
+  std::string tracking_words;  // what to do while there is no pose; empty while there is one
+  std::optional<Rigid3> cam_from_world;
+  double quality = 0;
+  std::optional<StartProgress> start;
+  std::vector<VisiblePoint> points;  // found in this frame
+
+  std::optional<Subject> subject;
+  bool subject_moved = false;                   // tracked points on it no longer agree with the rest
+  double rectangle_share = 0.8;                 // of width and height
+  std::shared_ptr<const CoverageMap> coverage;  // null without a subject
+  std::vector<int> view_ids;                    // in the order of coverage->views()
+  std::optional<double> covered;                // share of the cap; none without one
+  // Directions that were covered until poses were corrected or views taken back, and are not now.
+  std::vector<Eigen::Vector3d> reopened;
+  Guidance guidance;
+  std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
+
+  Decision decision;                 // of this frame, with its reason
+  bool recording = true;             // false: paused by request
+  std::optional<int> recorded_view;  // this frame became that view
+  std::string waiting_for;           // device or disk, for people; empty: nothing
+  std::string device_problem;        // empty: none
+  std::optional<std::uint64_t> disk_left_bytes;
+  std::optional<bool> exposure_locked;  // none: cannot be known
+  std::vector<PreflightItem> preflight;
+  std::string said;  // the last thing the capture had to say; empty: nothing yet
+};
+
+// The newest state, from the session's thread to whoever draws; older ones are dropped.
+class LatestCaptureState {
+ public:
+  void Publish(std::shared_ptr<const CaptureState> state) {
+    const std::lock_guard lock(mutex_);
+    state_ = std::move(state);
+  }
+  std::shared_ptr<const CaptureState> Get() const {  // null before the first frame
+    const std::lock_guard lock(mutex_);
+    return state_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<const CaptureState> state_;
+};
+
+}  // namespace ulf
