@@ -185,6 +185,8 @@ LightFieldWriter& LightFieldWriter::operator=(LightFieldWriter&&) noexcept = def
 LightFieldWriter::~LightFieldWriter() = default;
 const LightField& LightFieldWriter::Contents() const { return state_->light_field; }
 
+int LightFieldWriter::NextViewId() const { return state_->next_view_id; }
+
 LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHeader& header) {
   std::error_code unknown;  // MakeFolder below says what stands in the way
   if (fs::exists(dir, unknown) && !fs::is_directory(dir))
@@ -317,17 +319,25 @@ void LightFieldWriter::RemoveView(int view_id) {
                                  [view_id](const View& candidate) { return candidate.id == view_id; });
   if (view == light_field.views.end())
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
-  if (PictureFollowsFromMaster(*view)) WritePictureFromMaster(light_field.root, *view);
-  state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
+  bool has_picture = true;
+  try {
+    if (PictureFollowsFromMaster(*view)) WritePictureFromMaster(light_field.root, *view);
+  } catch (const DiskFullError&) {
+    throw;  // to be tried again when there is room
+  } catch (const Error& error) {
+    spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view_id);
+    has_picture = false;
+  }
   const fs::path unposed = light_field.root / "unposed";
   MakeFolder(unposed);
+  state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
   const auto move = [&](const std::string& from, const std::string& to) {
     std::error_code reason;
     fs::rename(light_field.root / from, unposed / to, reason);
     if (reason)
       ThrowDiskError(reason.value(), (light_field.root / from).string() + ": cannot be moved to unposed/");
   };
-  move(view->image_path, fs::path(view->image_path).filename());
+  if (has_picture) move(view->image_path, fs::path(view->image_path).filename());
   // Beside the photograph, under a name of its own where both are PNG files.
   if (const fs::path master = view->master_path; !master.empty())
     move(master, master.stem().string() + ".master" + master.extension().string());

@@ -100,6 +100,7 @@ class LightFieldWriter {
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;
+  int NextViewId() const;  // that the next view will get
 
  private:
   struct State;

@@ -29,6 +29,7 @@
 #include "coverage/light_field_report.h"
 #include "coverage/map_cache.h"
 #include "coverage/pose_errors.h"
+#include "coverage/request_lines.h"
 #include "tracking/readout_option.h"
 
 namespace ulf {
@@ -53,6 +54,7 @@ struct CaptureArgs {
   double max_seconds = 0;
   std::optional<double> speed;
   std::string keep_frames;
+  std::string requests;
   bool headless = false;
   bool deterministic = false;
   bool resume = false;
@@ -291,7 +293,7 @@ void WritePicture(const std::string& path, const cv::Mat& picture) {
 void WritePictures(const CaptureArgs& args, const CameraModel& camera, const CaptureSummary& summary,
                    const LightFieldReport& report) {
   if (args.overlay.empty() && args.map.empty()) return;
-  if (!summary.map || !summary.last_recorded) {
+  if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
     fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
     return;
   }
@@ -327,7 +329,7 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
 }
 
 // The larger share of what the capture may end by; the device's own where nothing was asked for.
-double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const CaptureProgress& now,
+double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const CaptureState& now,
                  double first_time_s, const Device& device) {
   double share = 0;
   if (now.covered) share = *now.covered / options.until_share;
@@ -336,6 +338,17 @@ double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const C
   if (args.max_seconds > 0) share = std::max(share, (now.device_time_s - first_time_s) / args.max_seconds);
   if (!now.covered && args.frames == 0 && args.max_seconds == 0) share = device.ShareDone().value_or(0);
   return std::min(0.99, share);
+}
+
+std::string ProgressLine(const CaptureState& now) {
+  const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
+  std::string what = InWords(now.decision.reason);
+  if (!now.waiting_for.empty())
+    what = "waiting for " + now.waiting_for;
+  else if (!now.tracking_words.empty())
+    what = now.tracking_words;
+  return fmt::format("{}, {} recorded{}; {}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
+                     what);
 }
 
 // Before anything else is read or written there.
@@ -374,18 +387,22 @@ int RunCaptureCommand(const CaptureArgs& args) {
     CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
-    hooks.while_waiting = [&](const CaptureProgress& now) {
-      if (!now.waiting_for.empty())
-        progress.Show(shown_share, fmt::format("{}, {} recorded; waiting for {}",
-                                               Counted(now.frames, "frame"), now.views, now.waiting_for));
+    CaptureRequests requests;
+    std::optional<RequestLines> request_lines;
+    if (!args.requests.empty()) request_lines.emplace(args.requests);
+    hooks.requests = &requests;
+    const auto read_requests = [&] {
+      if (request_lines) request_lines->Take(requests, hooks.say);
     };
-    hooks.after_frame = [&](const CaptureProgress& now) {
-      if (now.cam_from_world) live.push_back({now.device_time_s, *now.cam_from_world});
-      const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
-      shown_share = std::max(shown_share, ShareDone(args, options, now, first_time_s, *prepared.device));
-      progress.Show(shown_share,
-                    fmt::format("{}, {} recorded{}; {}", Counted(now.frames, "frame"), now.views, covered,
-                                now.waiting_for.empty() ? InWords(now.reason) : now.waiting_for));
+    hooks.while_waiting = [&](const SharedCaptureState& now) {
+      read_requests();
+      if (!now->waiting_for.empty()) progress.Show(shown_share, ProgressLine(*now));
+    };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      read_requests();
+      if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
+      shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
+      progress.Show(shown_share, ProgressLine(*now));
     };
     std::unique_ptr<FrameRecorder> recorder;
     if (!args.keep_frames.empty()) {
@@ -462,6 +479,11 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(NonNegative());
   command->add_option("--keep-frames", args->keep_frames,
                       "New folder for every frame: the session can be run again, replay:FOLDER");
+  command->add_option(
+      "--requests", args->requests,
+      "Lines to be answered while it runs, from this file or fifo (-: standard input): take-back "
+      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
+      "record, finish");
   command->add_flag("--headless", args->headless, "Without the operator display");
   command->add_flag("--deterministic", args->deterministic,
                     "One thread; the same frames give the same bytes");

@@ -25,6 +25,8 @@ const char* InWords(StoppedBecause why) {
       return "the device is lost";
     case StoppedBecause::kDisk:
       return "the disk";
+    case StoppedBecause::kClosed:
+      return "finished by request";
   }
   return "";
 }
@@ -36,8 +38,11 @@ const char* WayOut(Reason reason) {
              "sideways, with the subject in view";
     case Reason::kCovered:
       return "every frame showed what recorded views show already";
-    case Reason::kOutsideRectangle:
     case Reason::kBehind:
+      return "the subject lies behind the camera: turn round, or correct --subject (x to the right, y down, "
+             "z "
+             "forward from where the world begins)";
+    case Reason::kOutsideRectangle:
     case Reason::kInsideSphere:
       return "the subject was not wholly in view; step back, or give a smaller one with --subject-size";
     case Reason::kBlur:
@@ -48,6 +53,10 @@ const char* WayOut(Reason reason) {
       return "the camera moved too fast for its exposure time; move slower, or expose shorter";
     case Reason::kSpool:
       return "the disk did not keep up; write to a faster one";
+    case Reason::kDisk:
+      return "the disk was full; free some space, or write to another one";
+    case Reason::kPaused:
+      return "recording was paused by request and never asked for again (record)";
     case Reason::kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
     case Reason::kRecorded:
@@ -65,6 +74,8 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
                         Counted(summary.pauses, "time"), summary.paused_s);
   text += fmt::format("this session   {}, {} tracked, {} recorded\n", Counted(summary.frames, "frame"),
                       tracked, summary.recorded);
+  if (summary.taken_back > 0)
+    text += fmt::format("taken back     {}, kept in unposed/\n", Counted(summary.taken_back, "view"));
   text += fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms a frame (medians)\n",
                       summary.ms_track_median, summary.ms_decide_median);
   if (summary.stills.asked + summary.stills.arrived > 0)
@@ -85,6 +96,7 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
 void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t tracked) {
   json["frames"] = summary.frames;
   json["recorded"] = summary.recorded;
+  json["taken_back"] = summary.taken_back;
   json["tracked"] = tracked;
   if (summary.stills.asked + summary.stills.arrived > 0)
     json["photographs"] = {

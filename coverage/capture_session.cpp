@@ -9,8 +9,16 @@
 #include <exception>
 #include <iterator>
 #include <utility>
+#include <variant>
 
+#include "acquisition/counted.h"
+#include "coverage/capture_gaps.h"
+#include "coverage/capture_meters.h"
+#include "coverage/capture_prediction.h"
+#include "coverage/held_views.h"
+#include "coverage/reopened.h"
 #include "coverage/sphere_outline.h"
+#include "coverage/subject_finder.h"
 #include "tracking/track_words.h"
 
 namespace ulf {
@@ -29,46 +37,16 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// The mean depth of the tracked points near the image centre; the nearest and farthest quarter may belong to
-// what stands before or behind the subject.
-std::optional<double> DepthNearCenter(const std::vector<VisiblePoint>& points, const CameraModel& camera) {
-  constexpr double kReach = 0.25;  // of the image's height
-  constexpr std::size_t kFewest = 8;
-  const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
-  std::vector<double> depths;
-  for (const VisiblePoint& point : points)
-    if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
-      depths.push_back(point.depth);
-  if (depths.size() < kFewest) return std::nullopt;
-  std::sort(depths.begin(), depths.end());
-  const std::size_t from = depths.size() / 4, to = depths.size() - from;
-  double sum = 0;
-  for (std::size_t i = from; i < to; ++i) sum += depths[i];
-  return sum / static_cast<double>(to - from);
-}
-
 bool Same(const Rigid3& a, const Rigid3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
-// A recorded view's pose: its anchor's, or fixed where it was recorded in an earlier session.
-struct ViewPose {
-  std::optional<Anchored> anchor;
-  Rigid3 cam_from_world;
-};
-
-// Time in which nothing was recorded, since `from_s` of the device's time.
-struct OpenGap {
-  double from_s = 0;
-  std::string reason;
-  Clock::time_point began = Clock::now();
-  bool said = false;
-
-  double HostSeconds() const { return MillisecondsSince(began) / 1000; }
-};
-
-// A slow disk catches up within moments: not worth a word.
-constexpr double kShortestPause_s = 0.5;
+// "3 views (15, 16, 17)"
+std::string ViewsInWords(const std::vector<int>& ids) {
+  std::string text;
+  for (const int id : ids) text += fmt::format("{}{}", text.empty() ? "" : ", ", id);
+  return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
+}
 
 class Session {
  public:
@@ -77,25 +55,49 @@ class Session {
   CaptureSummary Run();
 
  private:
+  // The latest frame that got as far as a decision, and what became of it.
+  struct Looked {
+    Image live;
+    Track track;
+    Decision decision;
+    std::optional<int> recorded_view;
+  };
   std::optional<StoppedBecause> Enough() const;
   std::optional<Frame> NextFrame();
   std::optional<StoppedBecause> TakeFrame();
-  void PlaceSubject(const Track& track);
-  void SetSubject(const Subject& subject);
-  Decision DecideAndRecord(const Frame& frame, const Track& track);
-  bool Record(const Frame& frame, const Track& track, const Decision& decision);
+  void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
-  void NoteGaps(const Frame& frame, const Track& track);
-  void TakeEvents();
-  void NoteDeviceGap(double to_s);
-  void NotePause(double now_s);
-  void EndPause(double now_s, bool ended = false);
-  void Say(const std::string& text) const;
-  CaptureProgress Progress(Reason reason) const;
+  Decision DecideAndRecord(const Frame& frame, const Track& track);
+  std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
+  Reason ReasonOfTheDisk();
+
+  void PlaceFirstSubject(const Track& track);
+  void SetSubject(const Subject& subject);
+  void SayWhatToExpect();
+  CoverageMap& MapToChange();
+  double Repaint();  // the share that fell open
+  std::string OfWhat() const { return options_.cap ? "of the cap" : "of what was covered"; }
   bool CorrectPoses(bool last);
   bool CapIsCovered();
-  std::vector<CriterionView> ViewsForCriterion() const;
+
+  void AnswerRequests();
+  void Answer(const TakeBackLast& asked);
+  void Answer(const TakeBackViews& asked);
+  void Answer(const PlaceSubject& asked);
+  void Answer(const FindSubject& asked);
+  void Answer(const SetRecording& asked);
+  void Answer(const FinishCapture& asked);
+  void TakeBack(const std::vector<int>& ids);
+  void MoveSubject(const Subject& subject);
+
+  void TakeEvents();
+  void Say(const std::string& text);
+  std::string DeviceProblem() const;
+  std::optional<double> ViewsExpected() const;
+  SharedCaptureState State();
+
   void Close();
+  void CloseLightField(LightFieldWriter& writer);
 
   Device& device_;
   const CameraModel camera_;  // of the frames that are tracked
@@ -105,24 +107,31 @@ class Session {
   std::optional<StillCapture> stills_;
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
-  const std::size_t earlier_views_;
+  const std::filesystem::path root_;
+  const int first_new_id_;
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   std::optional<Subject> resumed_subject_;
-  std::vector<ViewPose> view_poses_;
+  HeldViews views_;
   ViewSpool spool_;
+  CaptureGaps gaps_;
+  CaptureMeters meters_;
 
-  std::unique_ptr<CoverageMap> map_;
+  std::shared_ptr<CoverageMap> map_;  // also in states that were given out: MapToChange()
+  Reopened reopened_;
+  std::optional<CapturePrediction> prediction_;
   CaptureSummary summary_;
   std::vector<double> ms_track_, ms_decide_;
   int tracked_in_a_row_ = 0;
-  std::optional<double> first_time_s_, last_time_s_, lost_since_s_;
-  std::optional<OpenGap> device_gap_, pause_;
+  std::optional<double> first_time_s_, last_time_s_;
   double frame_period_s_ = 0;
-  bool tracked_before_ = false;
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
-  std::size_t views_at_last_measure_ = 0;
+  bool measured_ = false;  // the coverage, since a view was added
+  bool recording_ = true;
+  bool finish_asked_ = false;
+  Looked looked_;
+  std::string said_;
   double ended_after_s_ = 0;  // by this machine's clock
 };
 
@@ -135,57 +144,90 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       recorded_camera_(options.still_camera.value_or(camera)),
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
-      earlier_views_(writer.Contents().views.size()),
+      root_(writer.Contents().root),
+      first_new_id_(writer.NextViewId()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
-      view_poses_([&] {
-        std::vector<ViewPose> views;
-        for (const View& view : writer.Contents().views) views.push_back({{}, view.cam_from_world});
-        return views;
-      }()),
-      spool_(std::move(writer), options.spool_views, !options.deterministic) {
+      views_(writer.Contents()),
+      spool_(std::move(writer), options.spool_views, !options.deterministic),
+      gaps_(spool_, [this](const std::string& text) { Say(text); }) {
   if (options.still_camera)
     stills_.emplace(device_, *options.still_camera, poses_, options_.limits, options_.coverage_width_px);
-}
-
-std::vector<CriterionView> Session::ViewsForCriterion() const {
-  std::vector<CriterionView> views;
-  for (const ViewPose& view : view_poses_)
-    views.push_back(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
-  return views;
 }
 
 void Session::SetSubject(const Subject& subject) {
   summary_.subject = subject;
   if (resumed_subject_ != subject) spool_.SetSubject(subject);
-  map_ = std::make_unique<CoverageMap>(
+  resumed_subject_.reset();
+  map_ = std::make_shared<CoverageMap>(
       subject, CoverageMapOptions{.cap = options_.cap, .threshold_px = options_.threshold_px});
-  map_->SetViews(ViewsForCriterion());
+  map_->SetViews(views_.ForCriterion(recorded_camera_, options_.coverage_width_px));
+  reopened_.Forget();
+  prediction_.reset();
+  measured_ = false;
 }
 
-void Session::PlaceSubject(const Track& track) {
+void Session::PlaceFirstSubject(const Track& track) {
   tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   if (map_ || tracked_in_a_row_ < options_.stable_frames || !track.cam_from_world) return;
   if (const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_))
     SetSubject(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.subject_size));
 }
 
-bool Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
+// Once the subject is there and a pose says how far away it is.
+void Session::SayWhatToExpect() {
+  if (!map_ || prediction_ || !looked_.track.cam_from_world) return;
+  const Subject& subject = map_->subject();
+  const double distance = (*looked_.track.cam_from_world * subject.center_in_world).norm();
+  prediction_ =
+      Predict(SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
+              options_.cap);
+  if (prediction_) Say(InWords(*prediction_, options_.threshold_px, poses_.IsMetric()));
+}
+
+// Whoever looks at a state that has the map looks at a value: it is copied before it changes. Once nobody
+// else holds it nobody can come to; holding it once more here makes what they read happen before what is
+// written.
+CoverageMap& Session::MapToChange() {
+  if (map_.use_count() > 1)
+    map_ = std::make_shared<CoverageMap>(*map_);
+  else
+    static_cast<void>(std::shared_ptr<CoverageMap>(map_));
+  return *map_;
+}
+
+double Session::Repaint() {
+  if (!map_) return 0;
+  auto repainted = std::make_shared<CoverageMap>(map_->subject(), map_->options());
+  repainted->SetViews(views_.ForCriterion(recorded_camera_, options_.coverage_width_px));
+  const double fell_open = reopened_.Note(*map_, *repainted);
+  map_ = std::move(repainted);
+  return fell_open;
+}
+
+std::optional<int> Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
   View view;
   view.cam_from_world = *track.cam_from_world;
   view.tracking_quality = track.quality;
   view.bound_px = decision.bound_px;
-  if (frame.kind == FrameKind::kStill)
-    spool_.AddView(kept, view);
-  else if (!spool_.TryAddView(kept, view))
-    return false;
-  view_poses_.push_back({track.anchor, view.cam_from_world});
-  map_->Add(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
+  const std::optional<int> id =
+      frame.kind == FrameKind::kStill ? spool_.AddView(kept, view) : spool_.TryAddView(kept, view);
+  if (!id) return std::nullopt;
+  views_.Add({*id, track.anchor, view.cam_from_world});
+  MapToChange().Add(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
+  reopened_.DropCovered(*map_);
+  measured_ = false;
   summary_.last_recorded = RecordedFrame{std::move(kept), view.cam_from_world};
-  return true;
+  looked_.recorded_view = id;
+  return id;
+}
+
+Reason Session::ReasonOfTheDisk() {
+  const auto pause = spool_.Pause();
+  return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
 }
 
 Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
@@ -197,14 +239,16 @@ Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
                               .coverage_width_px = options_.coverage_width_px},
                              map_.get(), options_.limits);
   ms_decide_.push_back(MillisecondsSince(start));
-  if (stills_) {
-    stills_->Follow(frame, track);
-    if (decision.reason == Reason::kRecorded) {
-      decision.reason = spool_.Pause() ? Reason::kSpool : Reason::kStill;
+  if (stills_) stills_->Follow(frame, track);
+  if (decision.reason == Reason::kRecorded) {
+    if (!recording_) {
+      decision.reason = Reason::kPaused;
+    } else if (stills_) {
+      decision.reason = spool_.Pause() ? ReasonOfTheDisk() : Reason::kStill;
       if (decision.reason == Reason::kStill) stills_->Ask();
+    } else if (!Record(frame, track, decision)) {
+      decision.reason = ReasonOfTheDisk();
     }
-  } else if (decision.reason == Reason::kRecorded && !Record(frame, track, decision)) {
-    decision.reason = Reason::kSpool;
   }
   ++summary_.reasons[static_cast<std::size_t>(decision.reason)];
   return decision;
@@ -221,19 +265,8 @@ std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
   return CapIsCovered() ? std::optional(StoppedBecause::kCovered) : std::nullopt;
 }
 
-// Time without a pose is written down, so that a review can show it.
-void Session::NoteGaps(const Frame& frame, const Track& track) {
-  constexpr double kShortestGapS = 0.5;
-  const bool tracked = track.state == TrackState::kTracking;
-  tracked_before_ |= tracked;
-  if (!tracked && tracked_before_ && !lost_since_s_) lost_since_s_ = frame.device_time_s;
-  if (!tracked || !lost_since_s_) return;
-  if (frame.device_time_s - *lost_since_s_ >= kShortestGapS)
-    spool_.NoteGap(*lost_since_s_, frame.device_time_s, Name(Reason::kTracking));
-  lost_since_s_.reset();
-}
-
-void Session::Say(const std::string& text) const {
+void Session::Say(const std::string& text) {
+  said_ = text;
   if (hooks_.say) hooks_.say(text);
 }
 
@@ -241,83 +274,157 @@ void Session::TakeEvents() {
   for (const DeviceEvent& event : device_.TakeEvents()) {
     ++summary_.events[Name(event.kind)];
     Say(event.text);
-    if (event.kind == DeviceEventKind::kFaulted && last_time_s_ && !device_gap_)
-      device_gap_ = OpenGap{*last_time_s_, "device: " + event.text};
+    if (event.kind == DeviceEventKind::kFaulted && last_time_s_)
+      gaps_.DeviceFaulted(*last_time_s_, event.text);
   }
 }
 
-void Session::NoteDeviceGap(double to_s) {
-  if (!device_gap_) return;
-  spool_.NoteGap(device_gap_->from_s, to_s, device_gap_->reason);
-  device_gap_.reset();
+void Session::AnswerRequests() {
+  if (!hooks_.requests) return;
+  for (const CaptureRequest& request : hooks_.requests->Take())
+    std::visit([this](const auto& asked) { Answer(asked); }, request);
 }
 
-void Session::NotePause(double now_s) {
-  const auto why = spool_.Pause();
-  if (!why) return EndPause(now_s);
-  if (!pause_) pause_ = OpenGap{now_s, *why};
-  if (pause_->said || now_s - pause_->from_s < kShortestPause_s) return;
-  pause_->said = true;
-  Say("recording waits, tracking goes on: " + *why);
-}
+void Session::Answer(const TakeBackLast& asked) { TakeBack(views_.LastIds(asked.count)); }
 
-void Session::EndPause(double now_s, bool ended) {
-  if (!pause_) return;
-  const double length_s = now_s - pause_->from_s;
-  if (length_s >= kShortestPause_s) {
-    ++summary_.pauses;
-    summary_.paused_s += length_s;
-    spool_.NoteGap(pause_->from_s, now_s, "recording paused: " + pause_->reason);
-    if (pause_->said)
-      Say(ended ? fmt::format("recording was still waiting, since {:.1f} s, when the capture ended", length_s)
-                : fmt::format("recording goes on after {:.1f} s", length_s));
+void Session::Answer(const TakeBackViews& asked) { TakeBack(asked.ids); }
+
+void Session::TakeBack(const std::vector<int>& ids) {
+  std::vector<int> taken;
+  for (const int id : ids) {
+    if (views_.Remove(id)) {
+      spool_.RemoveView(id);
+      taken.push_back(id);
+    } else if (std::find(taken.begin(), taken.end(), id) == taken.end()) {
+      Say(fmt::format("there is no view {} to take back", id));
+    }
   }
-  pause_.reset();
+  if (taken.empty()) {
+    if (ids.empty()) Say("there is no view to take back");
+    return;
+  }
+  std::sort(taken.begin(), taken.end());
+  summary_.taken_back += taken.size();
+  const double fell_open = Repaint();
+  measured_ = false;
+  Say(fmt::format("taken back, kept in unposed/: {}; {:.1f} % {} fell open again", ViewsInWords(taken),
+                  100 * fell_open, OfWhat()));
 }
 
-CaptureProgress Session::Progress(Reason reason) const {
-  CaptureProgress progress{
-      .frames = summary_.frames,
-      .views = view_poses_.size(),
-      .covered = options_.cap ? std::optional<double>(map_ ? map_->CoveredShare() : 0) : std::nullopt,
-      .reason = reason,
-      .device_time_s = last_time_s_.value_or(0),
-      .cam_from_world = {},
-      .waiting_for = {}};
+void Session::Answer(const PlaceSubject& asked) {
+  const std::string problem = ProblemOf(asked.subject, looked_.track.cam_from_world);
+  if (!problem.empty()) return Say("the subject stays as it was: " + problem);
+  MoveSubject(asked.subject);
+}
+
+void Session::Answer(const FindSubject& asked) {
+  const auto& pose = looked_.track.cam_from_world;
+  const double share = asked.width_share.value_or(options_.subject_size);
+  if (!pose) return Say("the subject stays as it was: the camera's position is not known at the moment");
+  if (!(share > 0 && share <= options_.limits.rectangle_share))
+    return Say(
+        fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
+                    "safety rectangle is {:g}",
+                    share, options_.limits.rectangle_share));
+  const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), camera_);
+  if (!depth)
+    return Say(
+        "the subject stays as it was: too few tracked points in the middle of the picture; aim at it, or "
+        "give "
+        "its depth (subject depth D)");
+  MoveSubject(SubjectOnAxis(camera_, *pose, *depth, share));
+}
+
+void Session::MoveSubject(const Subject& subject) {
+  SetSubject(subject);
+  const Eigen::Vector3d& center = subject.center_in_world;
+  Say(fmt::format("the subject is at {:.3g} {:.3g} {:.3g}, radius {:.3g}{}", center.x(), center.y(),
+                  center.z(), subject.radius,
+                  views_.empty() ? "" : fmt::format("; {} painted anew", Counted(views_.size(), "view"))));
+}
+
+void Session::Answer(const SetRecording& asked) {
+  recording_ = asked.on;
+  if (last_time_s_) gaps_.Recording(asked.on, *last_time_s_);
+  Say(asked.on ? "recording" : "recording is paused, tracking goes on");
+}
+
+void Session::Answer(const FinishCapture&) {
+  finish_asked_ = true;
+  Say("finishing, as asked");
+}
+
+std::string Session::DeviceProblem() const {
   const DeviceState state = device_.State();
-  if (state == DeviceState::kFaulted || state == DeviceState::kReconnecting)
-    progress.waiting_for = fmt::format("the device ({}): {}", Name(state), device_.Info().problem);
-  else if (pause_)
-    progress.waiting_for = pause_->reason;
-  return progress;
+  if (state != DeviceState::kFaulted && state != DeviceState::kReconnecting) return {};
+  return fmt::format("{}: {}", Name(state), device_.Info().problem);
+}
+
+// What is recorded, and what the open rest will take.
+std::optional<double> Session::ViewsExpected() const {
+  if (!prediction_ || !prediction_->views) return std::nullopt;
+  return static_cast<double>(views_.size()) + (1 - map_->CoveredShare()) * *prediction_->views;
+}
+
+SharedCaptureState Session::State() {
+  auto state = std::make_shared<CaptureState>();
+  state->frames = summary_.frames;
+  state->device_time_s = last_time_s_.value_or(0);
+  state->frames_per_s = meters_.FramesPerS();
+  state->dropped = meters_.Dropped(device_);
+  state->disk_left_bytes = meters_.DiskLeftBytes(root_);
+
+  const Track& track = looked_.track;
+  state->live = looked_.live;
+  state->camera = camera_;
+  state->takes_stills = stills_.has_value();
+  state->tracking = track.state;
+  if (track.state != TrackState::kTracking) state->tracking_words = InWords(track);
+  state->cam_from_world = track.cam_from_world;
+  state->quality = track.quality;
+  state->start = track.start;
+  if (track.cam_from_world) state->points = poses_.VisiblePoints();
+
+  state->subject = summary_.subject;
+  state->rectangle_share = options_.limits.rectangle_share;
+  state->coverage = map_;
+  state->view_ids = views_.Ids();
+  if (options_.cap) state->covered = map_ ? map_->CoveredShare() : 0;
+  state->reopened = reopened_.directions();
+  state->views_expected = ViewsExpected();
+
+  state->decision = looked_.decision;
+  state->recording = recording_;
+  state->recorded_view = looked_.recorded_view;
+  state->device_problem = DeviceProblem();
+  if (!state->device_problem.empty())
+    state->waiting_for = "the device, " + state->device_problem;
+  else
+    state->waiting_for = gaps_.DiskReason();
+  state->said = said_;
+  return state;
 }
 
 // False when it has to be tried again: the disk is behind.
 bool Session::CorrectPoses(bool last) {
-  if (view_poses_.empty()) return true;
-  std::vector<Rigid3> corrected;
-  double largest_move = 0;
-  for (const ViewPose& view : view_poses_) {
-    corrected.push_back(view.anchor ? poses_.PoseOf(*view.anchor) : view.cam_from_world);
-    const Rigid3 moved = corrected.back() * view.cam_from_world.Inverse();
-    // Against the distance to the subject both are angles.
-    const double distance = map_ ? (view.cam_from_world * map_->subject().center_in_world).norm() : 1;
-    largest_move =
-        std::max({largest_move, RotationAngle(moved.rotation), moved.translation.norm() / distance});
-  }
+  if (views_.empty()) return true;
+  const std::map<int, Rigid3> now = views_.PosesNow(poses_);
+  const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
   constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
   if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
-  if (!last && !spool_.TryUpdatePoses(corrected)) return false;
-  for (std::size_t i = 0; i < corrected.size(); ++i) view_poses_[i].cam_from_world = corrected[i];
-  if (map_) map_->SetViews(ViewsForCriterion());
+  if (!last && !spool_.TryUpdatePoses(now)) return false;
+  views_.MoveTo(now);
+  const double fell_open = Repaint();
+  constexpr double kWorthAWord = 0.005;
+  if (fell_open >= kWorthAWord)
+    Say(fmt::format("poses were corrected: {:.1f} % {} fell open again", 100 * fell_open, OfWhat()));
   return true;
 }
 
 // The map says when it is worth measuring; the measure, on directions of its own, decides.
 bool Session::CapIsCovered() {
-  if (!options_.cap || !map_ || map_->CoveredShare() < options_.until_share) return false;
-  if (view_poses_.size() == views_at_last_measure_) return false;
-  views_at_last_measure_ = view_poses_.size();
+  if (!options_.cap || !map_ || measured_ || map_->CoveredShare() < options_.until_share) return false;
+  measured_ = true;
   CorrectPoses(false);
   return MeasureCoverage(map_->views(), map_->subject(), *options_.cap, map_->options()).covered >=
          options_.until_share;
@@ -325,6 +432,7 @@ bool Session::CapIsCovered() {
 
 std::optional<StoppedBecause> Session::Enough() const {
   if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
+  if (finish_asked_) return StoppedBecause::kClosed;
   if (spool_.Failure()) return StoppedBecause::kDisk;
   if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kFrames;
   if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
@@ -339,52 +447,72 @@ std::optional<Frame> Session::NextFrame() {
   return frame;
 }
 
+void Session::NoteTime(const Frame& frame) {
+  gaps_.FrameCame(frame.device_time_s, device_.IsLive(), frame_period_s_);
+  if (last_time_s_) {
+    // The shortest recent time between frames: a dropped one must not look like a slow camera.
+    const double step_s = frame.device_time_s - *last_time_s_;
+    if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
+  }
+  last_time_s_ = frame.device_time_s;
+  if (!first_time_s_) first_time_s_ = last_time_s_;
+  meters_.FrameAt(frame.device_time_s);
+}
+
 std::optional<StoppedBecause> Session::TakeFrame() {
   const std::optional<Frame> frame = NextFrame();
   TakeEvents();
   if (!frame) {
-    if (hooks_.while_waiting) hooks_.while_waiting(Progress(Reason::kTracking));
+    if (hooks_.while_waiting) hooks_.while_waiting(State());
     if (device_.State() == DeviceState::kEnded) return StoppedBecause::kEnded;
     if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
+  looked_.recorded_view.reset();
   if (frame->kind == FrameKind::kStill) return TakeStill(*frame);
   if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
   ++summary_.frames;
   if (hooks_.keep_frame) hooks_.keep_frame(*frame);
-  if (last_time_s_) {
-    // The shortest recent time between frames: a dropped one must not look like a slow camera.
-    const double step_s = frame->device_time_s - *last_time_s_;
-    // A camera may stop for seconds and go on by itself: no fault to its driver, a gap all the same.
-    if (device_.IsLive() && !device_gap_ && frame_period_s_ > 0 &&
-        step_s > std::max(kShortestPause_s, 10 * frame_period_s_))
-      device_gap_ = OpenGap{*last_time_s_, "device: no frames"};
-    if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
-  }
-  last_time_s_ = frame->device_time_s;
-  NoteDeviceGap(*last_time_s_);
-  if (!first_time_s_) first_time_s_ = last_time_s_;
+  NoteTime(*frame);
 
   const auto start = Clock::now();
   const Track track = poses_.Step(*frame);
   ms_track_.push_back(MillisecondsSince(start));
-  NoteGaps(*frame, track);
-  PlaceSubject(track);
-  const Decision decision = DecideAndRecord(*frame, track);
-  NotePause(*last_time_s_);
+  looked_ = {frame->image, track, {}, {}};
+  gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
+  PlaceFirstSubject(track);
+  SayWhatToExpect();
+  looked_.decision = DecideAndRecord(*frame, track);
+  gaps_.Disk(spool_.Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
                 summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
   if (poses_due_) poses_due_ = !CorrectPoses(false);
-  if (hooks_.after_frame) {
-    CaptureProgress progress = Progress(decision.reason);
-    progress.cam_from_world = track.cam_from_world;
-    if (track.state != TrackState::kTracking && progress.waiting_for.empty())
-      progress.waiting_for = InWords(track);
-    hooks_.after_frame(progress);
-  }
-  if (decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
+  if (hooks_.after_frame) hooks_.after_frame(State());
+  if (looked_.decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
   return std::nullopt;
+}
+
+void Session::CloseLightField(LightFieldWriter& writer) {
+  std::map<int, Rigid3> final_poses;
+  for (const HeldView& held : views_.views()) final_poses[held.id] = held.cam_from_world;
+  for (const View& view : writer.Contents().views)
+    if (const auto found = final_poses.find(view.id);
+        found != final_poses.end() && Same(view.cam_from_world, found->second))
+      final_poses.erase(found);
+  std::map<std::string, std::uint64_t> reasons = earlier_reasons_;
+  for (const Reason reason : kReasons)
+    reasons[Name(reason)] += summary_.reasons[static_cast<std::size_t>(reason)];
+  const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
+  const double capture_s = device_s > 0 ? device_s : ended_after_s_;
+  try {
+    writer.UpdatePoses(final_poses);
+    if (auto points = poses_.Points(); !points.empty()) writer.SetPoints(std::move(points));
+    writer.Close(earlier_s_ + capture_s, reasons);
+  } catch (const std::exception& error) {
+    summary_.stopped_because = StoppedBecause::kDisk;
+    summary_.problem = error.what();
+  }
 }
 
 void Session::Close() {
@@ -397,37 +525,21 @@ void Session::Close() {
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   CorrectPoses(true);
-  if (device_gap_) NoteDeviceGap(device_gap_->from_s + device_gap_->HostSeconds());
-  if (last_time_s_) EndPause(*last_time_s_, true);
-  if (const std::size_t following = spool_.PicturesWaiting(); following > 10 && hooks_.say)
-    hooks_.say(
-        fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
+  gaps_.End(last_time_s_);
+  summary_.pauses = gaps_.pauses();
+  summary_.paused_s = gaps_.paused_s();
+  if (const std::size_t following = spool_.PicturesWaiting(); following > 10)
+    Say(fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
   LightFieldWriter writer = spool_.Finish();
   summary_.unwritten = spool_.Unwritten();
   summary_.set_aside = spool_.SetAside();
-  summary_.recorded = writer.Contents().views.size() - earlier_views_;
+  for (const View& view : writer.Contents().views) summary_.recorded += view.id >= first_new_id_;
   if (stills_) summary_.stills.recorded = summary_.recorded;
   if (const auto failure = spool_.Failure()) {
     summary_.stopped_because = StoppedBecause::kDisk;
     summary_.problem = *failure;
   } else {
-    std::map<int, Rigid3> final_poses;
-    for (std::size_t i = 0; i < view_poses_.size(); ++i)
-      if (!Same(writer.Contents().views[i].cam_from_world, view_poses_[i].cam_from_world))
-        final_poses[writer.Contents().views[i].id] = view_poses_[i].cam_from_world;
-    std::map<std::string, std::uint64_t> reasons = earlier_reasons_;
-    for (const Reason reason : kReasons)
-      reasons[Name(reason)] += summary_.reasons[static_cast<std::size_t>(reason)];
-    const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
-    const double capture_s = device_s > 0 ? device_s : ended_after_s_;
-    try {
-      writer.UpdatePoses(final_poses);
-      if (auto points = poses_.Points(); !points.empty()) writer.SetPoints(std::move(points));
-      writer.Close(earlier_s_ + capture_s, reasons);
-    } catch (const std::exception& error) {
-      summary_.stopped_because = StoppedBecause::kDisk;
-      summary_.problem = error.what();
-    }
+    CloseLightField(writer);
   }
 }
 
@@ -438,6 +550,7 @@ CaptureSummary Session::Run() {
   std::exception_ptr failure;
   try {
     while (!why) {
+      AnswerRequests();
       why = Enough();
       if (!why) why = TakeFrame();
     }
@@ -470,7 +583,8 @@ CaptureSummary Session::Run() {
 }  // namespace
 
 const char* Name(StoppedBecause why) {
-  constexpr std::array kNames{"covered", "frames", "seconds", "ended", "signal", "device_lost", "disk"};
+  constexpr std::array kNames{"covered", "frames",      "seconds", "ended",
+                              "signal",  "device_lost", "disk",    "closed"};
   return kNames[static_cast<std::size_t>(why)];
 }
 

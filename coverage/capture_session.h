@@ -9,7 +9,8 @@
 // gap, too. Both are said at once, and counted at the end.
 //
 // Views hang on the tracker's keyframes: when the map is adjusted, their poses are corrected, journaled at
-// intervals and at the end, and the coverage map is painted anew.
+// intervals and at the end, and the coverage map is painted anew; what fell open again is said. What a person
+// asks for (capture_request.h) is done between two frames.
 #pragma once
 
 #include <array>
@@ -24,6 +25,8 @@
 
 #include "acquisition/device.h"
 #include "acquisition/light_field_io.h"
+#include "coverage/capture_request.h"
+#include "coverage/capture_state.h"
 #include "coverage/coverage_map.h"
 #include "coverage/still_capture.h"
 #include "coverage/view_decision.h"
@@ -52,29 +55,20 @@ struct CaptureOptions {
   int frames_between_pose_updates = 60;
 };
 
-enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk };
+enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
 const char* Name(StoppedBecause why);  // as in --json
 
-// What a person who watches the capture wants to know after every frame.
-struct CaptureProgress {
-  std::uint64_t frames = 0;
-  std::size_t views = 0;
-  std::optional<double> covered;  // none without a cap
-  Reason reason = Reason::kTracking;
-  double device_time_s = 0;
-  std::optional<Rigid3> cam_from_world;  // as tracked live
-  // What recording waits for: the device (with its state), the disk, tracking (and what would help it);
-  // empty: nothing.
-  std::string waiting_for;
-};
+using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
 struct CaptureHooks {
   std::function<bool()> stop_requested;  // asked before every frame
+  CaptureRequests* requests = nullptr;   // answered between two frames
   // Every complete live frame and every photograph, before it is looked at.
   std::function<void(const Frame&)> keep_frame;
-  std::function<void(const CaptureProgress&)> after_frame;
-  std::function<void(const CaptureProgress&)> while_waiting;  // ten times a second, when no frame comes
-  std::function<void(const std::string&)> say;                // what happened, a line, once
+  // What there is to see then (capture_state.h); it is made only for who asks.
+  std::function<void(const SharedCaptureState&)> after_frame;
+  std::function<void(const SharedCaptureState&)> while_waiting;  // ten times a second, when no frame comes
+  std::function<void(const std::string&)> say;                   // what happened, a line, once
 };
 
 // The last frame that was recorded, for pictures.
@@ -84,9 +78,10 @@ struct RecordedFrame {
 };
 
 struct CaptureSummary {
-  std::uint64_t frames = 0;    // complete frames that were looked at; the device counts the others
-  std::uint64_t recorded = 0;  // views of this session that are in the light field
-  StillCounts stills;          // of a device that takes photographs
+  std::uint64_t frames = 0;      // complete frames that were looked at; the device counts the others
+  std::uint64_t recorded = 0;    // views of this session that are in the light field
+  std::uint64_t taken_back = 0;  // views that are not any more, as asked
+  StillCounts stills;            // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
   double ms_track_median = 0;
   double ms_decide_median = 0;
@@ -104,7 +99,8 @@ struct CaptureSummary {
   std::optional<Readout> rolling_shutter;       // and about the shutter; none: global as far as is known
   std::optional<Subject> subject;
   std::optional<RecordedFrame> last_recorded;
-  std::unique_ptr<CoverageMap> map;  // as it was at the end, with final poses; none when no subject was found
+  std::shared_ptr<const CoverageMap>
+      map;  // as it was at the end, with final poses; none when no subject was found
 };
 
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is asked for; then stops the

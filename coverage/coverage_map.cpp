@@ -148,7 +148,11 @@ void CoverageMap::Add(const CriterionView& view) {
 void CoverageMap::SetViews(std::span<const CriterionView> views) {
   recorded_ = RecordedViews(subject_);
   for (const CriterionView& view : views) recorded_.Add(view);
-  if (!views.empty()) Rebuild();
+  if (!views.empty()) return Rebuild();
+  frame_.reset();
+  rows_.clear();
+  cells_.clear();
+  total_sr_ = painted_sr_ = 0;
 }
 
 bool CoverageMap::GridIsStale() const {
@@ -253,6 +257,15 @@ std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
                  row.columns - 1);
   const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
   return CoveringView{cell.bound_px, cell.view};
+}
+
+void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) const {
+  for (const Row& row : rows_)
+    for (int column = 0; column < row.columns; ++column) {
+      const double azimuth = extent().width * ((column + 0.5) / row.columns - 0.5);
+      const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+      look({frame_->Direction(azimuth, row.elevation), row.cell_sr, {cell.bound_px, cell.view}});
+    }
 }
 
 CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,

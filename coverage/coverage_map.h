@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -100,6 +101,13 @@ class CoverageMap {
   double CoveredShare() const { return total_sr_ > 0 ? painted_sr_ / total_sr_ : 0; }
   // Which view paints a direction; index -1 for unpainted. None outside the cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
+  // The grid's cells, row by row.
+  struct CellView {
+    Eigen::Vector3d direction;  // of its middle
+    double solid_angle_sr = 0;
+    CoveringView covering;  // index -1: not covered
+  };
+  void ForEachCell(const std::function<void(const CellView&)>& look) const;
 
   const Subject& subject() const { return subject_; }
   const CoverageMapOptions& options() const { return options_; }

@@ -24,8 +24,10 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"blur", "blurred"},
     {"exposure", "badly exposed"},
     {"speed", "too fast"},
-    {"spool", "waiting for the disk"},
+    {"spool", "waiting for a slow disk"},
+    {"disk", "the disk is full"},
     {"still", "a photograph is being taken"},
+    {"paused", "recording is paused"},
 }};
 
 // A pixel's brightest channel, display-encoded, 0 to 1.

@@ -27,13 +27,16 @@ enum class Reason {
   kBlur,              // less detail than the recent frames
   kExposure,          // the subject is clipped or black
   kSpeed,             // the image moves too far during the exposure
-  kSpool,             // the disk is behind
+  kSpool,             // the disk is behind: views wait to be written
+  kDisk,              // the disk is full
   kStill,             // wanted, and a photograph is on its way: the live frame itself is not recorded
+  kPaused,            // wanted, but the recording is paused as asked
 };
 inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
                                      Reason::kBlur,     Reason::kExposure,     Reason::kSpeed,
-                                     Reason::kSpool,    Reason::kStill};
+                                     Reason::kSpool,    Reason::kDisk,         Reason::kStill,
+                                     Reason::kPaused};
 const char* Name(Reason reason);               // as in --json
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is

@@ -48,11 +48,9 @@ std::string Megabytes(std::uint64_t bytes) {
 
 ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded)
     : writer_(std::move(writer)), root_(writer_.Contents().root), capacity_(capacity), threaded_(threaded) {
-  for (const View& view : writer_.Contents().views) {
-    view_ids_.push_back(view.id);
-    journaled_.push_back(view.cam_from_world);
-  }
-  views_on_disk_ = view_ids_.size();
+  for (const View& view : writer_.Contents().views) journaled_[view.id] = view.cam_from_world;
+  views_on_disk_ = journaled_.size();
+  next_id_ = writer_.NextViewId();
   if (!threaded_) return;
   threads_.emplace_back([this] { Loop(); });
   for (std::size_t i = 0; i < Processors(); ++i) {
@@ -117,8 +115,7 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
   views_on_disk_ += views.size();
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    view_ids_.push_back(views[i].id);
-    journaled_.push_back(views[i].cam_from_world);
+    journaled_[views[i].id] = views[i].cam_from_world;
     if (!added[i].files.image) pictures_.push_back(views[i]);
   }
 }
@@ -232,12 +229,12 @@ void ViewSpool::PictureLoop() {
     if (pictures_.empty()) return;
     const View view = std::move(pictures_.front());
     pictures_.pop_front();
-    ++pictures_being_made_;
+    pictures_being_made_.push_back(view.id);
     lock.unlock();
     std::string problem;
     const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); }, problem);
     lock.lock();
-    --pictures_being_made_;
+    std::erase(pictures_being_made_, view.id);
     if (outcome == Outcome::kWritten) {
       no_room_.reset();
     } else if (outcome == Outcome::kFailed) {
@@ -247,6 +244,7 @@ void ViewSpool::PictureLoop() {
       if (all_written_) return;
       changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
     }
+    changed_.notify_all();
   }
 }
 
@@ -257,7 +255,7 @@ std::size_t ViewSpool::ViewsWaiting() const {
 
 std::size_t ViewSpool::PicturesWaiting() const {
   const std::lock_guard lock(mutex_);
-  return pictures_.size() + pictures_being_made_;
+  return pictures_.size() + pictures_being_made_.size();
 }
 
 // What did not fit before comes first. False: the last task had no room and was not taken.
@@ -292,18 +290,21 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
 }
 
 std::uint64_t ViewSpool::NeededBytes(std::uint64_t views) const {
-  return views * largest_view_bytes_ + (pictures_.size() + pictures_being_made_) * largest_picture_bytes_ +
-         kClosingBytes + kClosingBytesPerView * (views_on_disk_ + views);
+  return views * largest_view_bytes_ +
+         (pictures_.size() + pictures_being_made_.size()) * largest_picture_bytes_ + kClosingBytes +
+         kClosingBytesPerView * (views_on_disk_ + views);
 }
 
-std::optional<std::string> ViewSpool::Pause() {
+std::optional<SpoolPause> ViewSpool::Pause() {
   std::unique_lock lock(mutex_);
   if (failure_) return std::nullopt;
   const std::uint64_t free = FreeBytes(root_), needed = NeededBytes(views_waiting_ + 1);
   if (no_room_ || free < needed)
-    return fmt::format("the disk is full: {} left, {} needed; free some space on the disk of {}",
-                       Megabytes(free), Megabytes(std::max(needed, free + 1)), root_.string());
-  if (behind_) return fmt::format("the disk is slow: {} views wait to be written", views_waiting_);
+    return SpoolPause{true,
+                      fmt::format("the disk is full: {} left, {} needed; free some space on the disk of {}",
+                                  Megabytes(free), Megabytes(std::max(needed, free + 1)), root_.string())};
+  if (behind_)
+    return SpoolPause{false, fmt::format("the disk is slow: {} views wait to be written", views_waiting_)};
   return std::nullopt;
 }
 
@@ -315,28 +316,53 @@ ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
   return {{}, std::move(pending), {}};
 }
 
-bool ViewSpool::TryAddView(const Frame& frame, const View& view) {
+std::optional<int> ViewSpool::TryAddView(const Frame& frame, const View& view) {
   Task adding = Adding(frame, view);
-  if (Pause()) return false;
-  return Submit(std::move(adding), true);
+  if (Pause() || !Submit(std::move(adding), true)) return std::nullopt;
+  return next_id_++;
 }
 
-void ViewSpool::AddView(const Frame& frame, const View& view) { Submit(Adding(frame, view), false); }
+// Views are written in the order in which they are added, and none is left out before one that is written:
+// the id is known before the writer gives it.
+int ViewSpool::AddView(const Frame& frame, const View& view) {
+  Submit(Adding(frame, view), false);
+  return next_id_++;
+}
 
 void ViewSpool::KeepUnposed(const Frame& frame) { Submit({{}, nullptr, frame}, false); }
 
-bool ViewSpool::TryUpdatePoses(std::vector<Rigid3> cam_from_world) {
-  return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter& writer) {
-                   std::map<int, Rigid3> changed;
-                   for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
-                     if (Differ(poses[i], journaled_[i])) changed[view_ids_[i]] = poses[i];
-                   writer.UpdatePoses(changed);
-                   for (std::size_t i = 0; i < poses.size() && i < view_ids_.size(); ++i)
-                     if (changed.count(view_ids_[i])) journaled_[i] = poses[i];
-                 },
-                 nullptr,
-                 {}},
-                true);
+void ViewSpool::RemoveView(int id) {
+  Submit({[this, id](LightFieldWriter&) { Remove(id); }, nullptr, {}}, false);
+}
+
+// Its photograph may just be being made from its master: nobody else may have the files in hand.
+void ViewSpool::Remove(int id) {
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] {
+      return std::find(pictures_being_made_.begin(), pictures_being_made_.end(), id) ==
+             pictures_being_made_.end();
+    });
+    std::erase_if(pictures_, [id](const View& view) { return view.id == id; });
+  }
+  writer_.RemoveView(id);
+  journaled_.erase(id);
+  --views_on_disk_;
+}
+
+bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
+  return Submit(
+      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses); }, nullptr, {}},
+      true);
+}
+
+void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world) {
+  std::map<int, Rigid3> changed;
+  for (const auto& [id, pose] : cam_from_world)
+    if (const auto known = journaled_.find(id); known != journaled_.end() && Differ(pose, known->second))
+      changed[id] = pose;
+  writer_.UpdatePoses(changed);
+  for (const auto& [id, pose] : changed) journaled_[id] = pose;
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {

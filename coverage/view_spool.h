@@ -40,6 +40,12 @@
 
 namespace ulf {
 
+// Why no view is taken at the moment.
+struct SpoolPause {
+  bool disk_is_full = false;  // else it is slow: views wait to be written
+  std::string words;          // for people
+};
+
 class ViewSpool {
  public:
   // Without threads every write happens inside the call, photographs included.
@@ -48,20 +54,22 @@ class ViewSpool {
   ViewSpool(const ViewSpool&) = delete;
   ViewSpool& operator=(const ViewSpool&) = delete;
 
-  // False when there is no room.
-  bool TryAddView(const Frame& frame, const View& view);
+  // The id that the view will have on disk; none when there is no room.
+  std::optional<int> TryAddView(const Frame& frame, const View& view);
   // Taken although there is no room, to be written when there is: photographs come seldom and are never given
   // up. Before one is asked for, Pause() is.
-  void AddView(const Frame& frame, const View& view);
+  int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame);
-  // Poses of all views added so far, in order (those that were there at a resume first). False when there is
-  // no room: try again later.
-  bool TryUpdatePoses(std::vector<Rigid3> cam_from_world);
+  // A view that was added, on disk or still waiting: it is written first, so that its photograph is never
+  // lost, and then moves to unposed/.
+  void RemoveView(int id);
+  // Poses by view id, as many as have changed or more. False when there is no room: try again later.
+  bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);
 
-  // Why no view is taken at the moment, for people; none: they are.
-  std::optional<std::string> Pause();
+  // None: views are taken.
+  std::optional<SpoolPause> Pause();
   // What the disk said no to for good, if it did.
   std::optional<std::string> Failure() const;
   // Not yet recorded.
@@ -96,6 +104,8 @@ class ViewSpool {
   Outcome Write(std::span<const Task> tasks);
   void WriteViews(std::span<const Task> tasks);
   Outcome Try(const std::function<void()>& write, std::string& problem);
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world);
+  void Remove(int id);
   bool Rescue(const Task& task);
   void Done(bool written);
   void Loop();
@@ -108,15 +118,15 @@ class ViewSpool {
   const std::filesystem::path root_;
   const std::size_t capacity_;
   const bool threaded_;
-  std::vector<int> view_ids_;      // in order of adding; the writing thread's
-  std::vector<Rigid3> journaled_;  // as the journal has them; the writing thread's
+  int next_id_ = 0;                  // of views that are added; the adding thread's
+  std::map<int, Rigid3> journaled_;  // poses by id, as the journal has them; the writing thread's
   std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};
 
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  std::deque<Task> tasks_;     // the first ones are being written
-  std::deque<View> pictures_;  // on disk with their masters alone
-  std::size_t pictures_being_made_ = 0;
+  std::deque<Task> tasks_;                // the first ones are being written
+  std::deque<View> pictures_;             // on disk with their masters alone
+  std::vector<int> pictures_being_made_;  // ids
   std::size_t views_waiting_ = 0;
   bool finishing_ = false;
   bool all_written_ = false;            // no more pictures will come

@@ -96,11 +96,13 @@ TEST(HoldingUp, ACaptureGoesOnWhenTheCableIsBack) {
   std::vector<std::string> said, waited;
   std::vector<double> times_s;
   CaptureHooks hooks;
-  hooks.say = [&](const std::string& line) { said.push_back(line); };
-  hooks.while_waiting = [&](const CaptureProgress& now) {
-    if (!now.waiting_for.empty()) waited.push_back(now.waiting_for);
+  hooks.say = [&](const std::string& line) {
+    if (line.find("views at") == std::string::npos) said.push_back(line);  // what to expect, before the first
   };
-  hooks.after_frame = [&](const CaptureProgress& now) { times_s.push_back(now.device_time_s); };
+  hooks.while_waiting = [&](const SharedCaptureState& now) {
+    if (!now->waiting_for.empty()) waited.push_back(now->waiting_for);
+  };
+  hooks.after_frame = [&](const SharedCaptureState& now) { times_s.push_back(now->device_time_s); };
   const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kEnded);
   EXPECT_EQ(summary.frames, 40u);
@@ -130,7 +132,7 @@ TEST(HoldingUp, AStopWhileTheCableIsOutClosesAtOnce) {
   const auto device = PulledAfter(15, Arc(40), 1h);
   int waited = 0;
   CaptureHooks hooks;
-  hooks.while_waiting = [&](const CaptureProgress&) { ++waited; };
+  hooks.while_waiting = [&](const SharedCaptureState&) { ++waited; };
   hooks.stop_requested = [&] { return waited > 3; };
   const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kSignal);
@@ -154,18 +156,23 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
     std::string waiting_for;
     std::size_t views_when_full = 0, views_before_room = 0;
     CaptureHooks hooks;
-    hooks.say = [&](const std::string& line) { said.push_back(line); };
-    hooks.after_frame = [&](const CaptureProgress& now) {
-      if (now.frames == 15) FillDisk(ballast), views_when_full = now.views;
-      if (now.frames == 40) waiting_for = now.waiting_for, views_before_room = now.views, fs::remove(ballast);
-      std::this_thread::sleep_for(now.frames == 40 ? 1500ms : 5ms);  // the disk is asked three times a second
+    hooks.say = [&](const std::string& line) {
+      if (line.find("views at") == std::string::npos)
+        said.push_back(line);  // what to expect, before the first
+    };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      if (now->frames == 15) FillDisk(ballast), views_when_full = now->view_ids.size();
+      if (now->frames == 40)
+        waiting_for = now->waiting_for, views_before_room = now->view_ids.size(), fs::remove(ballast);
+      std::this_thread::sleep_for(now->frames == 40 ? 1500ms
+                                                    : 5ms);  // the disk is asked three times a second
     };
     const CaptureSummary summary = Capture(device, planar.camera, dir, Options(deterministic), hooks);
     EXPECT_EQ(summary.stopped_because, StoppedBecause::kEnded) << summary.problem;
     EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
     EXPECT_EQ(views_before_room, views_when_full) << "nothing is taken that has no room";
     EXPECT_EQ(summary.recorded, 15u + 20u);
-    EXPECT_EQ(summary.reasons[static_cast<std::size_t>(Reason::kSpool)], 25u);
+    EXPECT_EQ(summary.reasons[static_cast<std::size_t>(Reason::kDisk)], 25u);
     EXPECT_THAT(waiting_for, AllOf(HasSubstr("disk is full"), HasSubstr(dir.string())));
     EXPECT_EQ(summary.pauses, 1u);
     EXPECT_EQ(summary.unwritten, 0u);
@@ -186,8 +193,8 @@ TEST(HoldingUp, StoppedOnAFullDiskItIsWholeAndReadable) {
   const fs::path dir = scratch / "lf", ballast = scratch / "ballast";
   PlanarDevice device(Arc(40));
   CaptureHooks hooks;
-  hooks.after_frame = [&](const CaptureProgress& now) {
-    if (now.frames == 20) FillDisk(ballast);
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    if (now->frames == 20) FillDisk(ballast);
   };
   const CaptureSummary summary = Capture(device, PlanarDeviceOptions{}.camera, dir, Options(true), hooks);
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kDisk);
@@ -220,15 +227,18 @@ TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
     std::vector<std::string> said;
     std::size_t views_while_slow = 0;
     CaptureHooks hooks;
-    hooks.say = [&](const std::string& line) { said.push_back(line); };
-    hooks.after_frame = [&](const CaptureProgress& now) {
-      if (slow && now.frames < 40) return;
-      if (slow && now.frames == 40) {
-        views_while_slow = now.views;
-        EXPECT_THAT(now.waiting_for, HasSubstr("disk is slow"));
+    hooks.say = [&](const std::string& line) {
+      if (line.find("views at") == std::string::npos)
+        said.push_back(line);  // what to expect, before the first
+    };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      if (slow && now->frames < 40) return;
+      if (slow && now->frames == 40) {
+        views_while_slow = now->view_ids.size();
+        EXPECT_THAT(now->waiting_for, HasSubstr("disk is slow"));
         disk.reset();
       }
-      WaitForViewsOnDisk(dir, now.views);
+      WaitForViewsOnDisk(dir, now->view_ids.size());
     };
     const CaptureSummary summary = Capture(device, PlanarDeviceOptions{}.camera, dir, options, hooks);
     EXPECT_EQ(summary.frames, 60u) << "tracking goes on";
@@ -262,10 +272,10 @@ TEST(HoldingUp, ADiskThatFailsEndsTheCaptureAndEveryFrameIsCounted) {
     const fs::path dir = scratch / "lf";
     PlanarDevice device(Arc(60));
     CaptureHooks hooks;
-    hooks.after_frame = [&](const CaptureProgress& now) {
-      if (now.frames < 10) return;
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      if (now->frames < 10) return;
       WaitForViewsOnDisk(dir, 10);
-      if (now.frames > 10 || now.views < 10) return;
+      if (now->frames > 10 || now->view_ids.size() < 10) return;
       fs::rename(dir / "images", scratch / "images");
       std::ofstream(dir / "images") << "in the way";
     };

@@ -155,8 +155,8 @@ class StillCaptureTest : public ::testing::Test {
     options.max_frames = frames;
     options.threshold_px = 12;
     CaptureHooks hooks;
-    hooks.after_frame = [&](const CaptureProgress& progress) {
-      if (const auto found = at_frame.find(progress.frames); found != at_frame.end()) found->second();
+    hooks.after_frame = [&](const SharedCaptureState& progress) {
+      if (const auto found = at_frame.find(progress->frames); found != at_frame.end()) found->second();
       hand.FrameWasRead();
     };
     const auto poses = MakeTrackerSource(hand.LiveCamera(), {.deterministic = true});

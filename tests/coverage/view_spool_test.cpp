@@ -93,6 +93,29 @@ TEST(ViewSpool, AViewIsRecordedBeforeItsPhotographIsMade) {
     EXPECT_NO_THROW(ReadImageFile((scratch / "lf" / view.image_path).string())) << view.id;
 }
 
+// Also one whose photograph is just being made from its master.
+TEST(ViewSpool, AViewThatIsTakenBackMovesWhole) {
+  const ScratchFolder scratch;
+  const cv::Size kLarge(2400, 1800);  // a photograph takes a quarter of a second
+  ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header(kLarge)), 16, true);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(spool.AddView(FrameNumber(i, true, kLarge), {}), i + 1);
+  while (spool.ViewsWaiting() > 0) std::this_thread::sleep_for(1ms);
+  EXPECT_GT(spool.PicturesWaiting(), 0u) << "photographs came as fast as masters: the test shows nothing";
+  for (const int id : {1, 2, 6}) spool.RemoveView(id);
+  EXPECT_EQ(spool.AddView(FrameNumber(6, true, kLarge), {}), 7) << "no id is given twice";
+  spool.RemoveView(7);  // still waiting
+  const LightFieldWriter done = spool.Finish();
+  EXPECT_FALSE(spool.Failure());
+  ASSERT_EQ(done.Contents().views.size(), 3u);
+  for (const int id : {1, 2, 6, 7})
+    for (const char* ending : {".png", ".master.tif"})
+      EXPECT_TRUE(fs::exists(scratch / "lf/unposed" / fmt::format("{:06}{}", id, ending))) << id << ending;
+  for (const View& view : done.Contents().views) {
+    EXPECT_EQ(view.device_time_s, view.id - 1);
+    EXPECT_TRUE(fs::exists(scratch / "lf" / view.image_path)) << view.id;
+  }
+}
+
 std::size_t FilesIn(const fs::path& folder) {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
 }
