@@ -34,11 +34,32 @@ if(CCACHE)
 endif()
 
 # ulf_library(NAME SOURCES ... LINK ... PRECOMPILE ...)
+# Command files parse arguments and print: what they include costs more to compile than what they do, so it is
+# compiled once for all folders, and nothing in them is worth much of the optimiser's time.
+set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
 function(ulf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  add_library(${name} STATIC ${ARG_SOURCES})
+  set(commands ${ARG_SOURCES})
+  list(FILTER commands INCLUDE REGEX "(_command|commands)\\.cpp$")
+  list(FILTER ARG_SOURCES EXCLUDE REGEX "(_command|commands)\\.cpp$")
+  add_library(${name}_commands OBJECT ${commands})
+  target_link_libraries(${name}_commands PRIVATE ulf_flags ${ARG_LINK} ${ARG_LINK_PRIVATE})
+  target_compile_options(${name}_commands PRIVATE ${ulf_command_options})
+  target_precompile_headers(${name}_commands REUSE_FROM ulf_command_headers)
+  add_library(${name} STATIC ${ARG_SOURCES} $<TARGET_OBJECTS:${name}_commands>)
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()
+endfunction()
+
+function(ulf_precompile_command_headers)
+  file(WRITE ${CMAKE_BINARY_DIR}/generated/command_headers.cpp "")
+  add_library(ulf_command_headers OBJECT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp)
+  target_link_libraries(ulf_command_headers PRIVATE ulf_flags Eigen3::Eigen opencv_core fmt::fmt spdlog::spdlog
+    nlohmann_json::nlohmann_json CLI11::CLI11 Threads::Threads)
+  target_compile_options(ulf_command_headers PRIVATE ${ulf_command_options})
+  target_precompile_headers(ulf_command_headers PRIVATE
+    <CLI/CLI.hpp> <Eigen/Core> <Eigen/Geometry> <fmt/core.h> <nlohmann/json.hpp> <opencv2/core.hpp>
+    <memory> <optional> <string> <vector>)
 endfunction()

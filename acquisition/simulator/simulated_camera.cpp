@@ -124,7 +124,7 @@ void SimulationOptions::Validate() const {
   RequireRange("width", width, 16, 4096);
   RequireRange("height", height, 16, 4096);
   RequireRange("exposure in microseconds", exposure_s * 1e6, 10, 1e6);
-  RequireRange("readout in milliseconds", readout_s * 1e3, 0, 1e3);
+  RequireRange("readout in milliseconds (at most a frame's time)", readout_s * 1e3, 0, 1e3 / fps);
   RequireRange("gain in dB", gain_db, 0, 36);
   RequireRange("cap's width in degrees", cap_azimuth / kDegree, 1, 120);
   RequireRange("cap's height in degrees", cap_elevation / kDegree, 1, 50);

@@ -405,6 +405,7 @@ TEST(SimulatedCamera, ARollingShutterReadsRowByRow) {
         << "rows from " << first;
   }
   EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), UsageError);
+  EXPECT_THROW(OpenDevice("sim:studio?fps=30&readout_ms=34"), UsageError);  // longer than a frame
 }
 
 TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {

@@ -113,7 +113,8 @@ BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Stag
   options.robust_iterations = options.iterations = iterations;
   options.cauchy_scales = unfit != Unfit::kOutlier ? kDoubtAtScales : 0;
   options.gate_scales = unfit == Unfit::kWrong ? kWrongAtScales : 0;
-  options.function_tolerance = 1e-5;
+  // What comes before is a start for the last one: it need not be at its minimum.
+  options.function_tolerance = unfit == Unfit::kWrong ? 1e-5 : 1e-4;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
                fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));

@@ -54,6 +54,14 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
     old_poses.push_back({view.device_time_s, view.cam_from_world});
     new_poses.push_back({view.device_time_s, result.views[v].cam_from_world});
   }
+  // Imported views are recorded as they are read: the same row twice would say nothing.
+  const auto moved = [](const View& view) {
+    const Rigid3& now = view.cam_from_world;
+    return view.recorded_cam_from_world &&
+           (view.recorded_cam_from_world->translation != now.translation ||
+            view.recorded_cam_from_world->rotation.coeffs() != now.rotation.coeffs());
+  };
+  if (std::none_of(before.views.begin(), before.views.end(), moved)) recorded.clear();
   const double tolerance_s = Tolerance(truth);
   LightFieldErrors errors{truth_name, CompareTrajectories(recorded, truth, tolerance_s),
                           CompareTrajectories(old_poses, truth, tolerance_s),
