@@ -41,35 +41,24 @@ Hand::Hand(const HandOptions& options) : options_(options) {
   // radians.
   const double still = options.trembles ? 1 : 0;
   waves_.resize(kStreams);
+  const auto draw = [&](int stream, int count, double low_hz, double high_hz, double height) {
+    return Waves(options.seed, stream, count, low_hz, high_hz, height);
+  };
+  const auto at = [this](int stream) -> Waves& { return waves_[static_cast<std::size_t>(stream)]; };
   for (const int stream : {kPositionX, kPositionY, kPositionZ}) {
-    waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.15, 0.8, 0.008 * still);
-    const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.0007 * still);
-    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(),
-                                                    tremor.begin(), tremor.end());
+    at(stream) = draw(stream, 3, 0.15, 0.8, 0.008 * still);
+    at(stream).Add(draw(stream + 100, 4, 4, 9, 0.0007 * still));
   }
   for (const int stream : {kYaw, kPitch, kRoll}) {
     const double drift = stream == kRoll ? 2.5 : 1.6;
-    waves_[static_cast<std::size_t>(stream)] = DrawWaves(stream, 3, 0.1, 0.5, drift * kDegree * still);
-    const auto tremor = DrawWaves(stream + 100, 4, 4, 9, 0.12 * kDegree * still);
-    waves_[static_cast<std::size_t>(stream)].insert(waves_[static_cast<std::size_t>(stream)].end(),
-                                                    tremor.begin(), tremor.end());
+    at(stream) = draw(stream, 3, 0.1, 0.5, drift * kDegree * still);
+    at(stream).Add(draw(stream + 100, 4, 4, 9, 0.12 * kDegree * still));
   }
-  waves_[kDistance] = DrawWaves(kDistance, 3, 0.02, 0.12, options.distance_change);
-  waves_[kRowWobble] = DrawWaves(kRowWobble, 3, 0.1, 0.4, 0.35 * kDegree * still);
-  waves_[kSpeed] = DrawWaves(kSpeed, 2, 0.08, 0.2, 0.15 * still);
+  at(kDistance) = draw(kDistance, 3, 0.02, 0.12, options.distance_change);
+  at(kRowWobble) = draw(kRowWobble, 3, 0.1, 0.4, 0.35 * kDegree * still);
+  at(kSpeed) = draw(kSpeed, 2, 0.08, 0.2, 0.15 * still);
   PlanPath();
   PlanGlances();
-}
-
-std::vector<Hand::Wave> Hand::DrawWaves(int stream, int count, double low_hz, double high_hz,
-                                        double height) const {
-  std::mt19937_64 random(options_.seed * 1000003u + static_cast<std::uint64_t>(stream));
-  std::vector<Wave> waves;
-  for (int i = 0; i < count; ++i) {
-    const double share = (i + Uniform(random)) / count;
-    waves.push_back({height / count, low_hz * std::pow(high_hz / low_hz, share), 2 * M_PI * Uniform(random)});
-  }
-  return waves;
 }
 
 void Hand::AddStop(double seconds, const Vector2d& angles) {
@@ -159,13 +148,6 @@ double PauseSpent(double since, double rest_s) {
   return spent + after - lost_in_ramp(after);
 }
 
-double SumOfWaves(const auto& waves, double time_s) {
-  double sum = 0;
-  for (const auto& wave : waves)
-    sum += wave.height * std::sin(2 * M_PI * wave.frequency_hz * time_s + wave.phase);
-  return sum;
-}
-
 }  // namespace
 
 double Hand::PathTime(double time_s) const {
@@ -176,7 +158,7 @@ double Hand::PathTime(double time_s) const {
     path_s -= PauseSpent(time_s - pause_start, kGlanceS);
   }
   // A hand is not a motor: its speed swings by the sum of these waves, and never turns back.
-  for (const Wave& wave : waves_[kSpeed]) {
+  for (const Waves::Wave& wave : waves_[kSpeed].parts()) {
     const double rate = 2 * M_PI * wave.frequency_hz;
     path_s += wave.height / rate * (std::cos(wave.phase) - std::cos(rate * path_s + wave.phase));
   }
@@ -206,24 +188,24 @@ double Hand::FirstPassEndS() const {
 
 Rigid3 Hand::CamFromWorld(double time_s) const {
   Vector2d angles = PathAngles(PathTime(time_s));
-  angles.y() += SumOfWaves(waves_[kRowWobble], time_s);
+  angles.y() += waves_[kRowWobble].At(time_s);
   const Vector3d direction =
       std::cos(angles.y()) * (std::cos(angles.x()) * forward_ + std::sin(angles.x()) * side_) +
       std::sin(angles.y()) * up_;
-  const double distance = options_.distance_m * (1 + SumOfWaves(waves_[kDistance], time_s));
-  const Vector3d sway(SumOfWaves(waves_[kPositionX], time_s), SumOfWaves(waves_[kPositionY], time_s),
-                      SumOfWaves(waves_[kPositionZ], time_s));
+  const double distance = options_.distance_m * (1 + waves_[kDistance].At(time_s));
+  const Vector3d sway(waves_[kPositionX].At(time_s), waves_[kPositionY].At(time_s),
+                      waves_[kPositionZ].At(time_s));
   const Vector3d center = options_.subject_in_world + distance * direction + sway;
   const Rigid3 aimed = LookAt(center, options_.subject_in_world, options_.up_in_world);
 
-  double yaw = SumOfWaves(waves_[kYaw], time_s), pitch = SumOfWaves(waves_[kPitch], time_s);
+  double yaw = waves_[kYaw].At(time_s), pitch = waves_[kPitch].At(time_s);
   for (const Glance& glance : glances_) {
     if (glance.start_s > time_s) break;
     const double share = GlanceShare(time_s, glance);
     yaw += share * glance.yaw;
     pitch += share * glance.pitch;
   }
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(SumOfWaves(waves_[kRoll], time_s), Vector3d::UnitZ()) *
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(waves_[kRoll].At(time_s), Vector3d::UnitZ()) *
                                   Eigen::AngleAxisd(pitch, Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(yaw, Vector3d::UnitY());
   return Rigid3{turn, Vector3d::Zero()} * aimed;

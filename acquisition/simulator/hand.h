@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "acquisition/rigid3.h"
+#include "acquisition/simulator/hand_motion.h"
+#include "acquisition/simulator/waves.h"
 
 namespace ulf {
 
@@ -36,11 +38,11 @@ struct HandOptions {
   std::uint64_t seed = 7;
 };
 
-class Hand {
+class Hand : public HandMotion {
  public:
   explicit Hand(const HandOptions& options);
 
-  Rigid3 CamFromWorld(double time_s) const;
+  Rigid3 CamFromWorld(double time_s) const override;
 
   // Direction from the subject towards the camera as (azimuth, elevation) about the first direction, radians.
   Eigen::Vector2d CapAngles(const Eigen::Vector3d& center_in_world) const;
@@ -60,13 +62,9 @@ class Hand {
   struct Glance {
     double start_s, yaw, pitch;
   };
-  struct Wave {
-    double height, frequency_hz, phase;
-  };
 
   void PlanPath();
   void PlanGlances();
-  std::vector<Wave> DrawWaves(int stream, int count, double low_hz, double high_hz, double height) const;
   void AddStop(double seconds, const Eigen::Vector2d& angles);
   Eigen::Vector2d PathIntegral(double path_s) const;
   Eigen::Vector2d PathAngles(double path_s) const;
@@ -79,7 +77,7 @@ class Hand {
   std::vector<Stop> stops_;
   std::vector<Glance> glances_;
   double first_pass_end_path_s_ = 0;
-  std::vector<std::vector<Wave>> waves_;
+  std::vector<Waves> waves_;
 };
 
 }  // namespace ulf

@@ -143,10 +143,10 @@ CameraModel SimulatedIntrinsics(int width, int height) {
   return camera;
 }
 
-SimulatedCamera::SimulatedCamera(const SimulationOptions& options)
+SimulatedCamera::SimulatedCamera(const SimulationOptions& options, std::shared_ptr<const HandMotion> hand)
     : options_(Validated(options)),
       caster_(Scene::Named(options.scene), SimulatedIntrinsics(options.width, options.height)),
-      hand_(HandFor(options, caster_.scene())) {}
+      hand_(hand ? std::move(hand) : std::make_shared<Hand>(HandFor(options, caster_.scene()))) {}
 
 Frame SimulatedCamera::Capture(std::uint64_t index) const {
   const double open_s = static_cast<double>(index) / options_.fps;
@@ -159,7 +159,7 @@ Frame SimulatedCamera::Capture(std::uint64_t index) const {
 }
 
 double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
-  const Rigid3 before = hand_.CamFromWorld(open_s), after = hand_.CamFromWorld(open_s + exposure_s);
+  const Rigid3 before = hand_->CamFromWorld(open_s), after = hand_->CamFromWorld(open_s + exposure_s);
   const Rigid3 world_from_before = before.Inverse();
   constexpr int kGrid = 5;
   double longest = 0;
@@ -186,7 +186,7 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
     const double opens_s = shot.open_s + options_.readout_s * 0.5 * (row + end) / camera().height;
     for (int i = 0; i < instants; ++i) {
       const double share = (i + 0.5) / instants;
-      caster_.AccumulateRows(hand_.CamFromWorld(opens_s + share * shot.exposure_s),
+      caster_.AccumulateRows(hand_->CamFromWorld(opens_s + share * shot.exposure_s),
                              1.0f / static_cast<float>(instants), row, end, radiance);
     }
   }
@@ -198,7 +198,7 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
   frame.device_time_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
   frame.exposure_s = shot.exposure_s;
   frame.gain = shot.gain;
-  frame.known_cam_from_world = hand_.CamFromWorld(frame.device_time_s);
+  frame.known_cam_from_world = hand_->CamFromWorld(frame.device_time_s);
   return frame;
 }
 

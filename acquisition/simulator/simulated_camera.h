@@ -1,4 +1,5 @@
 // A camera held by a simulated hand before a simulated scene: frames exactly as asked for, with exact poses.
+// The hand follows its plan (hand.h), or is whatever else moves it.
 //
 // Motion blur: radiance is collected at as many instants of the exposure as the blur is long in pixels (the
 // largest displacement of a grid of image points between opening and closing, rounded; one when nearly
@@ -63,12 +64,14 @@ struct Shot {
 
 class SimulatedCamera {
  public:
-  explicit SimulatedCamera(const SimulationOptions& options);
+  // `hand`: none for the one that the options describe.
+  explicit SimulatedCamera(const SimulationOptions& options,
+                           std::shared_ptr<const HandMotion> hand = nullptr);
 
   const SimulationOptions& options() const { return options_; }
   const CameraModel& camera() const { return caster_.camera(); }
   const Scene& scene() const { return caster_.scene(); }
-  const Hand& hand() const { return hand_; }
+  const HandMotion& hand() const { return *hand_; }
   const RayCaster& caster() const { return caster_; }
 
   // Frame `index` of the free-running camera: opened at index / fps with the options' settings.
@@ -88,7 +91,7 @@ class SimulatedCamera {
  private:
   SimulationOptions options_;
   RayCaster caster_;
-  Hand hand_;
+  std::shared_ptr<const HandMotion> hand_;
 };
 
 }  // namespace ulf

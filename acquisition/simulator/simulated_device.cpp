@@ -55,8 +55,10 @@ class Absences {
 
 class SimulatedDevice : public Device {
  public:
-  explicit SimulatedDevice(const DeviceUri& uri)
-      : uri_(uri), camera_(SimulationOptions::FromUri(uri)), faults_(camera_.options().faults) {
+  SimulatedDevice(const DeviceUri& uri, std::shared_ptr<const HandMotion> hand)
+      : uri_(uri),
+        camera_(SimulationOptions::FromUri(uri), std::move(hand)),
+        faults_(camera_.options().faults) {
     const GigeLinkFaults& link = faults_.link;
     if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends)
       throw UsageError(
@@ -163,14 +165,14 @@ class SimulatedDevice : public Device {
 
 }  // namespace
 
-std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri) {
+std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_ptr<const HandMotion> hand) {
   if (uri.path == "board" || uri.path == "card") return OpenSimulatedBoard(uri);
   const std::vector<std::string> scenes = Scene::Names();
   if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
     throw UsageError(
         "'{}': there is no '{}' to simulate; there are the scenes {}, and for calibration board and card",
         uri.Text(), uri.path, fmt::join(scenes, ", "));
-  return std::make_unique<SimulatedDevice>(uri);
+  return std::make_unique<SimulatedDevice>(uri, std::move(hand));
 }
 
 }  // namespace ulf

@@ -332,12 +332,14 @@ TEST(SimulatedCamera, MosaicHoldsTheColoursOfTheWholePicture) {
   EXPECT_GT(cv::countNonZero(unclipped), 300 * 240);
 }
 
+const Hand& ScanningHand(const SimulatedCamera& camera) { return dynamic_cast<const Hand&>(camera.hand()); }
+
 TEST(SimulatedCamera, MovingBlursAlongTheMotion) {
   SimulationOptions options = Small();
   options.noise = false;
   const SimulatedCamera camera(options);
   double fast_s = 0;
-  while (!camera.hand().LooksAway(fast_s)) fast_s += 0.01;  // the head begins to turn
+  while (!ScanningHand(camera).LooksAway(fast_s)) fast_s += 0.01;  // the head begins to turn
   fast_s += 0.1;
   constexpr double kLong = 0.02, kShort = 0.0002;
   const double blur_px = camera.BlurPx(fast_s - 0.5 * kLong, kLong);
@@ -364,7 +366,7 @@ TEST(SimulatedCamera, BlurredFrameIsTheMeanOfItsInstants) {
   options.noise = false;
   const SimulatedCamera camera(options);
   double fast_s = 0;
-  while (!camera.hand().LooksAway(fast_s)) fast_s += 0.01;
+  while (!ScanningHand(camera).LooksAway(fast_s)) fast_s += 0.01;
   fast_s += 0.1;
   constexpr double kExposure = 0.01;
   cv::Mat truth = cv::Mat::zeros(options.height, options.width, CV_32FC3);

@@ -1,0 +1,57 @@
+// A person who holds the simulated camera, for proofs that a person can do it.
+//
+// They see what the display draws and nothing else: every decision is made from a CaptureState, and never
+// from where the camera truly is. The tracked world's orientation and scale are arbitrary, so they steer as
+// people do, by eye: the hand moves right, the dot moves right, by so much of the subject's distance. Of the
+// true world they feel what people feel: which way is down, about how far away the subject is, and where
+// their hand was a moment ago, to go back there when they are told that tracking is lost.
+//
+// Eye and hand: what is seen acts after a delay; the hand follows what it is told as a damped spring, with
+// limited acceleration, so it overshoots; it trembles and drifts; distance is judged with a slow error.
+// Novices do all that worse, look away from the subject now and then and rush.
+//
+// With guidance they go where it points. Without it they scan rows by eye, at a spacing that they judge by
+// the discs painted so far, with an error, then go for whatever still looks unpainted.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "acquisition/simulator/hand_motion.h"
+#include "coverage/capture_state.h"
+
+namespace ulf {
+
+struct OperatorOptions {
+  bool follows_guidance = true;
+  bool novice = false;
+  std::uint64_t seed = 1;
+  // "guided", "unguided", "novice", "unguided-novice", each with a seed if wanted: "novice:7". Throws
+  // UsageError that lists them.
+  static OperatorOptions Parse(const std::string& text);
+};
+
+// How the person stands before the subject when they begin; world frame metres.
+struct OperatorStart {
+  Rigid3 cam_from_world;
+  Eigen::Vector3d up_in_world;
+  double distance = 1;  // to the subject
+};
+
+class SimulatedOperator : public HandMotion {
+ public:
+  SimulatedOperator(const OperatorOptions& options, const OperatorStart& start);
+  ~SimulatedOperator() override;
+
+  // What the display shows now, after every frame.
+  void See(std::shared_ptr<const CaptureState> state);
+  // Times go on from call to call, but for a second that may be asked for again.
+  Rigid3 CamFromWorld(double time_s) const override;
+
+ private:
+  struct Person;
+  const std::unique_ptr<Person> person_;
+};
+
+}  // namespace ulf
