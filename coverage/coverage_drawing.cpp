@@ -5,11 +5,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <opencv2/imgproc.hpp>
+#include <variant>
 #include <vector>
 
 #include "acquisition/counted.h"
-#include "coverage/sphere_outline.h"
+#include "coverage/operator/overlay.h"
+#include "coverage/operator/palette.h"
 
 namespace ulf {
 namespace {
@@ -17,8 +20,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-const cv::Vec3f kGreen(90, 190, 70), kRed(60, 60, 225), kBlue(230, 120, 50);  // B, G, R
-const cv::Scalar kWhite(255, 255, 255), kInk(45, 45, 45), kAlarm(50, 50, 230), kCamera(40, 30, 235);
+const cv::Scalar kWhite(255, 255, 255), kInk(45, 45, 45), kCamera(40, 30, 235);
 constexpr int kSubpixelBits = 4;
 
 cv::Point Subpixel(const Vector2d& img) {
@@ -33,7 +35,7 @@ void Line(cv::Mat& image, const Vector2d& a, const Vector2d& b, const cv::Scalar
 }
 
 // A disc with smooth edges at any size; OpenCV's small circles are crosses.
-void Dot(cv::Mat& image, const Vector2d& at, double radius, const cv::Scalar& color) {
+void Disc(cv::Mat& image, const Vector2d& at, double radius, const cv::Scalar& color) {
   const cv::Vec3f paint(static_cast<float>(color[0]), static_cast<float>(color[1]),
                         static_cast<float>(color[2]));
   const cv::Rect box =
@@ -57,34 +59,9 @@ void Text(cv::Mat& image, const std::string& text, const Vector2d& at, double si
               cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
 }
 
-// Turns a recorded distance into a colour, seen from the current one.
-class DistanceColors {
- public:
-  DistanceColors(const CoverageMap& map, double current_distance) : current_distance_(current_distance) {
-    const CriterionView& camera = map.views().front();
-    const auto window = DistanceWindow({.focal_px = camera.fx,
-                                        .distance = map.reference_distance(),
-                                        .radius = map.subject().radius,
-                                        .threshold_px = map.options().threshold_px});
-    // Ratios of current to recorded distance; a side without a limit takes the other's.
-    if (window && window->near) nearest_ = *window->near;
-    farthest_ = window && window->far ? *window->far : 1 / nearest_;
-    center_ = map.subject().center_in_world;
-  }
-  cv::Vec3f Of(const CriterionView& recorded) const {
-    const double ratio = current_distance_ / (recorded.center_in_world - center_).norm();
-    const bool farther = ratio < 1;  // the recorded view is
-    const double share =
-        farther ? std::log(ratio) / std::log(nearest_) : std::log(ratio) / std::log(farthest_);
-    const float mix = static_cast<float>(std::clamp(share, 0.0, 1.0));
-    return (1 - mix) * kGreen + mix * (farther ? kRed : kBlue);
-  }
-
- private:
-  double current_distance_;
-  double nearest_ = 0.9, farthest_ = 1.1;
-  Vector3d center_;
-};
+cv::Vec3f Paint(const Rgba& color) {
+  return {static_cast<float>(color.b), static_cast<float>(color.g), static_cast<float>(color.r)};
+}
 
 Vector3d DirectionOf(const CoverageMap& map, const Vector3d& position_in_world) {
   return (position_in_world - map.subject().center_in_world).normalized();
@@ -134,7 +111,7 @@ void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, con
         const auto paint = map.At(map.frame()->Direction(azimuth, elevation));
         sum += !paint             ? outside
                : paint->index < 0 ? uncovered
-                                  : colors.Of(map.views()[static_cast<std::size_t>(paint->index)]);
+                                  : Paint(colors.Of(map.views()[static_cast<std::size_t>(paint->index)]));
       }
       canvas.at<cv::Vec3b>(static_cast<int>(chart.area.y) + y, static_cast<int>(chart.area.x) + x) =
           sum / float{kSamples * kSamples};
@@ -167,6 +144,7 @@ void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
 void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
   const double y = chart.area.y + chart.area.height + 38;
   double x = chart.area.x;
+  const Palette& palette = Palette::Standard();
   const auto patch = [&](const cv::Vec3f& color, const std::string& text) {
     cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
                   cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
@@ -175,126 +153,64 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
     x += 20 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
   };
   const std::string against = against_current ? "than now" : "than the median";
-  patch(kGreen, "recorded at the same distance");
-  patch(kRed, "farther " + against);
-  patch(kBlue, "nearer");
+  patch(Paint(palette.same), "recorded at the same distance");
+  patch(Paint(palette.farther), "farther " + against);
+  patch(Paint(palette.nearer), "nearer");
   patch(cv::Vec3f(196, 196, 196), "not covered");
-  Dot(canvas, {x + 4, y - 4}, 2.5, kInk);
+  Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
   Text(canvas, "recorded view", {x + 12, y}, 0.42, kInk);
   if (!against_current) return;
-  Dot(canvas, {x + 120, y - 4}, 5, kCamera);
+  Disc(canvas, {x + 120, y - 4}, 5, kCamera);
   Text(canvas, "camera", {x + 130, y}, 0.42, kInk);
 }
 
 // ---- the sphere over the live image
 
-struct Overlay {
-  cv::Mat image;
-  const CameraModel& camera;
-  const Rigid3& cam_from_world;
-  const CoverageMap& map;
-  Vector3d camera_in_world;
-  Vector3d toward_camera;  // unit, from the centre
-  double distance;
+cv::Scalar Bgr(const Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
 
-  // The near side of the sphere shows a direction when its surface point faces the camera.
-  bool Faces(const Vector3d& direction) const {
-    return direction.dot(toward_camera) > map.subject().radius / distance;
-  }
-  std::optional<Vector2d> ImgOf(const Vector3d& direction) const {
-    return camera.ImgFromCam(cam_from_world *
-                             (map.subject().center_in_world + map.subject().radius * direction));
-  }
-};
+// Draws shapes of one opacity on a copy, which is then laid over the image.
+class ShapePainter {
+ public:
+  ShapePainter(cv::Mat& image, double scale) : image_(image), scale_(scale) {}
+  ~ShapePainter() { LayDown(); }
+  ShapePainter(const ShapePainter&) = delete;
+  ShapePainter& operator=(const ShapePainter&) = delete;
 
-// The direction of the sphere's near surface point behind a pixel, if there is one.
-std::optional<Vector3d> SurfaceDirection(const Overlay& overlay, const Vector2d& img) {
-  const auto ray_in_cam = overlay.camera.RayFromImg(img);
-  if (!ray_in_cam) return std::nullopt;
-  const Vector3d ray = overlay.cam_from_world.DirectionInSource(*ray_in_cam);
-  const Subject& subject = overlay.map.subject();
-  const Vector3d to_center = subject.center_in_world - overlay.camera_in_world;
-  const double along = ray.dot(to_center);
-  const double half_squared = subject.radius * subject.radius - to_center.squaredNorm() + along * along;
-  if (half_squared <= 0 || along <= 0) return std::nullopt;
-  const double t = along - std::sqrt(half_squared);
-  return (overlay.camera_in_world + t * ray - subject.center_in_world) / subject.radius;
-}
-
-void PaintSphere(Overlay& overlay, const std::vector<Vector2d>& outline) {
-  std::optional<DistanceColors> colors;
-  if (!overlay.map.views().empty()) colors.emplace(overlay.map, overlay.distance);
-  Vector2d low = outline[0], high = outline[0];
-  for (const Vector2d& corner : outline) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
+  void operator()(const Polyline& line) {
+    cv::Mat& layer = Layer(line.color);
+    const int thickness = std::max(1, static_cast<int>(std::lround(line.width * scale_)));
+    for (std::size_t i = 0; i + (line.closed ? 0 : 1) < line.img.size(); ++i)
+      Line(layer, line.img[i], line.img[(i + 1) % line.img.size()], Bgr(line.color), thickness);
   }
-  const cv::Vec3f uncovered(150, 150, 150);
-  constexpr int kSamples = 2;
-  constexpr float kCoveredOpacity = 0.6f, kUncoveredOpacity = 0.35f;
-  const cv::Rect box = cv::Rect(cv::Point(static_cast<int>(low.x()), static_cast<int>(low.y())),
-                                cv::Point(static_cast<int>(high.x()) + 1, static_cast<int>(high.y()) + 1)) &
-                       cv::Rect({}, overlay.image.size());
-  for (int y = box.y; y < box.br().y; ++y)
-    for (int x = box.x; x < box.br().x; ++x) {
-      cv::Vec3f paint(0, 0, 0);
-      float opacity = 0;
-      for (int k = 0; k < kSamples * kSamples; ++k) {
-        const auto direction = SurfaceDirection(
-            overlay, {x + (k % kSamples + 0.5) / kSamples, y + (k / kSamples + 0.5) / kSamples});
-        if (!direction) continue;
-        const auto cell = overlay.map.At(*direction);
-        const bool covered = cell && cell->index >= 0;
-        const float share = (covered ? kCoveredOpacity
-                             : cell  ? kUncoveredOpacity
-                                     : 0.5f * kUncoveredOpacity) /
-                            float{kSamples * kSamples};
-        paint += share * (covered ? colors->Of(overlay.map.views()[static_cast<std::size_t>(cell->index)])
-                                  : uncovered);
-        opacity += share;
-      }
-      auto& pixel = overlay.image.at<cv::Vec3b>(y, x);
-      pixel = cv::Vec3b((1 - opacity) * cv::Vec3f(pixel) + paint);
+  void operator()(const Polygon& polygon) { Fill(polygon.img, polygon.color, cv::LINE_AA); }
+  void operator()(const Patch& patch) { Fill({patch.img.begin(), patch.img.end()}, patch.color, cv::LINE_8); }
+  void operator()(const Spot& spot) { Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color)); }
+  void operator()(const Label&) {}  // words are for the display
+
+ private:
+  void Fill(const std::vector<Vector2d>& img, const Rgba& color, int kind) {
+    std::vector<cv::Point> corners;
+    for (const Vector2d& corner : img) corners.push_back(Subpixel(corner));
+    cv::fillConvexPoly(Layer(color), corners, Bgr(color), kind, kSubpixelBits);
+  }
+  cv::Mat& Layer(const Rgba& color) {
+    if (layer_.empty() || color.a != opacity_) {
+      LayDown();
+      layer_ = image_.clone();
+      opacity_ = color.a;
     }
-}
-
-// A curve on the sphere: the part that faces the camera.
-template <typename DirectionAt>
-void DrawCurve(Overlay& overlay, const DirectionAt& direction_at, const cv::Scalar& color, int thickness) {
-  constexpr int kSteps = 180;
-  std::optional<Vector2d> last;
-  for (int i = 0; i <= kSteps; ++i) {
-    const Vector3d direction = direction_at(static_cast<double>(i) / kSteps);
-    const auto img = overlay.Faces(direction) ? overlay.ImgOf(direction) : std::nullopt;
-    if (img && last) Line(overlay.image, *last, *img, color, thickness);
-    last = img;
+    return layer_;
   }
-}
-
-void DrawWireframe(Overlay& overlay) {
-  const CapFrame frame = overlay.map.frame().value_or(
-      CapFrame(overlay.toward_camera, overlay.cam_from_world.DirectionInSource(-Vector3d::UnitY())));
-  cv::Mat lines = overlay.image.clone();
-  Overlay wire{lines,           overlay.camera,          overlay.cam_from_world,
-               overlay.map,     overlay.camera_in_world, overlay.toward_camera,
-               overlay.distance};
-  constexpr int kStepDeg = 10;
-  for (int deg = -180; deg < 180; deg += kStepDeg)
-    DrawCurve(
-        wire, [&](double t) { return frame.Direction(deg * M_PI / 180, (t - 0.5) * M_PI); }, kWhite, 1);
-  for (int deg = -80; deg <= 80; deg += kStepDeg)
-    DrawCurve(
-        wire, [&](double t) { return frame.Direction((2 * t - 1) * M_PI, deg * M_PI / 180); }, kWhite, 1);
-  cv::addWeighted(wire.image, 0.5, overlay.image, 0.5, 0, overlay.image);
-  if (!overlay.map.options().cap) return;
-  const double x = 0.5 * overlay.map.options().cap->width, y = 0.5 * overlay.map.options().cap->height;
-  for (const double side : {-1.0, 1.0}) {
-    DrawCurve(
-        overlay, [&](double t) { return frame.Direction(side * x, (2 * t - 1) * y); }, kWhite, 2);
-    DrawCurve(
-        overlay, [&](double t) { return frame.Direction((2 * t - 1) * x, side * y); }, kWhite, 2);
+  void LayDown() {
+    if (!layer_.empty()) cv::addWeighted(layer_, opacity_ / 255.0, image_, 1 - opacity_ / 255.0, 0, image_);
+    layer_.release();
   }
-}
+
+  cv::Mat& image_;
+  double scale_;
+  cv::Mat layer_;
+  std::uint8_t opacity_ = 255;
+};
 
 }  // namespace
 
@@ -318,18 +234,18 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
   const double distance =
       camera_in_world ? (*camera_in_world - map.subject().center_in_world).norm() : map.reference_distance();
-  PaintChart(canvas, chart, map, DistanceColors(map, distance));
+  PaintChart(canvas, chart, map, DistanceColors(map, distance, Palette::Standard()));
   DrawGraticule(canvas, chart);
   if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
   for (const CriterionView& view : map.views()) {
     const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
     const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
-    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Dot(canvas, img, 2.5, kInk);
+    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
   }
   if (camera_in_world) {
     const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, *camera_in_world));
-    Dot(canvas, chart.ImgOf(at.azimuth, at.elevation), 6.5, kWhite);
-    Dot(canvas, chart.ImgOf(at.azimuth, at.elevation), 5, kCamera);
+    Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 6.5, kWhite);
+    Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 5, kCamera);
   }
   std::string caption = picture.caption;
   if (caption.empty()) {
@@ -344,38 +260,19 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
 
 cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
                     const CoverageMap& map, double rectangle_share) {
-  Overlay overlay{.image = live.clone(),
-                  .camera = camera,
-                  .cam_from_world = cam_from_world,
-                  .map = map,
-                  .camera_in_world = cam_from_world.OriginInSource(),
-                  .toward_camera = Vector3d::Zero(),
-                  .distance = 0};
-  const Vector3d offset = overlay.camera_in_world - map.subject().center_in_world;
-  overlay.distance = offset.norm();
-  const double scale = std::max(1.0, camera.width / 640.0);
-  const SafetyRectangle rectangle = SafetyRectangle::Of(camera, rectangle_share);
-  const auto outline = SphereOutline(camera, cam_from_world, map.subject(), 128);
-  if (outline) {
-    overlay.toward_camera = offset / overlay.distance;
-    PaintSphere(overlay, *outline);
-    DrawWireframe(overlay);
-    for (std::size_t i = 0; i < outline->size(); ++i)
-      Line(overlay.image, (*outline)[i], (*outline)[(i + 1) % outline->size()], kWhite, 1);
-    for (const CriterionView& view : map.views()) {
-      const Vector3d direction = DirectionOf(map, view.center_in_world);
-      if (!overlay.Faces(direction)) continue;
-      if (const auto img = overlay.ImgOf(direction)) Dot(overlay.image, *img, 1.2 * scale, kInk);
-    }
-    if (const auto img = overlay.ImgOf(overlay.toward_camera)) {
-      Dot(overlay.image, *img, 4 * scale, kWhite);
-      Dot(overlay.image, *img, 3 * scale, kCamera);
-    }
+  CaptureState state;
+  state.camera = camera;
+  state.tracking = TrackState::kTracking;
+  state.cam_from_world = cam_from_world;
+  state.subject = map.subject();
+  state.rectangle_share = rectangle_share;
+  state.coverage = {std::shared_ptr<const CoverageMap>(), &map};
+  cv::Mat image = live.clone();
+  {
+    ShapePainter painter(image, std::max(1.0, camera.width / 1280.0));
+    for (const OverlayShape& shape : MakeOverlay(state)) std::visit(painter, shape);
   }
-  const bool held = outline && rectangle.Holds(*outline);
-  cv::rectangle(overlay.image, Subpixel(rectangle.low), Subpixel(rectangle.high), held ? kWhite : kAlarm,
-                held ? 2 : 3, cv::LINE_AA, kSubpixelBits);
-  return overlay.image;
+  return image;
 }
 
 }  // namespace ulf

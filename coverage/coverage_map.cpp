@@ -266,6 +266,24 @@ void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) 
       const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
       look({frame_->Direction(azimuth, row.elevation), row.cell_sr, {cell.bound_px, cell.view}});
     }
+std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) const {
+  std::vector<PaintedRun> runs;
+  const double left = -extent().width / 2;
+  for (const Row& row : rows_) {
+    const double cell_width = extent().width / row.columns;
+    int first = 0;  // of the run that is being gathered
+    for (int column = 1; column <= row.columns; ++column) {
+      const int view = cells_[row.first_cell + static_cast<std::size_t>(first)].view;
+      const bool goes_on = column < row.columns && (column + 1 - first) * cell_width <= widest &&
+                           cells_[row.first_cell + static_cast<std::size_t>(column)].view == view;
+      if (goes_on) continue;
+      if (view >= 0)
+        runs.push_back({left + first * cell_width, left + column * cell_width,
+                        row.elevation - row_height_ / 2, row.elevation + row_height_ / 2, view});
+      first = column;
+    }
+  }
+  return runs;
 }
 
 CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,

@@ -109,6 +109,14 @@ class CoverageMap {
   };
   void ForEachCell(const std::function<void(const CellView&)>& look) const;
 
+  // What is painted, for drawing: neighbouring cells of a row that one view paints, in runs no wider than
+  // `widest` of azimuth (or one cell). Azimuths and elevations about frame().
+  struct PaintedRun {
+    double left, right, bottom, top;
+    int view;
+  };
+  std::vector<PaintedRun> PaintedRuns(double widest) const;
+
   const Subject& subject() const { return subject_; }
   const CoverageMapOptions& options() const { return options_; }
   const std::vector<CriterionView>& views() const { return recorded_.views(); }

@@ -74,6 +74,7 @@ class GlTarget {
   void Clear(float value) const;
   void ClearDepth(float value) const;  // 0 nearest to 1 farthest
   void BindTexture(unsigned unit) const;
+  unsigned texture() const { return texture_; }
   cv::Mat Read() const;  // CV_32FC4, B G R A
   void Release();
 

@@ -1,0 +1,70 @@
+#include "coverage/operator/palette.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+Rgba Rgba::WithOpacity(double opacity) const {
+  return {r, g, b, static_cast<std::uint8_t>(std::lround(a * std::clamp(opacity, 0.0, 1.0)))};
+}
+
+Rgba Mix(const Rgba& from, const Rgba& to, double share) {
+  const auto mix = [share = std::clamp(share, 0.0, 1.0)](std::uint8_t a, std::uint8_t b) {
+    return static_cast<std::uint8_t>(std::lround((1 - share) * a + share * b));
+  };
+  return {mix(from.r, to.r), mix(from.g, to.g), mix(from.b, to.b), mix(from.a, to.a)};
+}
+
+const Palette& Palette::Standard() {
+  static const Palette palette{.name = "green, red, blue",
+                               .same_word = "green",
+                               .farther_word = "red",
+                               .nearer_word = "blue",
+                               .same = {70, 190, 90},
+                               .farther = {225, 60, 60},
+                               .nearer = {50, 120, 230},
+                               .reopened = {255, 60, 220},
+                               .guide = {255, 225, 40},
+                               .alarm = {255, 45, 45},
+                               .camera = {235, 30, 40}};
+  return palette;
+}
+
+const Palette& Palette::ForColourBlind() {
+  static const Palette palette{.name = "pale, orange, blue (safe for colour-blind eyes)",
+                               .same_word = "pale",
+                               .farther_word = "orange",
+                               .nearer_word = "blue",
+                               .same = {240, 236, 215},
+                               .farther = {200, 90, 0},
+                               .nearer = {0, 80, 190},
+                               .reopened = {20, 20, 20},
+                               .guide = {255, 225, 40},
+                               .alarm = {255, 45, 45},
+                               .camera = {235, 30, 40}};
+  return palette;
+}
+
+DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette)
+    : palette_(palette), present_distance_(present_distance), center_(map.subject().center_in_world) {
+  const auto window = DistanceWindow({.focal_px = map.views().front().fx,
+                                      .distance = map.reference_distance(),
+                                      .radius = map.subject().radius,
+                                      .threshold_px = map.options().threshold_px});
+  // A side without a limit takes the other's.
+  if (window && window->near) nearest_ = *window->near;
+  farthest_ = window && window->far ? *window->far : 1 / nearest_;
+}
+
+double DistanceColors::Distance(const CriterionView& recorded) const {
+  return (recorded.center_in_world - center_).norm();
+}
+
+Rgba DistanceColors::OfDistance(double recorded_distance) const {
+  const double ratio = present_distance_ / recorded_distance;
+  return ratio < 1 ? Mix(palette_.same, palette_.farther, std::log(ratio) / std::log(nearest_))
+                   : Mix(palette_.same, palette_.nearer, std::log(ratio) / std::log(farthest_));
+}
+
+}  // namespace ulf

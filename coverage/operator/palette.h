@@ -1,0 +1,55 @@
+// The colours of the coverage map and what is drawn on it. A recorded view is coloured by its distance
+// against the present one (thesis, section 3.2): the same, farther, nearer, and all between; the ends are
+// where the present distance would leave the criterion's distance window.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+
+#include "coverage/coverage_map.h"
+
+namespace ulf {
+
+struct Rgba {
+  std::uint8_t r = 0, g = 0, b = 0, a = 255;
+  Rgba WithOpacity(double opacity) const;  // 0 to 1, times its own
+  bool operator==(const Rgba&) const = default;
+};
+Rgba Mix(const Rgba& from, const Rgba& to, double share);
+
+struct Palette {
+  std::string name;
+  std::string same_word, farther_word, nearer_word;  // the colours' names, for the legend
+  Rgba same, farther, nearer;
+  Rgba reopened;
+  Rgba guide;
+  Rgba alarm;
+  Rgba camera;
+
+  static const Palette& Standard();
+  // Orange, pale, blue: apart for every common kind of colour vision, and in lightness.
+  static const Palette& ForColourBlind();
+};
+
+// Turns a recorded distance into a colour, seen from the present one.
+class DistanceColors {
+ public:
+  // `map` has views.
+  DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette);
+  Rgba Of(const CriterionView& recorded) const { return OfDistance(Distance(recorded)); }
+  Rgba OfDistance(double recorded_distance) const;
+  double Distance(const CriterionView& recorded) const;
+
+  // Ratios of present to recorded distance at which the colours are full.
+  double farthest_recorded() const { return nearest_; }
+  double nearest_recorded() const { return farthest_; }
+
+ private:
+  const Palette& palette_;
+  double present_distance_;
+  double nearest_ = 0.9, farthest_ = 1.1;
+  Eigen::Vector3d center_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,53 @@
+// Posed pictures seen from another camera as if all they show lay on one plane, which faces that camera:
+// added up with weights, in linear light. All pictures with equal weights are a synthetic aperture, sharp on
+// the plane (thesis, section 3.2: augmented aperture); those nearest in direction are a cheap look at a light
+// field. Both cameras keep their distortion: a grid over the output is projected into each picture on the
+// processor, OpenGL fills it in.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+#include <vector>
+
+#include "coverage/operator/posed_pictures.h"
+#include "render/gl_objects.h"
+
+namespace ulf {
+
+struct WeightedPicture {
+  const PosedPicture* picture;
+  float weight = 1;
+};
+
+class Reprojection {
+ public:
+  Reprojection();
+  ~Reprojection();
+  Reprojection(const Reprojection&) = delete;
+  Reprojection& operator=(const Reprojection&) = delete;
+
+  // What a camera at `cam_from_world` sees, at its own size, top row first; transparent where no picture
+  // shows anything. `on_plane`: a point of the plane, before the camera; behind it nothing is drawn.
+  // The texture's name, valid until the next call.
+  unsigned Draw(const CameraModel& camera, const Rigid3& cam_from_world, const Eigen::Vector3d& on_plane,
+                const std::vector<WeightedPicture>& pictures);
+  cv::Mat Read() const;  // what was drawn, 8-bit B, G, R, black where nothing is
+
+ private:
+  unsigned TextureOf(const PosedPicture& picture);
+
+  GlProgram add_, normalise_;
+  GlBuffer vertices_;
+  GlEmptyVertexArray no_attributes_;
+  GlTarget sum_, result_;
+  // The last few dozen pictures that were drawn, newest first.
+  struct Uploaded {
+    std::uint64_t key;
+    unsigned texture;
+  };
+  std::list<Uploaded> uploaded_;
+};
+
+}  // namespace ulf

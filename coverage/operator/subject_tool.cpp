@@ -1,0 +1,124 @@
+#include "coverage/operator/subject_tool.h"
+
+#include <cmath>
+
+namespace ulf {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+void SubjectTool::Open(const CaptureState& state, CaptureRequests& requests) {
+  open_ = true;
+  draft_ = of_capture_ = state.subject;
+  resume_ = state.recording;
+  if (resume_) requests.Ask(SetRecording{false});
+  if (!draft_ && state.cam_from_world) requests.Ask(FindSubject{});
+}
+
+void SubjectTool::Close(CaptureRequests& requests) {
+  open_ = dragging_center_ = dragging_radius_ = false;
+  draft_.reset();
+  if (resume_) requests.Ask(SetRecording{true});
+}
+
+void SubjectTool::Follow(const CaptureState& state) {
+  if (!open_ || state.subject == of_capture_) return;
+  draft_ = of_capture_ = state.subject;
+}
+
+void SubjectTool::ScaleDistance(const CaptureState& state, double factor) {
+  if (!draft_ || !state.cam_from_world) return;
+  // Along the line of sight, and growing with the distance: the sphere's image stays as it is.
+  const Vector3d camera = state.cam_from_world->OriginInSource();
+  draft_->center_in_world = camera + factor * (draft_->center_in_world - camera);
+  draft_->radius *= factor;
+}
+
+void SubjectTool::ScaleRadius(double factor) {
+  if (draft_) draft_->radius *= factor;
+}
+
+void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img) {
+  if (!draft_ || !state.cam_from_world) return;
+  const double depth = (*state.cam_from_world * draft_->center_in_world).z();
+  if (!(depth > 0)) return;
+  const Vector3d by_cam(by_img.x() * depth / state.camera.fx, by_img.y() * depth / state.camera.fy, 0);
+  draft_->center_in_world += state.cam_from_world->DirectionInSource(by_cam);
+}
+
+bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img,
+                         CaptureRequests& requests) {
+  constexpr double kFine = 1.02, kCoarse = 1.15;
+  if (!open_) return false;
+  if (const auto* key = std::get_if<KeyPressed>(&event)) {
+    switch (key->key) {
+      case Key::kUp:
+        ScaleDistance(state, kFine);
+        return true;
+      case Key::kDown:
+        ScaleDistance(state, 1 / kFine);
+        return true;
+      case Key::kPageUp:
+        ScaleDistance(state, kCoarse);
+        return true;
+      case Key::kPageDown:
+        ScaleDistance(state, 1 / kCoarse);
+        return true;
+      case Key::kRight:
+        ScaleRadius(kFine);
+        return true;
+      case Key::kLeft:
+        ScaleRadius(1 / kFine);
+        return true;
+      case Key::kEnter:
+        if (draft_ && draft_ != of_capture_) requests.Ask(PlaceSubject{*draft_});
+        Close(requests);
+        return true;
+      case Key::kEscape:
+        Close(requests);
+        return true;
+      default:
+        return false;
+    }
+  }
+  if (const auto* typed = std::get_if<Typed>(&event)) {
+    switch (typed->character) {
+      case 's':
+        Close(requests);
+        return true;
+      case 'c':
+        requests.Ask(FindSubject{});
+        return true;
+      case 'a':
+        aperture_ = !aperture_;
+        return true;
+      default:
+        return false;
+    }
+  }
+  if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+    if (wheel->shift)
+      ScaleRadius(std::pow(kFine, wheel->steps));
+    else
+      ScaleDistance(state, std::pow(kFine, wheel->steps));
+    return true;
+  }
+  if (const auto* button = std::get_if<MouseButton>(&event)) {
+    if (button->button == 0) dragging_center_ = button->down;
+    if (button->button == 1) dragging_radius_ = button->down;
+    return true;
+  }
+  if (const auto* moved = std::get_if<MouseMoved>(&event)) {
+    if (mouse_) {
+      const Vector2d by = moved->at - *mouse_;
+      constexpr double kPixelsADoubling = 200;
+      if (dragging_center_) MoveSideways(state, by / pixels_per_img);
+      if (dragging_radius_) ScaleRadius(std::exp2(by.x() / kPixelsADoubling));
+    }
+    mouse_ = moved->at;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace ulf

@@ -1,0 +1,209 @@
+#include "coverage/operator/surface.h"
+
+#include <epoxy/gl.h>
+#include <fmt/core.h>
+// After OpenGL's own header.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <utility>
+
+#include "acquisition/error.h"
+#include "render/gl_objects.h"
+
+namespace ulf {
+namespace {
+
+std::string LastGlfwError() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text ? text : "no reason given";
+}
+
+std::optional<Key> KeyOf(int glfw_key) {
+  switch (glfw_key) {
+    case GLFW_KEY_ESCAPE:
+      return Key::kEscape;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER:
+      return Key::kEnter;
+    case GLFW_KEY_BACKSPACE:
+      return Key::kBackspace;
+    case GLFW_KEY_LEFT:
+      return Key::kLeft;
+    case GLFW_KEY_RIGHT:
+      return Key::kRight;
+    case GLFW_KEY_UP:
+      return Key::kUp;
+    case GLFW_KEY_DOWN:
+      return Key::kDown;
+    case GLFW_KEY_PAGE_UP:
+      return Key::kPageUp;
+    case GLFW_KEY_PAGE_DOWN:
+      return Key::kPageDown;
+    case GLFW_KEY_F1:
+      return Key::kF1;
+    case GLFW_KEY_F11:
+      return Key::kF11;
+    default:
+      return std::nullopt;
+  }
+}
+
+class Window : public Surface {
+ public:
+  Window(const std::string& title, cv::Size points) {
+    if (!glfwInit()) throw Error("no window: {}", LastGlfwError());
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    // A thread can have no context of EGL's beside one of GLX's; the renderers' are EGL's.
+    for (const int door : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
+      glfwWindowHint(GLFW_CONTEXT_CREATION_API, door);
+      window_ = glfwCreateWindow(points.width, points.height, title.c_str(), nullptr, nullptr);
+      if (window_) break;
+    }
+    if (!window_) {
+      const std::string reason = LastGlfwError();
+      glfwTerminate();
+      throw Error("no window with OpenGL 4.5: {}", reason);
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(0);  // whoever draws has a clock of its own
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+      const auto known = KeyOf(key);
+      if (action != GLFW_RELEASE && known)
+        Of(window).Came(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
+    });
+    glfwSetCharCallback(window_,
+                        [](GLFWwindow* window, unsigned character) { Of(window).Came(Typed{character}); });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
+      Of(window).Came(MouseMoved{Of(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
+    });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
+      Of(window).Came(MouseButton{button, action == GLFW_PRESS});
+    });
+    glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double steps) {
+      const bool shift = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+                         glfwGetKey(window, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
+      Of(window).Came(WheelTurned{steps, shift});
+    });
+    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Came(CloseAsked{}); });
+  }
+  ~Window() override {
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+  }
+
+  cv::Size Size() const override {
+    cv::Size size;
+    glfwGetFramebufferSize(window_, &size.width, &size.height);
+    return size;
+  }
+  double ContentScale() const override {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::max(0.5f, std::min(x, y));
+  }
+  std::vector<InputEvent> TakeEvents(double patience_s) override {
+    if (patience_s > 0)
+      glfwWaitEventsTimeout(patience_s);
+    else
+      glfwPollEvents();
+    return std::exchange(events_, {});
+  }
+  void Bind() override {
+    const cv::Size size = Size();
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, size.width, size.height);
+  }
+  void Present() override { glfwSwapBuffers(window_); }
+  void ToggleFullScreen() override {
+    if (glfwGetWindowMonitor(window_)) {
+      glfwSetWindowMonitor(window_, nullptr, windowed_.x, windowed_.y, windowed_.width, windowed_.height, 0);
+      return;
+    }
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
+    if (!mode) return;
+    glfwGetWindowPos(window_, &windowed_.x, &windowed_.y);
+    glfwGetWindowSize(window_, &windowed_.width, &windowed_.height);
+    glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+  }
+
+ private:
+  static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+  void Came(InputEvent event) { events_.push_back(event); }
+  // A window's own coordinates are pixels on some systems and points on others.
+  Eigen::Vector2d PixelsFromPoints() const {
+    int width = 1, height = 1;
+    glfwGetWindowSize(window_, &width, &height);
+    const cv::Size pixels = Size();
+    return {static_cast<double>(pixels.width) / std::max(1, width),
+            static_cast<double>(pixels.height) / std::max(1, height)};
+  }
+
+  GLFWwindow* window_ = nullptr;
+  cv::Rect windowed_;  // where it was before it filled the screen
+  std::vector<InputEvent> events_;
+};
+
+}  // namespace
+
+cv::Mat Surface::Read() {
+  const cv::Size size = Size();
+  cv::Mat upside_down(size, CV_8UC3), picture;
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, size.width, size.height, GL_BGR, GL_UNSIGNED_BYTE, upside_down.data);
+  CheckGl("reading the display back");
+  cv::flip(upside_down, picture, 0);
+  return picture;
+}
+
+std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points) {
+  return std::make_unique<Window>(title, points);
+}
+
+OffscreenSurface::OffscreenSurface(cv::Size size, double content_scale)
+    : current_(context_), size_(size), content_scale_(content_scale) {
+  Resize(size, content_scale);
+}
+
+OffscreenSurface::~OffscreenSurface() { Release(); }
+
+void OffscreenSurface::Release() {
+  if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
+  if (color_) glDeleteRenderbuffers(1, &color_);
+}
+
+void OffscreenSurface::Resize(cv::Size size, double content_scale) {
+  Release();
+  size_ = size;
+  content_scale_ = content_scale;
+  glCreateRenderbuffers(1, &color_);
+  glNamedRenderbufferStorage(color_, GL_RGBA8, size.width, size.height);
+  glCreateFramebuffers(1, &framebuffer_);
+  glNamedFramebufferRenderbuffer(framebuffer_, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_);
+  CheckGl("making the picture to draw into");
+}
+
+std::vector<InputEvent> OffscreenSurface::TakeEvents(double) { return std::exchange(events_, {}); }
+
+void OffscreenSurface::Bind() {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, size_.width, size_.height);
+}
+
+void OffscreenSurface::Present() {
+  glFinish();
+  ++presented_;
+}
+
+}  // namespace ulf

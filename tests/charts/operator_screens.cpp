@@ -1,0 +1,152 @@
+// The operator display's screens for the documentation: every mode from a staged capture of the simulated
+// studio, drawn without a window. `operator_screens FOLDER` writes FOLDER/operator_*.png.
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "coverage/operator/operator_display.h"
+#include "tests/support/staged_capture.h"
+
+namespace ulf::test {
+namespace {
+
+const cv::Size kScreen(1280, 720);
+
+// A display that has seen everything that was recorded.
+struct Screen {
+  explicit Screen(const StagedCapture& capture, const std::string& keys = "")
+      : surface(kScreen), display(surface, feed, requests) {
+    for (const auto& state : capture.recorded()) {
+      feed.Publish(state);
+      display.Step();
+    }
+    Type(keys);
+  }
+  void Type(const std::string& keys) {
+    for (const char key : keys) surface.Push(Typed{static_cast<char32_t>(key)});
+  }
+  cv::Mat Show(std::shared_ptr<const CaptureState> state) {
+    feed.Publish(std::move(state));
+    display.Step();
+    return surface.Read();
+  }
+  OffscreenSurface surface;
+  CaptureFeed feed;
+  CaptureRequests requests;
+  OperatorDisplay display;
+};
+
+class Screens {
+ public:
+  explicit Screens(std::filesystem::path folder) : folder_(std::move(folder)) {
+    options_.width = 1280, options_.height = 720;
+    options_.rendered = true;
+  }
+
+  void Start() {
+    const StagedCapture capture(options_);
+    auto state = capture.At(capture.CameraAt(-1, 0));
+    state->tracking = TrackState::kInitializing;
+    state->cam_from_world.reset();
+    state->subject.reset();
+    state->coverage.reset();
+    state->start = StartProgress{StartObstacle::kLowParallax, 0.9, 1.6, 212, 60};
+    state->tracking_words = Advice(StartObstacle::kLowParallax);
+    state->views_expected = 180;
+    Write("start", Screen(capture).Show(state));
+  }
+
+  void Capture() {
+    StagedCapture capture(options_);
+    ScanHalf(capture);
+    auto state = capture.At(capture.CameraAt(9.5, -3.2, 1.03));
+    Guide(capture, *state);
+    Write("capture", Screen(capture).Show(state));
+
+    Write("capture_colour_blind", Screen(capture, "p").Show(state));
+
+    // Too near: what was recorded lies farther away than now.
+    state = capture.At(capture.CameraAt(3, -6, 0.8));
+    Guide(capture, *state);
+    Write("capture_too_near", Screen(capture).Show(state));
+
+    state = capture.At(capture.CameraAt(5, -4, 1, {0.42, 0.05}));
+    state->decision.reason = Reason::kOutsideRectangle;
+    Write("outside", Screen(capture).Show(state));
+
+    state = capture.At(capture.CameraAt(5, -4, 1, {1.5, 0.3}));
+    state->decision.reason = Reason::kOutsideRectangle;
+    Write("out_of_view", Screen(capture).Show(state));
+
+    auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
+    lost->tracking = TrackState::kLost;
+    lost->tracking_words = "go back to where the camera was before";
+    lost->cam_from_world.reset();
+    lost->points.clear();
+    lost->decision.reason = Reason::kTracking;
+    Write("lost", Screen(capture).Show(lost));
+
+    state = capture.At(capture.CameraAt(9.5, -3.2, 1.03));
+    Write("keys", Screen(capture, "?").Show(state));
+
+    Write("review", Screen(capture, "r").Show(capture.At(capture.CameraAt(-7, -5))));
+    Write("review_wipe", Screen(capture, "rw").Show(capture.At(capture.CameraAt(-7.5, -5.5))));
+    Write("review_gap", Screen(capture, "rw").Show(capture.At(capture.CameraAt(24, 14))));
+  }
+
+  void Subject() {
+    StagedCapture capture(options_);
+    Screen screen(capture);
+    for (const double elevation : {-4.0, 0.0, 4.0})
+      for (const double azimuth : {-8.0, -4.0, 0.0, 4.0, 8.0})
+        screen.Show(capture.At(capture.CameraAt(azimuth, elevation)));
+    const auto state = capture.At(capture.CameraAt(1, 1));
+    Write("preflight", screen.Show(state));
+    screen.Type("s");
+    Write("subject", screen.Show(state));
+    for (int i = 0; i < 3; ++i) screen.surface.Push(KeyPressed{Key::kPageUp});
+    Write("subject_too_far", screen.Show(state));
+    screen.Type("a");
+    Write("subject_without_aperture", screen.Show(state));
+  }
+
+ private:
+  static void ScanHalf(StagedCapture& capture) {
+    capture.Record(capture.CameraAt(0, 0));  // the cap lies about the first
+    for (int row = 0; row < 9; ++row)
+      for (int column = 0; column < (row == 8 ? 9 : 15); ++column)
+        capture.Record(
+            capture.CameraAt(-28 + 3.2 * column, -19 + 2.8 * row, 1 + 0.06 * std::sin(0.7 * column)));
+  }
+  static void Guide(const StagedCapture& capture, CaptureState& state) {
+    const Eigen::Vector3d center = capture.subject().center_in_world;
+    state.guidance.toward = (capture.CameraAt(22, 4).OriginInSource() - center).normalized();
+    state.guidance.distance = 1;
+    state.guidance.disc_radius = 0.04;
+    state.guidance.seconds_left = 205;
+    state.views_expected = 180;
+  }
+  void Write(const std::string& name, const cv::Mat& picture) const {
+    const auto path = folder_ / ("operator_" + name + ".png");
+    if (!cv::imwrite(path.string(), picture)) throw std::runtime_error(path.string() + " cannot be written");
+    fmt::print("{}\n", path.string());
+  }
+
+  std::filesystem::path folder_;
+  StageOptions options_;
+};
+
+}  // namespace
+}  // namespace ulf::test
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fmt::print(stderr, "usage: operator_screens FOLDER\n");
+    return 2;
+  }
+  ulf::test::Screens screens(argv[1]);
+  screens.Start();
+  screens.Capture();
+  screens.Subject();
+}

@@ -1,0 +1,295 @@
+// What is drawn over the live picture, as shapes, from staged states.
+#include "coverage/operator/overlay.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "coverage/sphere_outline.h"
+#include "tests/support/staged_capture.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+template <typename Kind>
+std::vector<Kind> All(const Overlay& overlay) {
+  std::vector<Kind> found;
+  for (const OverlayShape& shape : overlay)
+    if (const auto* kind = std::get_if<Kind>(&shape)) found.push_back(*kind);
+  return found;
+}
+
+std::vector<Spot> CameraDots(const Overlay& overlay, const Palette& palette = Palette::Standard()) {
+  std::vector<Spot> dots = All<Spot>(overlay);
+  std::erase_if(dots, [&](const Spot& dot) { return dot.color != palette.camera; });
+  return dots;
+}
+
+const Polyline& Rectangle(const std::vector<Polyline>& lines, const CameraModel& camera) {
+  const SafetyRectangle rectangle = SafetyRectangle::Of(camera);
+  const Polyline* found = nullptr;
+  for (const Polyline& line : lines)
+    if (line.closed && line.img.size() == 4 && (line.img[0] - rectangle.low).norm() < 1e-9) found = &line;
+  if (!found) throw std::runtime_error("no rectangle is drawn");
+  return *found;  // the last: the shade lies below it
+}
+
+TEST(Overlay, RedDotIsWhereTheCamerasWayToTheSubjectMeetsTheSphere) {
+  const StagedCapture stage;
+  for (const double distance : {0.7, 1.0, 1.6})
+    for (const Eigen::Vector2d& aside :
+         {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.2, 0.1), Eigen::Vector2d(-0.25, 0)}) {
+      const Rigid3 pose = stage.CameraAt(20, -10, distance, aside);
+      const auto dots = CameraDots(MakeOverlay(*stage.At(pose)));
+      ASSERT_EQ(dots.size(), 1u);
+      // Walked along the way from the camera to the centre, without the overlay's own geometry.
+      const Eigen::Vector3d from = pose.OriginInSource(), to = stage.subject().center_in_world;
+      double low = 0, high = 1;
+      for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        const Eigen::Vector3d at = from + middle * (to - from);
+        ((at - to).norm() > stage.subject().radius ? low : high) = middle;
+      }
+      const auto img = stage.camera().ImgFromCam(pose * Eigen::Vector3d(from + low * (to - from)));
+      ASSERT_TRUE(img);
+      EXPECT_LT((dots[0].img - *img).norm(), 1e-3) << "at " << distance << ", aside " << aside.transpose();
+    }
+}
+
+TEST(Overlay, DistancesOfRecordedViewsAreColours) {
+  const Palette& palette = Palette::Standard();
+  StagedCapture stage;
+  stage.Record(stage.CameraAt(0, 0, 1));
+  const CoverageMap& map = *stage.At(stage.CameraAt(0, 0))->coverage;
+  const DistanceColors limits(map, 1, palette);
+  ASSERT_LT(limits.farthest_recorded(), 1);
+  ASSERT_GT(limits.nearest_recorded(), 1);
+  const auto color_at = [&](double present) {
+    const auto patches = All<Patch>(MakeOverlay(*stage.At(stage.CameraAt(0, 0, present))));
+    EXPECT_THAT(patches, Not(IsEmpty()));
+    for (const Patch& patch : patches) EXPECT_EQ(patch.color, patches[0].color) << "one view, one colour";
+    Rgba color = patches.empty() ? Rgba{} : patches[0].color;
+    color.a = 255;
+    return color;
+  };
+  EXPECT_EQ(color_at(1), palette.same);
+  // Nearer than the recorded view: that one is farther, red.
+  EXPECT_EQ(color_at(limits.farthest_recorded()), palette.farther);
+  EXPECT_EQ(color_at(0.9 * limits.farthest_recorded()), palette.farther);
+  EXPECT_EQ(color_at(limits.nearest_recorded()), palette.nearer);
+  // Continuous, and half-way in the logarithm is half of each.
+  EXPECT_EQ(color_at(std::sqrt(limits.farthest_recorded())), Mix(palette.same, palette.farther, 0.5));
+  EXPECT_EQ(color_at(std::sqrt(limits.nearest_recorded())), Mix(palette.same, palette.nearer, 0.5));
+}
+
+TEST(Overlay, PaintLiesWhereTheMapSaysSo) {
+  StagedCapture stage;
+  stage.RecordRows(-20, 0, -10, 10, 5);
+  const Rigid3 pose = stage.CameraAt(-5, 3);
+  const auto state = stage.At(pose);
+  const auto patches = All<Patch>(MakeOverlay(*state));
+  ASSERT_THAT(patches, Not(IsEmpty()));
+  for (const Patch& patch : patches) {
+    const Eigen::Vector2d middle = 0.25 * (patch.img[0] + patch.img[1] + patch.img[2] + patch.img[3]);
+    // Back onto the sphere's near side.
+    const Eigen::Vector3d ray = pose.DirectionInSource(*stage.camera().RayFromImg(middle));
+    const Eigen::Vector3d to_center = stage.subject().center_in_world - pose.OriginInSource();
+    const double along = ray.dot(to_center);
+    const double rest =
+        stage.subject().radius * stage.subject().radius - to_center.squaredNorm() + along * along;
+    ASSERT_GT(rest, 0);
+    const Eigen::Vector3d on_sphere = pose.OriginInSource() + (along - std::sqrt(rest)) * ray;
+    const auto cell = state->coverage->At((on_sphere - stage.subject().center_in_world).normalized());
+    ASSERT_TRUE(cell);
+    EXPECT_GE(cell->index, 0);
+  }
+}
+
+TEST(Overlay, RectangleIsWhiteWithTheSphereInsideElseRedThickerAndSaysSo) {
+  const StagedCapture stage;
+  const Overlay inside = MakeOverlay(*stage.At(stage.CameraAt(0, 0)));
+  const auto inside_lines = All<Polyline>(inside);
+  const Polyline& white = Rectangle(inside_lines, stage.camera());
+  EXPECT_EQ(white.color, (Rgba{255, 255, 255}));
+  EXPECT_THAT(All<Label>(inside), IsEmpty());
+  for (const Eigen::Vector2d& aside :
+       {Eigen::Vector2d(0.45, 0), Eigen::Vector2d(0, -0.4), Eigen::Vector2d(3, 0)}) {
+    const Overlay outside = MakeOverlay(*stage.At(stage.CameraAt(0, 0, 1, aside)));
+    const auto lines = All<Polyline>(outside);
+    const Polyline& red = Rectangle(lines, stage.camera());
+    EXPECT_EQ(red.color, Palette::Standard().alarm) << aside.transpose();
+    EXPECT_GE(red.width, 2 * white.width);
+    const auto labels = All<Label>(outside);
+    ASSERT_THAT(labels, Not(IsEmpty()));
+    EXPECT_EQ(labels[0].text, "OUTSIDE");
+  }
+}
+
+TEST(Overlay, AnArrowPointsToASubjectThatHasLeftTheView) {
+  const StagedCapture stage;
+  const Eigen::Vector2d middle(0.5 * stage.camera().width, 0.5 * stage.camera().height);
+  struct Case {
+    Eigen::Vector2d aside, toward;
+  };
+  // Aimed to the right of the subject: it is on the left.
+  for (const Case& c : {Case{{1.2, 0}, {-1, 0}}, Case{{-1.2, 0}, {1, 0}}, Case{{0, 1.2}, {0, -1}}}) {
+    const Overlay overlay = MakeOverlay(*stage.At(stage.CameraAt(0, 0, 1, c.aside)));
+    const auto heads = All<Polygon>(overlay);
+    ASSERT_THAT(heads, Not(IsEmpty()));
+    const Polygon& head = heads.back();
+    EXPECT_EQ(head.color, Palette::Standard().alarm);
+    const Eigen::Vector2d tip = head.img[0] - middle;
+    EXPECT_GT(tip.normalized().dot(c.toward), 0.99) << c.aside.transpose();
+    EXPECT_TRUE(stage.camera().Contains(head.img[0]));
+  }
+  // Turned round: behind, a little to the camera's left.
+  auto behind = stage.At(stage.CameraAt(0, 0));
+  const Eigen::Vector3d at = behind->cam_from_world->OriginInSource();
+  const Eigen::Vector3d center = stage.subject().center_in_world;
+  const Eigen::Vector3d right = behind->cam_from_world->DirectionInSource(Eigen::Vector3d::UnitX());
+  const Eigen::Vector3d up = behind->cam_from_world->DirectionInSource(-Eigen::Vector3d::UnitY());
+  behind->cam_from_world = LookAt(at, at + (at - center) + 0.2 * right, up);
+  const auto heads = All<Polygon>(MakeOverlay(*behind));
+  ASSERT_THAT(heads, Not(IsEmpty()));
+  const double side = (*behind->cam_from_world * center).x();
+  EXPECT_GT((heads.back().img[0] - middle).normalized().x() * (side > 0 ? 1 : -1), 0.9);
+}
+
+TEST(Overlay, NothingIsDrawnWhenLost) {
+  StagedCapture stage;
+  stage.RecordRows(-10, 10, -10, 10, 5);
+  EXPECT_THAT(MakeOverlay(*stage.Lost()), IsEmpty());
+  EXPECT_TRUE(InstructionFor(*stage.Lost()).urgent);
+  EXPECT_EQ(InstructionFor(*stage.Lost()).words, stage.Lost()->tracking_words);
+}
+
+TEST(Overlay, TheArrowGoesFromTheDotTowardsTheTargetAlsoRoundTheCorner) {
+  StagedCapture stage;
+  stage.Record(stage.CameraAt(0, 0));
+  const Rigid3 pose = stage.CameraAt(0, 0);
+  for (const double target_deg : {15.0, 60.0, 150.0}) {
+    auto state = stage.At(pose);
+    const Rigid3 there = stage.CameraAt(target_deg, 0);
+    state->guidance.toward = (there.OriginInSource() - stage.subject().center_in_world).normalized();
+    state->guidance.disc_radius = 0.08;
+    const Overlay overlay = MakeOverlay(*state);
+    const auto heads = All<Polygon>(overlay);
+    ASSERT_THAT(heads, Not(IsEmpty()));
+    const Polygon& head = heads.back();
+    EXPECT_EQ(head.color, Palette::Standard().guide);
+    const Eigen::Vector2d dot = CameraDots(overlay).at(0).img;
+    // Azimuth grows to the right of who looks at the subject: the dot has to go there.
+    EXPECT_GT((head.img[0] - dot).normalized().x(), 0.95) << target_deg;
+    if (target_deg < 40) {
+      const auto on_sphere = [&](double azimuth_deg) {
+        const Eigen::Vector3d toward =
+            (stage.CameraAt(azimuth_deg, 0).OriginInSource() - stage.subject().center_in_world).normalized();
+        return *stage.camera().ImgFromCam(
+            pose * Eigen::Vector3d(stage.subject().center_in_world + stage.subject().radius * toward));
+      };
+      // At the ring around the target, on the near side.
+      const double ring_deg = state->guidance.disc_radius * 180 / M_PI;
+      EXPECT_GE(head.img[0].x(), on_sphere(target_deg - 1.1 * ring_deg).x());
+      EXPECT_LT(head.img[0].x(), on_sphere(target_deg - 0.5 * ring_deg).x());
+      EXPECT_NEAR(head.img[0].y(), on_sphere(target_deg).y(), 3);
+    }
+  }
+}
+
+TEST(Overlay, WhatFellOpenAgainIsMarked) {
+  StagedCapture stage;
+  stage.RecordRows(-10, 10, 0, 0, 5);
+  const Rigid3 pose = stage.CameraAt(0, 0);
+  auto state = stage.At(pose);
+  const auto marks = [&] {
+    std::vector<Spot> dots = All<Spot>(MakeOverlay(*state));
+    std::erase_if(dots, [](const Spot& dot) { return dot.color != Palette::Standard().reopened; });
+    return dots;
+  };
+  EXPECT_THAT(marks(), IsEmpty());
+  const Eigen::Vector3d front = (pose.OriginInSource() - stage.subject().center_in_world).normalized();
+  state->reopened = {front, -front};  // the far side is not seen
+  EXPECT_EQ(marks().size(), 1u);
+}
+
+TEST(Overlay, NoSphereIsDrawnFromInsideIt) {
+  const StagedCapture stage;
+  const auto state = stage.At(stage.CameraAt(0, 0, 0.5 * stage.subject().radius));
+  const Overlay overlay = MakeOverlay(*state);
+  EXPECT_THAT(All<Patch>(overlay), IsEmpty());
+  EXPECT_THAT(CameraDots(overlay), IsEmpty());
+  const auto lines = All<Polyline>(overlay);
+  EXPECT_EQ(Rectangle(lines, stage.camera()).color, Palette::Standard().alarm);
+}
+
+TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
+  StagedCapture stage;
+  stage.Record(stage.CameraAt(0, 0));
+  auto state = stage.At(stage.CameraAt(0, 0));
+  EXPECT_EQ(InstructionFor(*state).words, "");
+  state->guidance.toward = Eigen::Vector3d::UnitX();
+  EXPECT_EQ(InstructionFor(*state).words, "follow the arrow");
+  state->guidance.row = Guidance::RowOffset{0.2, 0.1};
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("last row"));
+  state->guidance.distance = 0.8;
+  EXPECT_EQ(InstructionFor(*state).words, "come 20 % nearer");
+  state->guidance.distance = 1.3;
+  EXPECT_EQ(InstructionFor(*state).words, "go 30 % back");
+  state->decision.reason = Reason::kSpeed;
+  EXPECT_TRUE(InstructionFor(*state).urgent);
+  EXPECT_EQ(InstructionFor(*state).words, "too fast: slower");
+  state->decision.reason = Reason::kOutsideRectangle;
+  EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
+  state->recording = false;
+  EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
+  state->decision.reason = Reason::kCovered;
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::StartsWith("paused"));
+}
+
+// ---- colours
+
+// As an eye without one kind of cone has it (Machado, Oliveira and Fernandes 2009, full severity), on linear
+// light.
+cv::Vec3d Seen(const Rgba& color, const cv::Matx33d& eye) {
+  const cv::Vec3d linear(LinearFromSrgb(color.r / 255.0f), LinearFromSrgb(color.g / 255.0f),
+                         LinearFromSrgb(color.b / 255.0f));
+  const cv::Vec3d seen = eye * linear;
+  cv::Mat rgb(1, 1, CV_32FC3), lab;
+  for (int i = 0; i < 3; ++i)
+    rgb.at<cv::Vec3f>(0)[i] = SrgbFromLinear(static_cast<float>(std::clamp(seen[i], 0.0, 1.0)));
+  cv::cvtColor(rgb, lab, cv::COLOR_RGB2Lab);
+  return lab.at<cv::Vec3f>(0);
+}
+
+TEST(Palette, TheSecondIsToldApartByColourBlindEyes) {
+  const struct {
+    const char* name;
+    cv::Matx33d eye;
+  } eyes[] = {
+      {"all cones", cv::Matx33d::eye()},
+      {"protan",
+       {0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998}},
+      {"deutan",
+       {0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881}},
+      {"tritan",
+       {1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367, 0.303900}}};
+  const Palette& safe = Palette::ForColourBlind();
+  constexpr double kFarApart = 40;  // of Lab's units; 2 can be told apart side by side
+  double worst_of_standard = 1e9;
+  for (const auto& [name, eye] : eyes) {
+    for (const auto& [a, b] :
+         {std::pair{safe.same, safe.farther}, {safe.same, safe.nearer}, {safe.nearer, safe.farther}})
+      EXPECT_GT(cv::norm(Seen(a, eye) - Seen(b, eye)), kFarApart) << name;
+    const Palette& standard = Palette::Standard();
+    worst_of_standard =
+        std::min(worst_of_standard, cv::norm(Seen(standard.same, eye) - Seen(standard.farther, eye)));
+  }
+  EXPECT_LT(worst_of_standard, kFarApart) << "the thesis's own colours would do: one palette is enough";
+}
+
+}  // namespace
+}  // namespace ulf::test

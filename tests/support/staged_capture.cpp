@@ -1,0 +1,109 @@
+#include "tests/support/staged_capture.h"
+
+#include <random>
+
+namespace ulf::test {
+namespace {
+
+using Eigen::Vector3d;
+
+SimulationOptions Simulation(const StageOptions& options) {
+  SimulationOptions simulation;
+  simulation.width = options.width;
+  simulation.height = options.height;
+  simulation.looks_away = false;
+  simulation.noise = false;
+  return simulation;
+}
+
+}  // namespace
+
+StagedCapture::StagedCapture(const StageOptions& options)
+    : options_(options),
+      simulated_(Simulation(options)),
+      frame_(simulated_.scene().FirstDirection(), simulated_.scene().UpInWorld()) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 600; ++i) {
+    const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
+    points_.push_back(subject().center_in_world + subject().radius * (0.5 + 2 * (i % 3)) * direction);
+  }
+}
+
+Rigid3 StagedCapture::CameraAt(double azimuth_deg, double elevation_deg, double distance,
+                               const Eigen::Vector2d& aside) const {
+  const Vector3d center = subject().center_in_world;
+  const Vector3d at =
+      center + distance * frame_.Direction(azimuth_deg * M_PI / 180, elevation_deg * M_PI / 180);
+  const Rigid3 aimed = LookAt(at, center, frame_.Up());
+  return LookAt(at, center + aimed.DirectionInSource({aside.x(), aside.y(), 0}), frame_.Up());
+}
+
+std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) const {
+  auto state = std::make_shared<CaptureState>();
+  state->frames = 100 + recorded_.size();
+  state->device_time_s = 0.1 * static_cast<double>(state->frames);
+  state->frames_per_s = 30;
+  state->camera = camera();
+  state->live.transfer = Transfer::kSrgb;
+  state->live.pixels = options_.rendered
+                           ? simulated_.CleanSrgb(cam_from_world)
+                           : cv::Mat(camera().height, camera().width, CV_8UC3, cv::Scalar::all(kGrey));
+  state->tracking = TrackState::kTracking;
+  state->cam_from_world = cam_from_world;
+  state->quality = 0.9;
+  for (const Vector3d& point : points_) {
+    const auto img = camera().ImgFromCam(cam_from_world * point);
+    if (img && camera().Contains(*img)) state->points.push_back({point, *img, (cam_from_world * point).z()});
+  }
+  state->subject = subject();
+  const CoverageMapOptions map_options{
+      .cap = options_.cap, .up_in_world = frame_.Up(), .threshold_px = options_.threshold_px};
+  state->coverage =
+      map_ ? std::make_shared<CoverageMap>(*map_) : std::make_shared<CoverageMap>(subject(), map_options);
+  state->view_ids = ids_;
+  if (options_.cap && map_) state->covered = map_->CoveredShare();
+  state->decision.reason = Reason::kCovered;
+  state->disk_left_bytes = 212'000'000'000;
+  state->exposure_locked = true;
+  state->preflight = {
+      {"calibration", true, "measured, 0.21 px"}, {"exposure", true, "locked"},
+      {"white balance", true, "locked"},          {"focus", {}, "cannot be known: do not touch the lens"},
+      {"disk", true, "room for 20,000 views"},    {"tracking", true, "412 points"}};
+  return state;
+}
+
+std::shared_ptr<CaptureState> StagedCapture::Record(const Rigid3& cam_from_world) {
+  if (!map_)
+    map_ =
+        std::make_shared<CoverageMap>(subject(), CoverageMapOptions{.cap = options_.cap,
+                                                                    .up_in_world = frame_.Up(),
+                                                                    .threshold_px = options_.threshold_px});
+  map_->Add(CriterionView::From(camera(), cam_from_world, 640));
+  ids_.push_back(static_cast<int>(ids_.size()) + 1);
+  auto state = At(cam_from_world);
+  state->recorded_view = ids_.back();
+  state->decision.reason = Reason::kRecorded;
+  recorded_.push_back(state);
+  return state;
+}
+
+void StagedCapture::RecordRows(double from_azimuth_deg, double to_azimuth_deg, double from_elevation_deg,
+                               double to_elevation_deg, double step_deg, double distance) {
+  for (double elevation = from_elevation_deg; elevation <= to_elevation_deg; elevation += step_deg)
+    for (double azimuth = from_azimuth_deg; azimuth <= to_azimuth_deg; azimuth += step_deg)
+      Record(CameraAt(azimuth, elevation, distance));
+}
+
+std::shared_ptr<CaptureState> StagedCapture::Lost() const {
+  auto state = At(CameraAt(0, 0));
+  state->tracking = TrackState::kLost;
+  state->tracking_words = "tracking is lost: go back to where the camera was before";
+  state->cam_from_world.reset();
+  state->points.clear();
+  state->quality = 0;
+  state->decision.reason = Reason::kTracking;
+  return state;
+}
+
+}  // namespace ulf::test
