@@ -28,8 +28,10 @@
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
 #include "coverage/map_cache.h"
+#include "coverage/operator/run_with_display.h"
 #include "coverage/pose_errors.h"
 #include "coverage/request_lines.h"
+#include "tracking/marker_spec.h"
 #include "tracking/readout_option.h"
 
 namespace ulf {
@@ -56,6 +58,7 @@ struct CaptureArgs {
   std::string keep_frames;
   std::string requests;
   bool headless = false;
+  std::string marker;
   bool deterministic = false;
   bool resume = false;
   bool raw = false;
@@ -365,8 +368,7 @@ void SayWhatTheDiskRefused(const CaptureSummary& summary) {
 
 int RunCaptureCommand(const CaptureArgs& args) {
   CaptureOptions options = OptionsFrom(args);
-  if (!args.headless)
-    fmt::print(stderr, "the operator display does not exist yet: capturing without it, as with --headless\n");
+  if (!args.marker.empty()) MarkerSpec::Parse(args.marker);
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
@@ -394,12 +396,15 @@ int RunCaptureCommand(const CaptureArgs& args) {
     const auto read_requests = [&] {
       if (request_lines) request_lines->Take(requests, hooks.say);
     };
+    CaptureFeed feed;
     hooks.while_waiting = [&](const SharedCaptureState& now) {
       read_requests();
+      feed.Publish(now);
       if (!now->waiting_for.empty()) progress.Show(shown_share, ProgressLine(*now));
     };
     hooks.after_frame = [&](const SharedCaptureState& now) {
       read_requests();
+      feed.Publish(now);
       if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
       progress.Show(shown_share, ProgressLine(*now));
@@ -413,8 +418,13 @@ int RunCaptureCommand(const CaptureArgs& args) {
         recorder->Note(line);
       };
     }
-    summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
-                         options, hooks, std::move(prepared.first));
+    const auto capture = [&] {
+      summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
+                           options, hooks, std::move(prepared.first));
+    };
+    RunWithDisplay(
+        args.headless ? DisplayDoor{} : [] { return OpenWindow("ulf capture", {1280, 720}); },
+        {.marker = args.marker}, feed, requests, capture);
     if (recorder) kept = recorder->Finish();
   }
   if (kept.left_out > 0)
@@ -441,7 +451,9 @@ int RunCaptureCommand(const CaptureArgs& args) {
                args.uri);
     return kFailed;
   }
-  if (report.views == 0 && summary.stopped_because != StoppedBecause::kSignal) {
+  const bool was_asked_to_end = summary.stopped_because == StoppedBecause::kSignal ||
+                                summary.stopped_because == StoppedBecause::kClosed;
+  if (report.views == 0 && !was_asked_to_end) {
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
   }
@@ -485,6 +497,9 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
       "record, finish");
   command->add_flag("--headless", args->headless, "Without the operator display");
+  command->add_option(
+      "--marker", args->marker,
+      "Held before the camera to look round in the display's review: marker:80:DICT_4X4_50:0");
   command->add_flag("--deterministic", args->deterministic,
                     "One thread; the same frames give the same bytes");
   command->add_flag("--resume", args->resume, "Go on with the light field in the folder");

@@ -266,6 +266,8 @@ void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) 
       const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
       look({frame_->Direction(azimuth, row.elevation), row.cell_sr, {cell.bound_px, cell.view}});
     }
+}
+
 std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) const {
   std::vector<PaintedRun> runs;
   const double left = -extent().width / 2;

@@ -89,12 +89,20 @@ void RecordedPictures::Follow(const CaptureState& state) {
 
 void CaptureFeed::Publish(std::shared_ptr<const CaptureState> state) {
   constexpr std::size_t kMost = 32;  // of a display that stands still: the review then misses the oldest
+  const std::lock_guard lock(mutex_);
+  if (closed_) return;
   if (state->recorded_view) {
-    const std::lock_guard lock(mutex_);
     recorded_.push_back(state);
     if (recorded_.size() > kMost) recorded_.pop_front();
   }
   newest_.Publish(std::move(state));
+}
+
+void CaptureFeed::Close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  recorded_.clear();
+  newest_.Publish(nullptr);
 }
 
 std::vector<std::shared_ptr<const CaptureState>> CaptureFeed::TakeRecorded() {

@@ -61,12 +61,14 @@ class RecordedPictures {
 class CaptureFeed {
  public:
   void Publish(std::shared_ptr<const CaptureState> state);
-  std::shared_ptr<const CaptureState> Newest() const { return newest_.Get(); }
+  void Close();  // nobody looks any more: what is published is dropped
+  std::shared_ptr<const CaptureState> Newest() const { return newest_.Get(); }  // null before the first
   std::vector<std::shared_ptr<const CaptureState>> TakeRecorded();
 
  private:
   LatestCaptureState newest_;
   std::mutex mutex_;
+  bool closed_ = false;
   std::deque<std::shared_ptr<const CaptureState>> recorded_;
 };
 

@@ -31,14 +31,16 @@ void Show(Surface& surface, const DisplayOptions& options, CaptureFeed& feed, Ca
 
 }  // namespace
 
-void RunWithDisplay(const std::function<std::unique_ptr<Surface>()>& open, const DisplayOptions& options,
-                    CaptureFeed& feed, CaptureRequests& requests, const std::function<void()>& capture,
-                    const std::function<void(const std::string&)>& say) {
+void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
+                    CaptureRequests& requests, const std::function<void()>& capture) {
   std::unique_ptr<Surface> surface;
   try {
-    surface = open();
+    if (open) surface = open();
   } catch (const Error& error) {
-    say(fmt::format("{}: capturing without the operator display, as with --headless", error.what()));
+    fmt::print(stderr, "{}: capturing without the operator display, as with --headless\n", error.what());
+  }
+  if (!surface) {
+    feed.Close();
     capture();
     return;
   }
@@ -56,8 +58,9 @@ void RunWithDisplay(const std::function<std::unique_ptr<Surface>()>& open, const
     Show(*surface, options, feed, requests, over);
   } catch (const std::exception& error) {
     // The capture is worth more than its picture.
-    say(fmt::format("the operator display is gone ({}); the capture goes on without it", error.what()));
+    fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it\n", error.what());
   }
+  feed.Close();
   surface.reset();
   session.join();
   if (thrown) std::rethrow_exception(thrown);

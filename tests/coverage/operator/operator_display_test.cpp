@@ -424,61 +424,84 @@ TEST(SpreadPictures, StayFewAndFarApart) {
 TEST(RunWithDisplay, WithoutADisplayTheCaptureGoesOnAndThatIsSaid) {
   CaptureFeed feed;
   CaptureRequests requests;
+  const StagedCapture capture;
   bool captured = false;
-  std::string said;
+  ::testing::internal::CaptureStderr();
   RunWithDisplay([]() -> std::unique_ptr<Surface> { throw Error("no window: the reason"); }, {}, feed,
-                 requests, [&] { captured = true; }, [&](const std::string& line) { said += line; });
+                 requests,
+                 [&] {
+                   feed.Publish(capture.At(capture.CameraAt(0, 0)));
+                   captured = true;
+                 });
+  const std::string said = ::testing::internal::GetCapturedStderr();
   EXPECT_TRUE(captured);
+  EXPECT_EQ(feed.Newest(), nullptr) << "pictures are kept for nobody";
   EXPECT_THAT(said, HasSubstr("the reason"));
   EXPECT_THAT(said, HasSubstr("without the operator display"));
 }
 
-std::unique_ptr<Surface> OffscreenThatClosesAtOnce() {
-  auto surface = std::make_unique<OffscreenSurface>(cv::Size(320, 240));
-  surface->Push(CloseAsked{});
-  return surface;
-}
+std::unique_ptr<Surface> Small() { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }
 
 TEST(RunWithDisplay, ClosingTheWindowAsksTheCaptureToFinishAndWaitsForIt) {
   CaptureFeed feed;
   CaptureRequests requests;
-  bool finished = false;
-  RunWithDisplay(
-      OffscreenThatClosesAtOnce, {}, feed, requests,
-      [&] {
-        for (int i = 0; i < 1000 && !finished; ++i) {
-          for (const CaptureRequest& request : requests.Take())
-            finished = finished || std::holds_alternative<FinishCapture>(request);
-          std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
-      },
-      [](const std::string&) {});
+  bool finished = false, waited_for = false;
+  const auto closes_at_once = [] {
+    auto surface = std::make_unique<OffscreenSurface>(cv::Size(320, 240));
+    surface->Push(CloseAsked{});
+    return surface;
+  };
+  RunWithDisplay(closes_at_once, {}, feed, requests, [&] {
+    for (int i = 0; i < 1000 && !finished; ++i) {
+      for (const CaptureRequest& request : requests.Take())
+        finished = finished || std::holds_alternative<FinishCapture>(request);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // closing a light field takes its time
+    waited_for = true;
+  });
   EXPECT_TRUE(finished);
+  EXPECT_TRUE(waited_for);
 }
 
 TEST(RunWithDisplay, TheEndOfTheCaptureIsTheEndOfTheDisplay) {
   CaptureFeed feed;
   CaptureRequests requests;
   const StagedCapture capture;
-  int shown = 0;
-  RunWithDisplay([&] { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }, {}, feed, requests,
-                 [&] {
-                   for (int i = 0; i < 10; ++i) {
-                     feed.Publish(capture.At(capture.CameraAt(i, 0)));
-                     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-                     ++shown;
-                   }
-                 },
-                 [](const std::string&) {});
-  EXPECT_EQ(shown, 10);
+  int published = 0;
+  RunWithDisplay(Small, {}, feed, requests, [&] {
+    for (; published < 10; ++published) {
+      feed.Publish(capture.At(capture.CameraAt(published, 0)));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  EXPECT_EQ(published, 10);
+  EXPECT_TRUE(requests.Take().empty());
 }
 
 TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
   CaptureFeed feed;
   CaptureRequests requests;
-  EXPECT_THROW(RunWithDisplay([] { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }, {}, feed,
-                              requests, [] { throw Error("the disk"); }, [](const std::string&) {}),
-               Error);
+  EXPECT_THROW(RunWithDisplay(Small, {}, feed, requests, [] { throw Error("the disk"); }), Error);
+}
+
+TEST(RunWithDisplay, ADisplayThatBreaksDoesNotBreakTheCapture) {
+  CaptureFeed feed;
+  CaptureRequests requests;
+  class Breaking : public OffscreenSurface {
+   public:
+    Breaking() : OffscreenSurface(cv::Size(320, 240)) {}
+    void Present() override { throw Error("the driver is gone"); }
+  };
+  bool captured = false;
+  ::testing::internal::CaptureStderr();
+  RunWithDisplay([] { return std::make_unique<Breaking>(); }, {}, feed, requests,
+                 [&] {
+                   std::this_thread::sleep_for(std::chrono::milliseconds(300));
+                   captured = true;
+                 });
+  EXPECT_TRUE(captured);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("the driver is gone"));
 }
 
 }  // namespace
