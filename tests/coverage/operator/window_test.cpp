@@ -1,0 +1,131 @@
+// The display in a real window, under a display server without a screen (ctest starts this under xvfb-run):
+// the window's own plumbing, and whole captures whose window is closed.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "coverage/operator/operator_display.h"
+#include "tests/support/child_process.h"
+#include "tests/support/staged_capture.h"
+#include "tests/support/test_paths.h"
+#include "tests/support/x11_person.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Window, ShowsWhatThePictureWithoutAWindowShows) {
+  StagedCapture capture;
+  capture.RecordRows(-10, 10, -5, 5, 5);
+  const auto state = capture.At(capture.CameraAt(3, 2));
+  const auto draw = [&](Surface& surface) {
+    CaptureFeed feed;
+    CaptureRequests requests;
+    OperatorDisplay display(surface, feed, requests);
+    feed.Publish(state);
+    display.Step();
+    surface.Bind();
+    return surface.Read();
+  };
+  cv::Mat in_window, without;
+  {
+    const auto window = OpenWindow("ulf test", {800, 600});
+    ASSERT_EQ(window->Size(), cv::Size(800, 600));
+    // Read before it is presented: afterwards a window's buffer is anybody's.
+    class Unpresented : public Surface {
+     public:
+      explicit Unpresented(Surface& of) : of_(of) {}
+      cv::Size Size() const override { return of_.Size(); }
+      double ContentScale() const override { return of_.ContentScale(); }
+      std::vector<InputEvent> TakeEvents(double) override { return {}; }
+      void Bind() override { of_.Bind(); }
+      void Present() override {}
+      void ToggleFullScreen() override {}
+
+     private:
+      Surface& of_;
+    } unpresented(*window);
+    in_window = draw(unpresented);
+  }
+  OffscreenSurface surface({800, 600});
+  without = draw(surface);
+  EXPECT_LT(cv::norm(in_window, without, cv::NORM_L1) / static_cast<double>(without.total() * 3), 0.5);
+}
+
+TEST(Window, KeysWheelMouseAndCloseButtonAreEvents) {
+  const auto window = OpenWindow("ulf test", {400, 300});
+  X11Person person("ulf test");
+  person.Press("Left");
+  person.Press("q");
+  person.MoveMouse(120, 80);
+  person.Click(1);
+  person.Click(4);  // the wheel, away
+  person.CloseWindow();
+  bool key = false, typed = false, moved = false, clicked = false, wheel = false, close = false;
+  for (int i = 0; i < 100 && !(key && typed && moved && clicked && wheel && close); ++i)
+    for (const InputEvent& event : window->TakeEvents(0.05)) {
+      if (const auto* k = std::get_if<KeyPressed>(&event)) key = key || k->key == Key::kLeft;
+      if (const auto* t = std::get_if<Typed>(&event)) typed = typed || t->character == U'q';
+      if (const auto* m = std::get_if<MouseMoved>(&event)) moved = moved || m->at == Eigen::Vector2d(120, 80);
+      if (const auto* b = std::get_if<MouseButton>(&event)) clicked = clicked || (b->button == 0 && b->down);
+      if (const auto* w = std::get_if<WheelTurned>(&event)) wheel = wheel || w->steps > 0;
+      close = close || std::holds_alternative<CloseAsked>(event);
+    }
+  EXPECT_TRUE(key);
+  EXPECT_TRUE(typed);
+  EXPECT_TRUE(moved);
+  EXPECT_TRUE(clicked);
+  EXPECT_TRUE(wheel);
+  EXPECT_TRUE(close);
+}
+
+TEST(Window, FullScreenAndBack) {
+  const auto window = OpenWindow("ulf test", {400, 300});
+  window->ToggleFullScreen();
+  for (int i = 0; i < 20 && window->Size() == cv::Size(400, 300); ++i) window->TakeEvents(0.05);
+  EXPECT_GT(window->Size().area(), 400 * 300);
+  window->ToggleFullScreen();
+  for (int i = 0; i < 20 && window->Size() != cv::Size(400, 300); ++i) window->TakeEvents(0.05);
+  EXPECT_EQ(window->Size(), cv::Size(400, 300));
+}
+
+TEST(Window, ClosedInMidCaptureClosesTheLightField) {
+  const ScratchFolder scratch;
+  const auto dir = scratch.path() / "lf";
+  ChildProcess capture({std::getenv("ULF_BINARY"), "capture", "sim:studio?width=320&height=240&fps=15", "-o",
+                        dir.string(), "--json"});
+  X11Person person("ulf capture");
+  // Some views first.
+  for (int i = 0; i < 300; ++i) {
+    if (std::filesystem::exists(dir / "images") && !std::filesystem::is_empty(dir / "images")) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  person.CloseWindow();
+  const std::string output = capture.ReadUntil("stopped_because", 60);
+  EXPECT_EQ(capture.Wait(60), 0);
+  EXPECT_THAT(output, HasSubstr("\"stopped_because\":\"closed\""));
+  const LightField light_field = ReadLightField(dir);
+  EXPECT_GT(light_field.views.size(), 0u);
+  EXPECT_TRUE(std::filesystem::exists(dir / "transforms.json"));
+}
+
+TEST(Window, WithoutADisplayServerTheCaptureGoesOn) {
+  const ScratchFolder scratch;
+  const std::string command = std::string("env -u DISPLAY -u WAYLAND_DISPLAY ") + std::getenv("ULF_BINARY") +
+                              " capture 'sim:studio?width=320&height=240' --frames 60 -o " +
+                              (scratch / "lf").string() + " 2>&1";
+  ChildProcess capture({"/bin/bash", "-c", command});
+  EXPECT_THAT(capture.ReadUntil("capturing without the operator display", 30),
+              HasSubstr("capturing without the operator display"));
+  EXPECT_EQ(capture.Wait(60), 0);
+  EXPECT_GT(ReadLightField(scratch / "lf").views.size(), 0u);
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,27 @@
+// Somebody before an X11 window: keys, mouse and the window's close button, sent to it as events.
+#pragma once
+
+#include <string>
+
+namespace ulf::test {
+
+class X11Person {
+ public:
+  // Waits for a window of this title; throws Error when none comes within half a minute.
+  explicit X11Person(const std::string& title);
+  ~X11Person();
+  X11Person(const X11Person&) = delete;
+  X11Person& operator=(const X11Person&) = delete;
+
+  void Press(const std::string& keysym);  // X11's name: "q", "Left", "space"
+  void MoveMouse(int x, int y);
+  void Click(int button);  // 1 left, 3 right, 4 and 5 the wheel
+  void CloseWindow();
+
+ private:
+  void* display_;
+  unsigned long window_ = 0;
+  int x_ = 0, y_ = 0;
+};
+
+}  // namespace ulf::test
