@@ -21,6 +21,7 @@
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
 #include "acquisition/replay_device.h"
+#include "acquisition/simulator/simulated_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
@@ -31,6 +32,7 @@
 #include "coverage/operator/run_with_display.h"
 #include "coverage/pose_errors.h"
 #include "coverage/request_lines.h"
+#include "coverage/simulated_operator.h"
 #include "tracking/marker_spec.h"
 #include "tracking/readout_option.h"
 
@@ -56,6 +58,7 @@ struct CaptureArgs {
   double max_seconds = 0;
   std::optional<double> speed;
   std::string keep_frames;
+  std::string person;
   std::string requests;
   bool headless = false;
   std::string marker;
@@ -136,9 +139,10 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
 
 struct Prepared {
   std::unique_ptr<Device> device;
-  std::vector<Frame> first;   // what came until the first live frame, which is the last
-  CameraModel camera;         // of live frames
-  RecordingHeader recording;  // what --keep-frames says of the session
+  std::shared_ptr<SimulatedOperator> person;  // who holds a simulated camera, if anybody
+  std::vector<Frame> first;                   // what came until the first live frame, which is the last
+  CameraModel camera;                         // of live frames
+  RecordingHeader recording;                  // what --keep-frames says of the session
   std::unique_ptr<PoseSource> poses;
   std::unique_ptr<LightFieldWriter> writer;
 };
@@ -204,7 +208,13 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
         "with --poses features, or name the marker that was the first (the end of that session said which): "
         "--poses {}:NUMBER",
         args.dir, args.poses.Text());
-  prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+  if (args.person.empty()) {
+    prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+  } else {
+    const DeviceUri uri = DeviceUri::Parse(args.uri);
+    prepared.person = OperatorBefore(uri, args.person);
+    prepared.device = OpenSimulatedDevice(uri, prepared.person);
+  }
   prepared.device->Start();
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
   const Frame& first = prepared.first.back();
@@ -405,6 +415,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     hooks.after_frame = [&](const SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
+      if (prepared.person) prepared.person->See(now);
       if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
       progress.Show(shown_share, ProgressLine(*now));
@@ -496,6 +507,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Lines to be answered while it runs, from this file or fifo (-: standard input): take-back "
       "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
       "record, finish");
+  command->add_option(
+      "--operator", args->person,
+      "Of a simulated scene: who holds the camera, in place of a hand that scans by a plan: guided, "
+      "unguided, novice or unguided-novice, with a seed if wanted, novice:7 (docs/guidance.md)");
   command->add_flag("--headless", args->headless, "Without the operator display");
   command->add_option(
       "--marker", args->marker,

@@ -61,6 +61,7 @@ class Session {
     Track track;
     Decision decision;
     std::optional<int> recorded_view;
+    Guidance guidance;
   };
   std::optional<StoppedBecause> Enough() const;
   std::optional<Frame> NextFrame();
@@ -131,6 +132,7 @@ class Session {
   bool recording_ = true;
   bool finish_asked_ = false;
   Looked looked_;
+  Guide guide_;
   std::string said_;
   double ended_after_s_ = 0;  // by this machine's clock
 };
@@ -392,6 +394,7 @@ SharedCaptureState Session::State() {
   if (options_.cap) state->covered = map_ ? map_->CoveredShare() : 0;
   state->reopened = reopened_.directions();
   state->views_expected = ViewsExpected();
+  state->guidance = looked_.guidance;
 
   state->decision = looked_.decision;
   state->recording = recording_;
@@ -478,7 +481,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   const auto start = Clock::now();
   const Track track = poses_.Step(*frame);
   ms_track_.push_back(MillisecondsSince(start));
-  looked_ = {frame->image, track, {}, {}};
+  looked_ = {frame->image, track, {}, {}, {}};
   gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
   PlaceFirstSubject(track);
   SayWhatToExpect();
@@ -488,7 +491,13 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
                 summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
   if (poses_due_) poses_due_ = !CorrectPoses(false);
-  if (hooks_.after_frame) hooks_.after_frame(State());
+  if (hooks_.after_frame) {
+    std::optional<CriterionView> here;
+    if (track.cam_from_world)
+      here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
+    looked_.guidance = guide_.After(map_.get(), here, *last_time_s_);
+    hooks_.after_frame(State());
+  }
   if (looked_.decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
   return std::nullopt;
 }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "acquisition/error.h"
+#include "acquisition/simulator/scene.h"
 #include "acquisition/simulator/waves.h"
 #include "coverage/rows_by_eye.h"
 
@@ -372,6 +373,22 @@ Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {
       Turned(Vector3d(turn[0].At(time_s) + glance.y(), turn[1].At(time_s) + glance.x(), turn[2].At(time_s)));
   const Quaterniond rotation = (turned * body.cam_from_world).normalized();
   return {rotation, -(rotation * center)};
+}
+
+std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text) {
+  const OperatorOptions options = OperatorOptions::Parse(text);
+  const std::vector<std::string> scenes = Scene::Names();
+  if (uri.scheme != "sim" || std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
+    throw UsageError("--operator {}: {} is not a simulated scene; a simulated person can hold nothing else",
+                     text, uri.Text());
+  const auto scene = Scene::Named(uri.path);
+  const Vector3d center = scene->subject().center_in_world;
+  return std::make_shared<SimulatedOperator>(
+      options,
+      OperatorStart{.cam_from_world = LookAt(center + scene->FirstDistance() * scene->FirstDirection(),
+                                             center, scene->UpInWorld()),
+                    .up_in_world = scene->UpInWorld(),
+                    .distance = scene->FirstDistance()});
 }
 
 }  // namespace ulf

@@ -18,6 +18,7 @@
 #include <memory>
 #include <string>
 
+#include "acquisition/device.h"
 #include "acquisition/simulator/hand_motion.h"
 #include "coverage/capture_state.h"
 
@@ -53,5 +54,8 @@ class SimulatedOperator : public HandMotion {
   struct Person;
   const std::unique_ptr<Person> person_;
 };
+
+// As `ulf capture --operator` says it. Throws UsageError unless `uri` is a simulated scene.
+std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf
