@@ -41,7 +41,7 @@ TEST(OperatorCapture, APersonCoversTheCap) {
 TEST(OperatorCapture, OnlyASimulatedSceneCanBeHeld) {
   ScratchFolder scratch;
   const std::string rest = " --headless -o " + (scratch / "lf").string() + " --operator ";
-  for (const std::string device : {"replay:" + scratch.path().string(), std::string("sim:board")}) {
+  for (const std::string& device : {"replay:" + scratch.path().string(), std::string("sim:board")}) {
     const auto refused = RunUlf("capture " + device + rest + "guided");
     EXPECT_EQ(refused.exit_code, 2) << device;
     EXPECT_THAT(refused.errors, HasSubstr("not a simulated scene")) << device;

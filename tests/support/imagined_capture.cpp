@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/sphere_outline.h"
@@ -47,8 +47,11 @@ double MotionPx(const CameraModel& camera, const Subject& subject, const Rigid3&
   return motions[motions.size() / 2];
 }
 
-double Milliseconds(std::chrono::steady_clock::duration duration) {
-  return std::chrono::duration<double, std::milli>(duration).count();
+// Of this thread's own: other programs' work is not guidance's.
+double CpuMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
 // Initialising until there is a baseline; lost while the subject is far from the middle.
@@ -152,9 +155,9 @@ ImaginedResult RunImagined(const ImaginedCapture& capture) {
     }
     if (map) state->subject = map->subject();
     state->coverage = shown;
-    const auto asked = std::chrono::steady_clock::now();
+    const double asked_ms = CpuMilliseconds();
     state->guidance = guide.After(map.get(), view, time_s);
-    ms.push_back(Milliseconds(std::chrono::steady_clock::now() - asked));
+    ms.push_back(CpuMilliseconds() - asked_ms);
     if (!capture.person.follows_guidance) state->guidance = {};
     result.seconds = time_s;
     if (map && capture.cap && map->CoveredShare() >= capture.until_share &&
