@@ -62,14 +62,15 @@ struct Day {
 
 class TrackedCapture : public ::testing::TestWithParam<Day> {};
 
-// Two scenes and two sizes of subject, in turn.
+// Two scenes and two sizes of subject, in turn. A hundredth more is asked for than promised: the last
+// adjustment of the poses may open some of the cap again.
 TEST_P(TrackedCapture, CoversTheCap) {
   const Day day = GetParam();
   const std::string who = fmt::format("{}:{}", day.novice ? "novice" : "guided", day.seed);
   const bool studio = day.seed % 2 == 1;
   const nlohmann::json result = Captured(
       who,
-      fmt::format("'sim:{}?seed={}' --operator {} --subject-size {} --quality {} --until-covered 60x40:95% "
+      fmt::format("'sim:{}?seed={}' --operator {} --subject-size {} --quality {} --until-covered 60x40:96% "
                   "--max-seconds 420",
                   studio ? "studio" : "easel", day.seed, who, studio ? 0.28 : 0.2, day.quality));
   EXPECT_EQ(result.value("stopped_because", ""), "covered") << who;
