@@ -3,11 +3,9 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/highgui.hpp>
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/intrinsics_options.h"
@@ -20,6 +18,7 @@
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/marker_mouse.h"
+#include "coverage/operator/picture_window.h"
 #include "render/nearest_view.h"
 #include "render/video.h"
 #include "tracking/marker_locator.h"
@@ -43,41 +42,33 @@ struct ReviewArgs {
   bool json = false;
 };
 
-bool DisplayIsThere() {
-  const auto set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value && *value;
-  };
-  return set("DISPLAY") || set("WAYLAND_DISPLAY");
-}
-
 // A window until `q`, Escape or its close button, or a file or folder.
 class Picture {
  public:
   Picture(const std::string& out, double fps) {
-    if (!out.empty())
+    if (!out.empty()) {
       sink_ = OpenPictureSink(out, fps);
-    else
-      cv::namedWindow(kTitle, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO);
+      return;
+    }
+    try {
+      window_ = std::make_unique<PictureWindow>("ulf review");
+    } catch (const Error& error) {
+      throw UsageError("review: {}; give -o OUT.mp4, or a folder for pictures", error.what());
+    }
   }
   // False when the viewer has had enough.
   bool Show(const cv::Mat& srgb8) {
-    if (sink_) {
-      sink_->Add(srgb8);
-      return true;
-    }
-    cv::imshow(kTitle, srgb8);
-    const int key = cv::waitKey(1);
-    constexpr int kEscape = 27;
-    return key != 'q' && key != kEscape && cv::getWindowProperty(kTitle, cv::WND_PROP_VISIBLE) >= 1;
+    if (window_) return window_->Show(srgb8);
+    sink_->Add(srgb8);
+    return true;
   }
   void Close() {
     if (sink_) sink_->Close();
   }
 
  private:
-  static constexpr const char* kTitle = "ulf review";
   std::unique_ptr<PictureSink> sink_;
+  std::unique_ptr<PictureWindow> window_;
 };
 
 struct ReviewRun {
@@ -133,9 +124,6 @@ ReviewRun Review(const ReviewArgs& args, const RenderScene& scene, Device& devic
 }
 
 int RunReview(const ReviewArgs& args) {
-  if (args.out.empty() && !DisplayIsThere())
-    throw UsageError(
-        "review: there is no display to open a window on; give -o OUT.mp4, or a folder for pictures");
   const StopOnSignal signals;
   cv::setNumThreads(1);
   MarkerSpec::Parse(args.markers);

@@ -2,6 +2,7 @@
 
 #include <epoxy/gl.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "render/gl_objects.h"
@@ -11,8 +12,9 @@ namespace ulf {
 LiveTexture::~LiveTexture() { Release(); }
 
 void LiveTexture::Release() {
+  if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
   if (texture_) glDeleteTextures(1, &texture_);
-  texture_ = 0;
+  texture_ = framebuffer_ = 0;
 }
 
 void LiveTexture::Upload(const cv::Mat& srgb8) {
@@ -21,15 +23,34 @@ void LiveTexture::Upload(const cv::Mat& srgb8) {
     size_ = srgb8.size();
     glCreateTextures(GL_TEXTURE_2D, 1, &texture_);
     glTextureStorage2D(texture_, 1, GL_RGBA8, size_.width, size_.height);
-    glTextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glCreateFramebuffers(1, &framebuffer_);
+    glNamedFramebufferTexture(framebuffer_, GL_COLOR_ATTACHMENT0, texture_, 0);
   }
   // Four bytes a pixel: drivers take three one by one.
   cv::cvtColor(srgb8, with_alpha_, cv::COLOR_BGR2RGBA);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTextureSubImage2D(texture_, 0, 0, 0, size_.width, size_.height, GL_RGBA, GL_UNSIGNED_BYTE,
                       with_alpha_.data);
+  CheckGl("showing the live picture");
+}
+
+void LiveTexture::FillScreen(const cv::Rect2d& area, const cv::Size& screen,
+                             const cv::Vec3f& around_rgb) const {
+  const auto left = static_cast<int>(std::lround(area.x)), top = static_cast<int>(std::lround(area.y));
+  const auto right = static_cast<int>(std::lround(area.x + area.width));
+  const auto bottom = static_cast<int>(std::lround(area.y + area.height));
+  GLint target = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &target);
+  glDisable(GL_SCISSOR_TEST);
+  if (left > 0 || top > 0 || right < screen.width || bottom < screen.height || empty()) {
+    glClearColor(around_rgb[0], around_rgb[1], around_rgb[2], 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+  }
+  if (empty()) return;
+  // OpenGL counts rows from below.
+  const GLenum filter = right - left == size_.width && bottom - top == size_.height ? GL_NEAREST : GL_LINEAR;
+  glBlitNamedFramebuffer(framebuffer_, static_cast<GLuint>(target), 0, 0, size_.width, size_.height, left,
+                         screen.height - top, right, screen.height - bottom, GL_COLOR_BUFFER_BIT, filter);
   CheckGl("showing the live picture");
 }
 

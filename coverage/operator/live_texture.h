@@ -12,12 +12,14 @@ class LiveTexture {
   LiveTexture(const LiveTexture&) = delete;
   LiveTexture& operator=(const LiveTexture&) = delete;
   void Upload(const cv::Mat& srgb8);  // 8-bit B, G, R
-  unsigned name() const { return texture_; }
-  cv::Size size() const { return size_; }
+  // Onto the framebuffer that is bound, all of it: the picture in `area` (pixels from the upper left),
+  // `around` elsewhere. Without blending, which costs a software rasteriser more than the picture.
+  void FillScreen(const cv::Rect2d& area, const cv::Size& screen, const cv::Vec3f& around_rgb) const;
+  bool empty() const { return texture_ == 0; }
 
  private:
   void Release();
-  unsigned texture_ = 0;
+  unsigned texture_ = 0, framebuffer_ = 0;  // to read the texture from
   cv::Size size_;
   cv::Mat with_alpha_;
 };

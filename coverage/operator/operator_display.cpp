@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 
 const Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220, 120}, kBad{255, 95, 85},
-    kCareful{255, 200, 70}, kPanel{0, 0, 0, 175}, kBackground{18, 18, 20};
+    kCareful{255, 200, 70}, kPanel{0, 0, 0, 175};
 
 std::string Bytes(std::uint64_t bytes) {
   const double giga = static_cast<double>(bytes) / 1e9;
@@ -176,8 +176,9 @@ void OperatorDisplay::DrawFrame() {
   scale_ = std::round(scale_ * 20) / 20;  // fonts are made for it
   surface_.Bind();
   painter_.Begin(screen_, scale_);
-  painter_.Box({0, 0, double(screen_.width), double(screen_.height)}, kBackground, 0);
+  constexpr float kDark = 0.07f;
   if (!state_) {
+    live_.FillScreen({}, screen_, cv::Vec3f::all(kDark));
     DrawInstruction("waiting for the first frame", kText);
   } else {
     const CaptureState& state = *state_;
@@ -185,7 +186,7 @@ void OperatorDisplay::DrawFrame() {
     placement_ = Placement::Letterboxed(
         state.live.empty() ? cv::Size(state.camera.width, state.camera.height) : state.live.pixels.size(),
         screen_);
-    if (live_.name()) painter_.Picture(live_.name(), placement_.Area());
+    live_.FillScreen(placement_.Area(), screen_, cv::Vec3f::all(kDark));
     if (subject_tool_.is_open())
       DrawSubjectTool(state);
     else if (review_.is_open())
@@ -215,7 +216,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state) {
   const auto& draft = subject_tool_.draft();
   if (draft && state.cam_from_world) {
     if (subject_tool_.shows_aperture()) {
-      constexpr double kWidest = 640;
+      constexpr double kWidest = 480;  // all but the subject is blurred anyway
       const double shrink = std::min(1.0, kWidest / state.camera.width);
       const CameraModel camera =
           state.camera.ScaledTo(std::max(1, static_cast<int>(shrink * state.camera.width)),

@@ -11,32 +11,38 @@ namespace {
 
 constexpr std::size_t kMostUploaded = 64;
 constexpr int kColumns = 24, kRows = 18;  // of the grid
-constexpr int kFloatsAVertex = 5;
+constexpr std::size_t kNodes = (kColumns + 1) * (kRows + 1);
 
 constexpr const char* kHead = "#version 450 core\n";
+// Several pictures in one pass: adding up in the target costs a software rasteriser more than sampling does.
+constexpr int kPicturesAPass = 4, kFloatsAVertex = 2 + 2 * kPicturesAPass;
 constexpr const char* kAddVertex = R"(
 layout(std430, binding = 0) readonly buffer Vertices { float value[]; };
-out vec2 uv;
-flat out float weight;
+out vec4 uv01, uv23;
 void main() {
-  int at = gl_VertexID * 5;
+  int at = gl_VertexID * 10;
   gl_Position = vec4(value[at], value[at + 1], 0.0, 1.0);
-  uv = vec2(value[at + 2], value[at + 3]);
-  weight = value[at + 4];
+  uv01 = vec4(value[at + 2], value[at + 3], value[at + 4], value[at + 5]);
+  uv23 = vec4(value[at + 6], value[at + 7], value[at + 8], value[at + 9]);
 }
 )";
-// A picture fades over the last 3 % of its sides, as in the renderers.
+// A picture fades over the last 3 % of its sides, as in the renderers. Light is the square of what is shown:
+// near enough for what is looked at and not kept.
 constexpr const char* kAddFragment = R"(
-layout(binding = 0) uniform sampler2D picture;
-in vec2 uv;
-flat in float weight;
+layout(binding = 0) uniform sampler2D photographs[4];
+uniform vec4 weights;
+in vec4 uv01, uv23;
 out vec4 sum;
-void main() {
+vec4 light(vec4 shown, vec2 uv, float weight) {
   vec2 to_edge = min(uv, 1.0 - uv);
-  float edge = min(to_edge.x, to_edge.y);
-  if (edge <= 0.0) discard;
-  float w = weight * min(1.0, edge / 0.03);
-  sum = vec4(texture(picture, uv).rgb * w, w);
+  float w = weight * clamp(min(to_edge.x, to_edge.y) * (1.0 / 0.03), 0.0, 1.0);
+  return vec4(shown.rgb * shown.rgb * w, w);
+}
+void main() {
+  sum = light(texture(photographs[0], uv01.xy), uv01.xy, weights.x) +
+        light(texture(photographs[1], uv01.zw), uv01.zw, weights.y) +
+        light(texture(photographs[2], uv23.xy), uv23.xy, weights.z) +
+        light(texture(photographs[3], uv23.zw), uv23.zw, weights.w);
 }
 )";
 constexpr const char* kWholeScreen = R"(
@@ -47,16 +53,14 @@ layout(binding = 0) uniform sampler2D sums;
 out vec4 color;
 void main() {
   vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
-  vec3 light = sum.rgb / max(sum.a, 1e-4);
-  vec3 shown = mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, light));
-  color = sum.a > 1e-4 ? vec4(shown, 1.0) : vec4(0.0);
+  color = sum.a > 1e-4 ? vec4(sqrt(sum.rgb / sum.a), 1.0) : vec4(0.0);
 }
 )";
 
 // Where a grid over the output lies in the world.
 struct Grid {
-  std::array<Eigen::Vector3d, (kColumns + 1) * (kRows + 1)> in_world;
-  std::array<bool, (kColumns + 1) * (kRows + 1)> is_there{};
+  std::array<Eigen::Vector3d, kNodes> in_world;
+  std::array<bool, kNodes> is_there{};
   static std::size_t At(int column, int row) {
     return static_cast<std::size_t>(row * (kColumns + 1) + column);
   }
@@ -79,7 +83,7 @@ Grid OnPlane(const CameraModel& camera, const Rigid3& cam_from_world, double dep
 
 }  // namespace
 
-Reprojection::Reprojection() : sum_(GL_RGBA16F), result_(GL_RGBA8) {
+Reprojection::Reprojection() : sum_(GL_RGBA32F), result_(GL_RGBA8) {
   const std::string head = kHead;
   add_.Build("reprojection", head + kAddVertex, head + kAddFragment);
   normalise_.Build("reprojection's weights", head + kWholeScreen, head + kNormaliseFragment);
@@ -110,7 +114,7 @@ unsigned Reprojection::TextureOf(const PosedPicture& picture) {
   cv::cvtColor(picture.Srgb8(), pixels, cv::COLOR_BGR2RGBA);
   unsigned texture = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &texture);
-  glTextureStorage2D(texture, 1, GL_SRGB8_ALPHA8, pixels.cols, pixels.rows);
+  glTextureStorage2D(texture, 1, GL_RGBA8, pixels.cols, pixels.rows);
   glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
@@ -122,36 +126,59 @@ unsigned Reprojection::TextureOf(const PosedPicture& picture) {
 
 unsigned Reprojection::Draw(const CameraModel& camera, const Rigid3& cam_from_world,
                             const Eigen::Vector3d& on_plane, const std::vector<WeightedPicture>& pictures) {
-  std::vector<float> vertices;
-  std::vector<std::pair<unsigned, std::pair<int, int>>> draws;  // texture; first vertex, count
   const double depth = (cam_from_world * on_plane).z();
   const Grid grid = depth > 0 ? OnPlane(camera, cam_from_world, depth) : Grid{};
-  std::array<std::optional<Eigen::Vector2d>, (kColumns + 1) * (kRows + 1)> img;
-  for (const WeightedPicture& use : pictures) {
-    const PosedPicture& picture = *use.picture;
-    for (std::size_t i = 0; i < img.size(); ++i)
-      img[i] = grid.is_there[i] ? picture.camera.ImgFromCam(picture.cam_from_world * grid.in_world[i])
-                                : std::nullopt;
-    const int first = static_cast<int>(vertices.size()) / kFloatsAVertex;
-    const auto add = [&](int column, int row) {
-      const Eigen::Vector2d& at = *img[Grid::At(column, row)];
-      // Row 0 of the target is the picture's top.
-      vertices.insert(vertices.end(), {2.0f * static_cast<float>(column) / kColumns - 1,
-                                       2.0f * static_cast<float>(row) / kRows - 1,
-                                       static_cast<float>(at.x() / picture.camera.width),
-                                       static_cast<float>(at.y() / picture.camera.height), use.weight});
-    };
+  // By picture and node of the grid, as shares of the picture's width and height.
+  const Eigen::Vector2f kNowhere(-10, -10);
+  std::vector<std::array<Eigen::Vector2f, kNodes>> uv(pictures.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const PosedPicture& picture = *pictures[i].picture;
+    for (std::size_t at = 0; at < kNodes; ++at) {
+      const auto img = grid.is_there[at]
+                           ? picture.camera.ImgFromCam(picture.cam_from_world * grid.in_world[at])
+                           : std::nullopt;
+      uv[i][at] =
+          img ? Eigen::Vector2f(img->x() / picture.camera.width, img->y() / picture.camera.height) : kNowhere;
+    }
+  }
+  struct Pass {
+    std::array<unsigned, kPicturesAPass> textures{};
+    std::array<float, kPicturesAPass> weights{};
+  };
+  std::vector<Pass> passes;
+  std::vector<float> vertices;
+  constexpr int kVerticesAPass = 6 * kColumns * kRows;
+  for (std::size_t first = 0; first < pictures.size(); first += kPicturesAPass) {
+    const std::size_t count = std::min<std::size_t>(kPicturesAPass, pictures.size() - first);
+    Pass& pass = passes.emplace_back();
+    for (std::size_t i = 0; i < kPicturesAPass; ++i) {
+      pass.textures[i] = TextureOf(*pictures[first + std::min(i, count - 1)].picture);
+      pass.weights[i] = i < count ? pictures[first + i].weight : 0;
+    }
     for (int row = 0; row < kRows; ++row)
       for (int column = 0; column < kColumns; ++column) {
-        const std::array corners{Grid::At(column, row), Grid::At(column + 1, row), Grid::At(column, row + 1),
-                                 Grid::At(column + 1, row + 1)};
-        if (!std::all_of(corners.begin(), corners.end(), [&](std::size_t at) { return img[at].has_value(); }))
-          continue;
+        // A cell that a picture shows only in part is not shown by it at all.
+        std::array<bool, kPicturesAPass> whole{};
+        for (std::size_t i = 0; i < count; ++i) {
+          const auto& nodes = uv[first + i];
+          whole[i] = nodes[Grid::At(column, row)] != kNowhere &&
+                     nodes[Grid::At(column + 1, row)] != kNowhere &&
+                     nodes[Grid::At(column, row + 1)] != kNowhere &&
+                     nodes[Grid::At(column + 1, row + 1)] != kNowhere;
+        }
+        const auto add = [&](int at_column, int at_row) {
+          // Row 0 of the target is the picture's top.
+          vertices.push_back(2.0f * static_cast<float>(at_column) / kColumns - 1);
+          vertices.push_back(2.0f * static_cast<float>(at_row) / kRows - 1);
+          for (std::size_t i = 0; i < kPicturesAPass; ++i) {
+            const Eigen::Vector2f at = whole[i] ? uv[first + i][Grid::At(at_column, at_row)] : kNowhere;
+            vertices.push_back(at.x());
+            vertices.push_back(at.y());
+          }
+        };
         add(column, row), add(column + 1, row), add(column, row + 1);
         add(column + 1, row), add(column + 1, row + 1), add(column, row + 1);
       }
-    const int count = static_cast<int>(vertices.size()) / kFloatsAVertex - first;
-    if (count > 0) draws.push_back({TextureOf(picture), {first, count}});
   }
 
   sum_.Resize(camera.width, camera.height);
@@ -170,9 +197,10 @@ unsigned Reprojection::Draw(const CameraModel& camera, const Rigid3& cam_from_wo
   add_.Use();
   vertices_.Upload(vertices);
   vertices_.BindStorage(0);
-  for (const auto& [texture, range] : draws) {
-    glBindTextureUnit(0, texture);
-    glDrawArrays(GL_TRIANGLES, range.first, range.second);
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    for (unsigned unit = 0; unit < kPicturesAPass; ++unit) glBindTextureUnit(unit, passes[i].textures[unit]);
+    add_.Set("weights", passes[i].weights);
+    glDrawArrays(GL_TRIANGLES, static_cast<int>(i) * kVerticesAPass, kVerticesAPass);
   }
   glDisable(GL_BLEND);
   result_.Bind();
