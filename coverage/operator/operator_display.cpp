@@ -36,6 +36,7 @@ constexpr KeyHelp kAlways[] = {{"Space", "pause, go on"},
                                {"R", "review what is recorded"},
                                {"P", "other colours (colour-blind)"},
                                {"L", "legend"},
+                               {"Z", "close look at the map"},
                                {"I", "check list"},
                                {"M", "sound on leaving the rectangle"},
                                {"F or F11", "full screen"},
@@ -145,6 +146,9 @@ bool OperatorDisplay::HandleInAnyMode(const InputEvent& event) {
     case 'l':
       legend_shown_ = !legend_shown_;
       return true;
+    case 'z':
+      close_look_shown_ = !close_look_shown_;
+      return true;
     case 'i':
       preflight_shown_ = !preflight_shown_.value_or(state_ && state_->view_ids.empty());
       return true;
@@ -206,6 +210,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state) {
   DrawShare(state);
   if (preflight_shown_.value_or(state.view_ids.empty())) DrawPreflight(state);
   if (legend_shown_) DrawLegend(state);
+  if (close_look_shown_) DrawCloseLook(state);
   DrawHint("? keys");
   if (!state.cam_from_world) DrawTrackingHelp(state);
   const Instruction instruction = InstructionFor(state);
@@ -445,6 +450,23 @@ void OperatorDisplay::DrawLegend(const CaptureState& state) {
     painter_.Text({x + Px(24), y}, mark.left, TextSize::kSmall, kText);
     y += line;
   }
+}
+
+void OperatorDisplay::DrawCloseLook(const CaptureState& state) {
+  constexpr double kWidth = 280, kHeight = 210, kLeast = 1000;  // points
+  if (screen_.width < Px(kLeast)) return;
+  // In points, so that what is drawn on it keeps its size whatever the screen's density.
+  const auto look = MakeCloseLook(state, static_cast<int>(kWidth), static_cast<int>(kHeight), palette());
+  if (!look) return;
+  Placement placement;
+  placement.scale = scale_;
+  placement.picture = {double(look->size.x()), double(look->size.y())};
+  placement.origin = {screen_.width - Px(kWidth + 12), screen_.height - Px(kHeight + 56)};
+  const cv::Rect2d area = placement.Area();
+  const cv::Rect2d border(area.x - Px(2), area.y - Px(2), area.width + Px(4), area.height + Px(4));
+  painter_.Box(border, {235, 235, 235}, 0);
+  painter_.Box(area, {60, 60, 64}, 0);
+  painter_.Draw(look->shapes, placement);
 }
 
 void OperatorDisplay::DrawPreflight(const CaptureState& state) {

@@ -47,6 +47,7 @@ class OperatorDisplay {
   void DrawTrackingHelp(const CaptureState& state);
   void DrawInstruction(const std::string& words, const Rgba& color);
   void DrawLegend(const CaptureState& state);
+  void DrawCloseLook(const CaptureState& state);
   void DrawPreflight(const CaptureState& state);
   void DrawKeys();
   void DrawHint(const std::string& words);
@@ -81,6 +82,7 @@ class OperatorDisplay {
   bool colour_blind_ = false;
   bool keys_shown_ = false;
   bool legend_shown_ = true;
+  bool close_look_shown_ = true;
   std::optional<bool> preflight_shown_;  // none: until the first view
   bool sound_ = false;
   bool was_held_ = true;

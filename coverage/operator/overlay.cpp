@@ -25,17 +25,18 @@ struct Sphere {
   const Subject& subject;
   Vector3d toward_camera = Vector3d::Zero();  // unit, from the centre
   double distance = 0;
+  double least_cosine = -1;  // of directions that are drawn, to the camera's own
 
-  Sphere(const CameraModel& of_camera, const Rigid3& pose, const Subject& of_subject)
+  // `reach`: nothing farther from the camera's own direction is drawn, radians.
+  Sphere(const CameraModel& of_camera, const Rigid3& pose, const Subject& of_subject, double reach = M_PI)
       : camera(of_camera), cam_from_world(pose), subject(of_subject) {
     const Vector3d offset = pose.OriginInSource() - subject.center_in_world;
     distance = offset.norm();
     toward_camera = offset / distance;
+    least_cosine = std::max(std::cos(reach), subject.radius / distance);
   }
   // The near side shows a direction when its surface point faces the camera.
-  bool Faces(const Vector3d& direction) const {
-    return direction.dot(toward_camera) > subject.radius / distance;
-  }
+  bool Faces(const Vector3d& direction) const { return direction.dot(toward_camera) > least_cosine; }
   std::optional<Vector2d> ImgOf(const Vector3d& direction) const {
     return camera.ImgFromCam(cam_from_world * (subject.center_in_world + subject.radius * direction));
   }
@@ -117,6 +118,7 @@ void AddPaint(const Sphere& sphere, const CoverageMap& map, const Palette& palet
 void AddViews(const Sphere& sphere, const CoverageMap& map, Overlay& overlay) {
   constexpr double kRimReach = 2.5;  // disc radii
   const Rgba rim{10, 10, 10, 150}, middle{10, 10, 10, 210};
+  const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;
   std::map<long, double> radius_of_distance;  // views lie at much the same distances
   for (const CriterionView& view : map.views()) {
     const Vector3d offset = view.center_in_world - sphere.subject.center_in_world;
@@ -124,6 +126,8 @@ void AddViews(const Sphere& sphere, const CoverageMap& map, Overlay& overlay) {
     const auto img = sphere.ImgOfFacing(direction);
     if (!img) continue;
     overlay.push_back(Spot{*img, 1.6, middle});
+    const double away = std::acos(std::clamp(direction.dot(sphere.toward_camera), -1.0, 1.0));
+    if (away > kRimReach * usual_radius) continue;
     const long step = std::lround(100 * std::log(offset.norm()));
     const auto [found, is_new] = radius_of_distance.try_emplace(step, 0.0);
     if (is_new)
@@ -133,10 +137,8 @@ void AddViews(const Sphere& sphere, const CoverageMap& map, Overlay& overlay) {
                                   .threshold_px = map.options().threshold_px},
                                  map.reference_distance() / offset.norm())
                           .value_or(0);
-    const double radius = found->second;
-    const double away = std::acos(std::clamp(direction.dot(sphere.toward_camera), -1.0, 1.0));
-    if (radius > 0 && radius < M_PI / 2 && away < kRimReach * radius)
-      AddCircle(sphere, direction, radius, 1.2, rim, overlay);
+    if (found->second > 0 && found->second < M_PI / 2)
+      AddCircle(sphere, direction, found->second, 1.2, rim, overlay);
   }
 }
 
@@ -267,6 +269,27 @@ void AddOutline(const Sphere& sphere, double width, const Rgba& color, const Rgb
   overlay.push_back(Polyline{*outline, width, color, true});
 }
 
+// All that hangs on the sphere of a subject, from outside it.
+void AddSphere(const CaptureState& state, const Palette& palette, Overlay& overlay, double reach = M_PI) {
+  const Sphere sphere(state.camera, *state.cam_from_world, *state.subject, reach);
+  if (sphere.distance <= state.subject->radius) return;
+  // Dark where nothing covers: recognisable before any colour is.
+  AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
+  const bool painted = state.coverage && !state.coverage->views().empty();
+  if (painted) AddPaint(sphere, *state.coverage, palette, overlay);
+  const CapFrame frame =
+      painted ? *state.coverage->frame()
+              : CapFrame(sphere.toward_camera, sphere.cam_from_world.DirectionInSource(-Vector3d::UnitY()));
+  AddWireframe(sphere, frame, kWhite.WithOpacity(0.4), overlay);
+  if (painted) {
+    AddViews(sphere, *state.coverage, overlay);
+    if (const auto& cap = state.coverage->options().cap) AddCapOutline(sphere, frame, *cap, overlay);
+  }
+  AddMarks(sphere, state.reopened, 3, palette.reopened, overlay);
+  AddGuidance(sphere, state.guidance, palette, overlay);
+  AddPresentCamera(sphere, palette, overlay);
+}
+
 std::string Percent(double ratio) { return fmt::format("{:.0f} %", 100 * std::abs(ratio - 1)); }
 
 }  // namespace
@@ -293,31 +316,34 @@ Overlay MakeOverlay(const CaptureState& state, const Palette& palette) {
   if (!state.cam_from_world) return overlay;
   const SafetyRectangle rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
   const bool held = SubjectIsHeld(state).value_or(true);
-  if (!state.subject) {
-    AddRectangle(rectangle, held, palette, overlay);
-    return overlay;
-  }
-  const Sphere sphere(state.camera, *state.cam_from_world, *state.subject);
-  if (sphere.distance > state.subject->radius) {
-    // Dark where nothing covers: recognisable before any colour is.
-    AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
-    const bool painted = state.coverage && !state.coverage->views().empty();
-    if (painted) AddPaint(sphere, *state.coverage, palette, overlay);
-    const CapFrame frame =
-        painted ? *state.coverage->frame()
-                : CapFrame(sphere.toward_camera, sphere.cam_from_world.DirectionInSource(-Vector3d::UnitY()));
-    AddWireframe(sphere, frame, kWhite.WithOpacity(0.4), overlay);
-    if (painted) {
-      AddViews(sphere, *state.coverage, overlay);
-      if (const auto& cap = state.coverage->options().cap) AddCapOutline(sphere, frame, *cap, overlay);
-    }
-    AddMarks(sphere, state.reopened, 3, palette.reopened, overlay);
-    AddGuidance(sphere, state.guidance, palette, overlay);
-    AddPresentCamera(sphere, palette, overlay);
-  }
+  if (state.subject) AddSphere(state, palette, overlay);
   AddRectangle(rectangle, held, palette, overlay);
   if (!held) AddWayToSubject(state, rectangle, palette, overlay);
   return overlay;
+}
+
+std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int height,
+                                       const Palette& palette) {
+  if (!state.cam_from_world || !state.subject || !state.coverage || state.coverage->views().empty())
+    return std::nullopt;
+  const CoverageMap& map = *state.coverage;
+  const Vector3d center_in_cam = *state.cam_from_world * state.subject->center_in_world;
+  const double to_surface = center_in_cam.norm() - state.subject->radius;
+  if (!(to_surface > 0)) return std::nullopt;
+  // So far that one view's disc is well seen and its neighbours are, too.
+  constexpr double kDiscShare = 0.11;  // its radius, of the height
+  const double disc_radius = map.spacing() * map.options().cells_per_disc_radius;
+  const double focal_px = kDiscShare * height * to_surface / (state.subject->radius * disc_radius);
+  CaptureState close = state;
+  close.camera = CameraModel::Pinhole(width, height, focal_px);
+  // Turned onto the subject, with the live picture's own roll: what moves left there moves left here.
+  const auto aimed = Eigen::Quaterniond::FromTwoVectors(center_in_cam, Vector3d::UnitZ());
+  close.cam_from_world = Rigid3{aimed, Vector3d::Zero()} * *state.cam_from_world;
+  CloseLook look{.size = {width, height}, .shapes = {}};
+  // What lies beyond the picture's corners is left out before it costs anything.
+  const double corner = 0.5 * std::hypot(width, height) / (kDiscShare * height) * disc_radius;
+  AddSphere(close, palette, look.shapes, std::min(M_PI, 1.5 * corner + 0.1));
+  return look;
 }
 
 Instruction InstructionFor(const CaptureState& state) {

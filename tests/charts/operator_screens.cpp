@@ -1,5 +1,5 @@
 // The operator display's screens for the documentation: every mode from a staged capture of the simulated
-// studio, drawn without a window. `operator_screens FOLDER` writes FOLDER/operator_*.png.
+// studio, drawn without a window. `operator_screens FOLDER` writes FOLDER/operator_*.jpg.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -128,8 +128,9 @@ class Screens {
     state.views_expected = 180;
   }
   void Write(const std::string& name, const cv::Mat& picture) const {
-    const auto path = folder_ / ("operator_" + name + ".png");
-    if (!cv::imwrite(path.string(), picture)) throw std::runtime_error(path.string() + " cannot be written");
+    const auto path = folder_ / ("operator_" + name + ".jpg");
+    if (!cv::imwrite(path.string(), picture, {cv::IMWRITE_JPEG_QUALITY, 85}))
+      throw std::runtime_error(path.string() + " cannot be written");
     fmt::print("{}\n", path.string());
   }
 

@@ -226,6 +226,31 @@ TEST(Overlay, NoSphereIsDrawnFromInsideIt) {
   EXPECT_EQ(Rectangle(lines, stage.camera()).color, Palette::Standard().alarm);
 }
 
+TEST(CloseLook, HasTheDotInTheMiddleAndDiscsOfAnArmsLengthSize) {
+  StagedCapture stage;
+  stage.RecordRows(-6, 6, -6, 6, 3);
+  for (const Eigen::Vector2d& aside : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.2, 0.1)}) {
+    const auto state = stage.At(stage.CameraAt(1, 1, 1, aside));
+    const auto look = MakeCloseLook(*state, 280, 210);
+    ASSERT_TRUE(look);
+    const auto dots = CameraDots(look->shapes);
+    ASSERT_EQ(dots.size(), 1u);
+    EXPECT_LT((dots[0].img - Eigen::Vector2d(140, 105)).norm(), 1e-6);
+    // A step of three degrees between recorded views, against the disc's radius on the map.
+    std::vector<Eigen::Vector2d> views;
+    for (const Spot& spot : All<Spot>(look->shapes))
+      if (spot.radius < 2) views.push_back(spot.img);
+    ASSERT_EQ(views.size(), 25u);
+    double least = 1e9;
+    for (std::size_t i = 1; i < views.size(); ++i) least = std::min(least, (views[i] - views[0]).norm());
+    const CoverageMap& map = *state->coverage;
+    const double disc_radius = map.spacing() * map.options().cells_per_disc_radius;
+    EXPECT_NEAR(least / (3 * M_PI / 180) * disc_radius, 0.11 * 210, 0.15 * 0.11 * 210);
+  }
+  EXPECT_FALSE(MakeCloseLook(*stage.Lost(), 280, 210));
+  EXPECT_FALSE(MakeCloseLook(*StagedCapture().At(stage.CameraAt(0, 0)), 280, 210)) << "nothing is recorded";
+}
+
 TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   StagedCapture stage;
   stage.Record(stage.CameraAt(0, 0));
