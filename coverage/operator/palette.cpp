@@ -2,8 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 namespace ulf {
+namespace {
+
+// To find it takes a dozen milliseconds; a capture's stays the same until its views' median distance moves
+// on.
+std::optional<DistanceLimits> RememberedWindow(const CriterionSetup& setup) {
+  const auto key = std::tuple(setup.focal_px, setup.distance, setup.radius, setup.threshold_px);
+  thread_local std::optional<std::pair<std::remove_const_t<decltype(key)>, std::optional<DistanceLimits>>>
+      last;
+  if (!last || last->first != key) last.emplace(key, DistanceWindow(setup));
+  return last->second;
+}
+
+}  // namespace
 
 Rgba Rgba::WithOpacity(double opacity) const {
   return {r, g, b, static_cast<std::uint8_t>(std::lround(a * std::clamp(opacity, 0.0, 1.0)))};
@@ -48,10 +65,10 @@ const Palette& Palette::ForColourBlind() {
 
 DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette)
     : palette_(palette), present_distance_(present_distance), center_(map.subject().center_in_world) {
-  const auto window = DistanceWindow({.focal_px = map.views().front().fx,
-                                      .distance = map.reference_distance(),
-                                      .radius = map.subject().radius,
-                                      .threshold_px = map.options().threshold_px});
+  const auto window = RememberedWindow({.focal_px = map.views().front().fx,
+                                        .distance = map.reference_distance(),
+                                        .radius = map.subject().radius,
+                                        .threshold_px = map.options().threshold_px});
   // A side without a limit takes the other's.
   if (window && window->near) nearest_ = *window->near;
   farthest_ = window && window->far ? *window->far : 1 / nearest_;
