@@ -93,6 +93,12 @@ struct SensorWindow {
   bool operator==(const SensorWindow&) const = default;
 };
 
+// Which of a camera's automatics leave the pictures alone from one to the next; none: the camera does not
+// tell, or is not known to.
+struct HeldAutomatics {
+  std::optional<bool> exposure, white_balance, focus;
+};
+
 enum class StillRequest { kAsked, kBusy };
 
 class Device {
@@ -109,6 +115,8 @@ class Device {
   virtual bool IsLive() const = 0;
   // None: unknown; then an image is taken for the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
+  // May change while frames come: automatics may settle first.
+  virtual HeldAutomatics Held() const { return {}; }
   virtual void Start() = 0;
   // The next frame, or none within the timeout; then State() says whether to go on asking. Its pixels may be
   // shared and kept: no device writes into them again.

@@ -160,6 +160,10 @@ class ReconnectingDevice : public Device {
   std::optional<CameraModel> Camera() const override { return camera_; }
   bool IsLive() const override { return live_; }
   std::optional<SensorWindow> Window() const override { return window_; }
+  HeldAutomatics Held() const override {
+    const auto driver = Driver();
+    return driver ? driver->Held() : HeldAutomatics();
+  }
   DeviceState State() const override { return state_; }
   bool TakesStills() const override { return takes_stills_; }
   std::optional<double> ShareDone() const override {

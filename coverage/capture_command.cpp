@@ -237,6 +237,10 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepare
   else
     prepared.camera =
         use(ResolveCalibration(*prepared.device, args.intrinsics, first.image.width(), first.image.height()));
+  options->calibration_source =
+      args.resume && !stills ? prepared.writer->Contents().calibration_source : header.calibration_source;
+  if (!options->calibration_source.empty())
+    options->calibrated = options->calibration_source != kFocalLengthGiven;
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
   if (stills) {

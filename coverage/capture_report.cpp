@@ -49,6 +49,10 @@ const char* WayOut(Reason reason) {
       return "every frame was blurred; move slower, or expose shorter";
     case Reason::kExposure:
       return "the subject was clipped or black; set the exposure (ulf features)";
+    case Reason::kUnsettled:
+      return "the exposure never came to rest; switch the camera's automatics off (ulf features), or keep "
+             "the light "
+             "steady";
     case Reason::kSpeed:
       return "the camera moved too fast for its exposure time; move slower, or expose shorter";
     case Reason::kSpool:

@@ -15,10 +15,12 @@
 #include "coverage/capture_gaps.h"
 #include "coverage/capture_meters.h"
 #include "coverage/capture_prediction.h"
+#include "coverage/exposure_watch.h"
 #include "coverage/held_views.h"
 #include "coverage/reopened.h"
 #include "coverage/sphere_outline.h"
 #include "coverage/subject_finder.h"
+#include "coverage/subject_watch.h"
 #include "tracking/track_words.h"
 
 namespace ulf {
@@ -75,6 +77,9 @@ class Session {
   void PlaceFirstSubject(const Track& track);
   void SetSubject(const Subject& subject);
   void SayWhatToExpect();
+  void CheckBeforeFirstView(const Frame& frame);
+  bool ExposureIsSettled(const Frame& frame, const Track& track);
+  void WatchSubject(const Track& track);
   CoverageMap& MapToChange();
   double Repaint();  // the share that fell open
   std::string OfWhat() const { return options_.cap ? "of the cap" : "of what was covered"; }
@@ -121,6 +126,10 @@ class Session {
   std::shared_ptr<CoverageMap> map_;  // also in states that were given out: MapToChange()
   Reopened reopened_;
   std::optional<CapturePrediction> prediction_;
+  std::vector<PreflightItem> preflight_;
+  ExposureWatch exposure_;
+  SubjectWatch subject_watch_;
+  bool subject_moved_ = false;
   CaptureSummary summary_;
   std::vector<double> ms_track_, ms_decide_;
   int tracked_in_a_row_ = 0;
@@ -167,6 +176,7 @@ void Session::SetSubject(const Subject& subject) {
   map_->SetViews(views_.ForCriterion(recorded_camera_, options_.coverage_width_px));
   reopened_.Forget();
   prediction_.reset();
+  subject_watch_.Forget();
   measured_ = false;
 }
 
@@ -186,6 +196,41 @@ void Session::SayWhatToExpect() {
       Predict(SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
               options_.cap);
   if (prediction_) Say(InWords(*prediction_, options_.threshold_px, poses_.IsMetric()));
+}
+
+// Until a view is recorded; what is not in order is said once, when all of it is known.
+void Session::CheckBeforeFirstView(const Frame& frame) {
+  if (!views_.empty() || !prediction_) return;
+  const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
+                              (static_cast<double>(camera_.width) * camera_.height);
+  const bool first = preflight_.empty();
+  preflight_ = Preflight({.calibrated = options_.calibrated,
+                          .calibration_source = options_.calibration_source,
+                          .held = device_.Held(),
+                          .prediction = prediction_,
+                          .bytes_per_view = static_cast<std::uint64_t>(
+                              of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
+                          .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                          .tracking_quality = looked_.track.quality,
+                          .least_quality = options_.limits.min_tracking_quality});
+  if (!first) return;
+  for (const PreflightItem& item : preflight_)
+    if (item.in_order == false) Say(fmt::format("before the first view: {}: {}", item.name, item.words));
+}
+
+bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
+  if (!map_ || !track.cam_from_world) return true;
+  return exposure_.Settled(frame, camera_, *track.cam_from_world, map_->subject());
+}
+
+void Session::WatchSubject(const Track& track) {
+  if (!map_ || track.state != TrackState::kTracking) return;
+  const bool moved = subject_watch_.Moved(*last_time_s_, poses_.ExpectedPoints(), map_->subject());
+  if (std::exchange(subject_moved_, moved) == moved) return;
+  Say(moved
+          ? "the subject seems to have moved: views from now on no longer fit the earlier ones; put it back, "
+            "or begin a new light field"
+          : "the subject is where it was");
 }
 
 // Whoever looks at a state that has the map looks at a value: it is copied before it changes. Once nobody
@@ -234,11 +279,13 @@ Reason Session::ReasonOfTheDisk() {
 
 Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
   const auto start = Clock::now();
+  const bool exposure_settled = ExposureIsSettled(frame, track);
   Decision decision = Decide({.frame = frame,
                               .track = track,
                               .camera = camera_,
                               .frame_period_s = frame_period_s_,
-                              .coverage_width_px = options_.coverage_width_px},
+                              .coverage_width_px = options_.coverage_width_px,
+                              .exposure_settled = exposure_settled},
                              map_.get(), options_.limits);
   ms_decide_.push_back(MillisecondsSince(start));
   if (stills_) stills_->Follow(frame, track);
@@ -393,8 +440,10 @@ SharedCaptureState Session::State() {
   state->view_ids = views_.Ids();
   if (options_.cap) state->covered = map_ ? map_->CoveredShare() : 0;
   state->reopened = reopened_.directions();
+  state->prediction = prediction_;
   state->views_expected = ViewsExpected();
   state->guidance = looked_.guidance;
+  state->subject_moved = subject_moved_;
 
   state->decision = looked_.decision;
   state->recording = recording_;
@@ -404,6 +453,8 @@ SharedCaptureState Session::State() {
     state->waiting_for = "the device, " + state->device_problem;
   else
     state->waiting_for = gaps_.DiskReason();
+  state->exposure_locked = device_.Held().exposure;
+  state->preflight = preflight_;
   state->said = said_;
   return state;
 }
@@ -485,6 +536,8 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
   PlaceFirstSubject(track);
   SayWhatToExpect();
+  CheckBeforeFirstView(*frame);
+  WatchSubject(track);
   looked_.decision = DecideAndRecord(*frame, track);
   gaps_.Disk(spool_.Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.

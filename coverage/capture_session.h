@@ -44,6 +44,10 @@ struct CaptureOptions {
   double until_share = 0.98;
   double threshold_px = 7;
   int coverage_width_px = 640;
+  // Where the intrinsics come from, for whoever wants to know before the first view; calibrated: false for a
+  // focal length alone.
+  std::string calibration_source;
+  std::optional<bool> calibrated;
   // With one, photographs of this camera are recorded instead of live frames (still_capture.h); the device
   // takes them.
   std::optional<CameraModel> still_camera;

@@ -14,19 +14,14 @@
 #include "acquisition/frame.h"
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
+#include "coverage/capture_prediction.h"
 #include "coverage/coverage_map.h"
 #include "coverage/guidance.h"
+#include "coverage/preflight.h"
 #include "coverage/view_decision.h"
 #include "tracking/tracker.h"
 
 namespace ulf {
-
-// One line of what should be in order before the first view.
-struct PreflightItem {
-  std::string name;              // "calibration", "exposure", "white balance", "focus", "disk", "tracking"
-  std::optional<bool> in_order;  // none: cannot be known
-  std::string words;             // what is so, and the way out where it is not in order
-};
 
 struct CaptureState {
   std::uint64_t frames = 0;
@@ -55,6 +50,8 @@ struct CaptureState {
   // Directions that were covered until poses were corrected or views taken back, and are not now.
   std::vector<Eigen::Vector3d> reopened;
   Guidance guidance;
+  // For the subject as it was placed: disc, distances, views; none before.
+  std::optional<CapturePrediction> prediction;
   std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
 
   Decision decision;                 // of this frame, with its reason

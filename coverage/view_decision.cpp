@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "coverage/sphere_outline.h"
+#include "coverage/subject_light.h"
 
 namespace ulf {
 namespace {
@@ -23,6 +24,7 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"tracking", "looking for the camera's position"},
     {"blur", "blurred"},
     {"exposure", "badly exposed"},
+    {"unsettled", "exposure still settling"},
     {"speed", "too fast"},
     {"spool", "waiting for a slow disk"},
     {"disk", "the disk is full"},
@@ -30,53 +32,8 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"paused", "recording is paused"},
 }};
 
-// A pixel's brightest channel, display-encoded, 0 to 1.
-float Brightness(const Image& image, int x, int y) {
-  const cv::Mat& pixels = image.pixels;
-  const int channels = pixels.channels();
-  float brightest = 0;
-  for (int c = 0; c < channels; ++c) {
-    const int i = x * channels + c;
-    float value;
-    if (pixels.depth() == CV_8U)
-      value = static_cast<float>(pixels.ptr<std::uint8_t>(y)[i]) / 255.0f;
-    else if (pixels.depth() == CV_16U)
-      value = static_cast<float>(pixels.ptr<std::uint16_t>(y)[i]) / 65535.0f;
-    else
-      value = pixels.ptr<float>(y)[i];
-    brightest = std::max(brightest, value);
-  }
-  return image.transfer == Transfer::kLinear ? SrgbFromLinear(brightest) : brightest;
-}
-
-bool IsWellExposed(const Image& image, const std::vector<Eigen::Vector2d>& outline,
-                   const DecisionLimits& limits) {
-  Eigen::Vector2d low = outline[0], high = outline[0];
-  for (const Eigen::Vector2d& corner : outline) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  constexpr float kClipped = 0.995f;
-  constexpr int kSamplesAcross = 40;
-  const double step = std::max(1.0, (high - low).maxCoeff() / kSamplesAcross);
-  const Eigen::Vector2d middle = 0.5 * (low + high), half = 0.5 * (high - low);
-  std::vector<float> values;
-  std::size_t clipped = 0;
-  for (double v = low.y(); v < high.y(); v += step)
-    for (double u = low.x(); u < high.x(); u += step) {
-      const Eigen::Vector2d from_middle = (Eigen::Vector2d(u, v) - middle).cwiseQuotient(half);
-      if (from_middle.squaredNorm() > 1) continue;
-      const int x = std::clamp(static_cast<int>(u), 0, image.width() - 1);
-      const int y = std::clamp(static_cast<int>(v), 0, image.height() - 1);
-      values.push_back(Brightness(image, x, y));
-      clipped += values.back() >= kClipped;
-    }
-  if (values.empty()) return true;
-  if (static_cast<double>(clipped) > limits.max_clipped_share * static_cast<double>(values.size()))
-    return false;
-  const auto bright = values.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), bright, values.end());
-  return *bright >= limits.min_brightest;
+bool IsWellExposed(const SubjectLight& light, const DecisionLimits& limits) {
+  return light.clipped_share <= limits.max_clipped_share && light.brightest_tenth >= limits.min_brightest;
 }
 
 double MotionBlurPx(const FrameToDecide& input) {
@@ -117,7 +74,9 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
   if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};
 
-  if (!IsWellExposed(input.frame.image, *outline, limits)) return {Reason::kExposure, bound_px};
+  const auto light = LightInside(input.frame.image, *outline);
+  if (light && !IsWellExposed(*light, limits)) return {Reason::kExposure, bound_px};
+  if (!input.exposure_settled) return {Reason::kUnsettled, bound_px};
   if (MotionBlurPx(input) > limits.max_motion_blur_px) return {Reason::kSpeed, bound_px};
   if (track.sharpness < limits.min_sharpness) return {Reason::kBlur, bound_px};
   return {Reason::kRecorded, bound_px};

@@ -26,6 +26,7 @@ enum class Reason {
   kTracking,          // no pose, a poor one, or no subject yet
   kBlur,              // less detail than the recent frames
   kExposure,          // the subject is clipped or black
+  kUnsettled,         // the exposure, or the light on the subject, is still changing (exposure_watch.h)
   kSpeed,             // the image moves too far during the exposure
   kSpool,             // the disk is behind: views wait to be written
   kDisk,              // the disk is full
@@ -34,9 +35,9 @@ enum class Reason {
 };
 inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
-                                     Reason::kBlur,     Reason::kExposure,     Reason::kSpeed,
-                                     Reason::kSpool,    Reason::kDisk,         Reason::kStill,
-                                     Reason::kPaused};
+                                     Reason::kBlur,     Reason::kExposure,     Reason::kUnsettled,
+                                     Reason::kSpeed,    Reason::kSpool,        Reason::kDisk,
+                                     Reason::kStill,    Reason::kPaused};
 const char* Name(Reason reason);               // as in --json
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
@@ -62,6 +63,7 @@ struct FrameToDecide {
   const CameraModel& camera;
   double frame_period_s = 0;  // 0: unknown
   int coverage_width_px = 640;
+  bool exposure_settled = true;
 };
 
 // `map`: none while there is no subject.

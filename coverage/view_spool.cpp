@@ -248,6 +248,8 @@ void ViewSpool::PictureLoop() {
   }
 }
 
+std::uint64_t ViewSpool::MostBytes(const Frame& frame) { return BytesInMemory(frame); }
+
 std::size_t ViewSpool::ViewsWaiting() const {
   const std::lock_guard lock(mutex_);
   return views_waiting_;

@@ -79,6 +79,8 @@ class ViewSpool {
   // Writes what is left, without waiting for room, and hands the writer back. Failure() then says what did
   // not fit; a photograph that did not is made when the light field is next opened.
   LightFieldWriter Finish();
+  // What a view of this frame takes on disk, at most.
+  static std::uint64_t MostBytes(const Frame& frame);
   // After Finish(). Frames that were taken and are nowhere on disk.
   std::size_t Unwritten() const { return unwritten_; }
   // The same. Frames that were to be recorded, or kept in unposed/, and are elsewhere, by folder.

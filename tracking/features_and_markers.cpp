@@ -67,6 +67,9 @@ class FeaturesAndMarkers : public PoseSource {
   std::vector<VisiblePoint> VisiblePoints() const override {
     return on_map_ ? tracker_.VisiblePoints() : visible_;
   }
+  std::vector<ExpectedPoint> ExpectedPoints() const override {
+    return on_map_ ? tracker_.ExpectedPoints() : std::vector<ExpectedPoint>();
+  }
   std::vector<ScenePoint> Points() const override {
     return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
   }

@@ -33,6 +33,7 @@ class PoseSource {
   // What an anchor given earlier means now; poses move when the map is adjusted.
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
+  virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
   virtual std::vector<ScenePoint> Points() const { return {}; }
   // Before the first Step(), to go on with a capture.
   virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }

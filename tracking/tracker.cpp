@@ -49,6 +49,8 @@ Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
 
 std::vector<VisiblePoint> Tracker::VisiblePoints() const { return state_->last.visible; }
 
+std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
+
 std::vector<ScenePoint> Tracker::Points() const {
   const std::lock_guard lock(state_->shared.mutex);
   std::vector<ScenePoint> points;

@@ -95,6 +95,13 @@ struct VisiblePoint {
   double depth = 0;                               // along the optical axis, world units
 };
 
+// A map point that the last frame should have shown.
+struct ExpectedPoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  double find_rate = 0;  // how often it was found before when it was looked for, 0 to 1
+  bool found = false;    // where the frame's pose says that it is
+};
+
 // A recorded view whose pose is known, to rebuild a map from.
 struct SeedView {
   Image image;
@@ -156,6 +163,8 @@ class Tracker {
 
   // Map points that support the last frame's pose; empty unless tracking.
   std::vector<VisiblePoint> VisiblePoints() const;
+  // Those, and the ones that were looked for in vain.
+  std::vector<ExpectedPoint> ExpectedPoints() const;
 
   // All map points with the colour they were seen in.
   std::vector<ScenePoint> Points() const;

@@ -134,6 +134,17 @@ void Tracker::State::Describe(const Located& located, Track& track) const {
   track.quality = QualityOf(*track.center_sigma, distance);
 }
 
+std::vector<ExpectedPoint> ExpectedOf(const Located& located) {
+  std::vector<bool> found(located.candidates.size());
+  for (const PointMatch& match : located.matches) found[static_cast<std::size_t>(match.candidate)] = true;
+  std::vector<ExpectedPoint> expected;
+  for (const int i : located.looked_for) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
+    expected.push_back({candidate.position, candidate.find_rate, found[static_cast<std::size_t>(i)]});
+  }
+  return expected;
+}
+
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
 void Tracker::State::Accept(double time_s, const Located& located, Track& track) {
   LastFrame now;
@@ -153,6 +164,7 @@ void Tracker::State::Accept(double time_s, const Located& located, Track& track)
       now.visible.push_back(
           {candidate.position, match.img, (located.cam_from_world * candidate.position).z()});
     }
+    now.expected = ExpectedOf(located);
     now.anchor = AnchorOf(located);
     if (std::exchange(revision, shared.revision) != shared.revision) unrest.Forget();
     Describe(located, track);
@@ -296,6 +308,8 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
     point.position_in_world = given_from_world * point.position_in_world;
     point.depth *= scale;
   }
+  for (ExpectedPoint& point : last.expected)
+    point.position_in_world = given_from_world * point.position_in_world;
   rows.Scale(scale);
   unrest.Forget();
   mapper.AdjustSoon();

@@ -26,6 +26,7 @@ struct LastFrame {
   std::optional<Rigid3> velocity;  // this camera from the frame before
   std::unordered_map<int, Eigen::Vector2d> img_of_point;
   std::vector<VisiblePoint> visible;
+  std::vector<ExpectedPoint> expected;
   std::optional<Twist> between;  // the velocity since the frame before
 };
 

@@ -63,6 +63,13 @@ class AravisDevice : public Device {
     return info;
   }
   bool IsLive() const override { return true; }
+  HeldAutomatics Held() const override {
+    if (some_stay_on_) return {};
+    const auto held = [](const std::optional<bool>& asked_on) { return !asked_on.value_or(false); };
+    return {.exposure = held(options_.auto_exposure) && held(options_.auto_gain),
+            .white_balance = held(options_.auto_white_balance),
+            .focus = {}};
+  }
   std::optional<SensorWindow> Window() const override { return configured_.window; }
 
   void Start() override;
@@ -152,6 +159,7 @@ class AravisDevice : public Device {
   std::uint64_t while_settling_ = 0;  // complete, but not handed out
   std::vector<DeviceEvent> events_;
   Clock::time_point started_;
+  std::atomic<bool> some_stay_on_{false};  // automatics that could not be switched off
   std::string held_uri_;  // with the values that automatics had reached; empty: as it was opened
 };
 
@@ -220,6 +228,7 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
 // the same pictures.
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
+  some_stay_on_ = AnyAravisAutomaticIsOn(*session_, options_);
   for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
   ReadLight(*session_, info_.uri, configured_);
   frames_->SetLight(configured_);

@@ -12,7 +12,6 @@
 namespace ulf {
 namespace {
 
-constexpr const char* kFocalLengthGiven = "focal length given";
 
 namespace fs = std::filesystem;
 

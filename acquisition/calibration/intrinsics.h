@@ -38,6 +38,9 @@ struct IntrinsicsArgs {
   bool force = false;                   // take a file of another camera all the same
 };
 
+// The source where there is nothing but --focal-px.
+inline constexpr const char* kFocalLengthGiven = "focal length given";
+
 struct ResolvedCalibration {
   CameraModel camera = {};
   std::optional<FlatField> flat_field = {};

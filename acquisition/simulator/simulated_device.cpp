@@ -84,6 +84,7 @@ class SimulatedDevice : public Device {
     return SensorWindow{
         .sensor_width = width, .sensor_height = height, .x = 0, .y = 0, .width = width, .height = height};
   }
+  HeldAutomatics Held() const override { return {.exposure = true, .white_balance = true, .focus = true}; }
   void Start() override { started_ = true; }
   void Stop() override { started_ = false; }
 

@@ -216,6 +216,19 @@ V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Cont
   return frozen;
 }
 
+HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls) {
+  const auto off = [&](std::uint32_t id, int value_off) -> std::optional<bool> {
+    if (!Find(controls, id)) return std::nullopt;
+    const auto value = GetV4l2Control(node, id);
+    return value ? std::optional(*value == value_off) : std::nullopt;
+  };
+  HeldAutomatics held{.exposure = off(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL),
+                      .white_balance = off(V4L2_CID_AUTO_WHITE_BALANCE, 0),
+                      .focus = off(V4L2_CID_FOCUS_AUTO, 0)};
+  if (const auto gain = off(V4L2_CID_AUTOGAIN, 0)) held.exposure = held.exposure.value_or(true) && *gain;
+  return held;
+}
+
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls) {
   constexpr double kStepSeconds = 100e-6;
   if (!Find(controls, V4L2_CID_EXPOSURE_ABSOLUTE)) return 0;

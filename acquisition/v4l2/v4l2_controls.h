@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/device.h"
 #include "acquisition/v4l2/v4l2_node.h"
 
 namespace ulf {
@@ -50,6 +51,9 @@ struct V4l2Frozen {
 };
 V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls,
                                 const std::vector<std::string>& except);
+
+// What is so now.
+HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
 // Exposure in force, read back; 0 when the camera chooses it itself or does not tell.
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls);

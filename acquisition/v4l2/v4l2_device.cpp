@@ -62,6 +62,10 @@ class V4l2Device : public Device {
     return info_;
   }
   bool IsLive() const override { return true; }
+  HeldAutomatics Held() const override {
+    const std::lock_guard lock(mutex_);
+    return held_;
+  }
 
   void Start() override {
     if (thread_.joinable()) return;
@@ -179,6 +183,10 @@ class V4l2Device : public Device {
                                                   error ? fmt::format(" ({})", std::strerror(error)) : ""));
     }
     exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
+    {
+      const std::lock_guard lock(mutex_);
+      held_ = HeldV4l2Automatics(*node_, controls_);
+    }
     HoldInUri(frozen.values);
   }
 
@@ -335,6 +343,7 @@ class V4l2Device : public Device {
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
+  HeldAutomatics held_;  // under mutex_
   mutable std::mutex mutex_;
   DeviceStatistics statistics_;
   FrameIdCounter ids_;

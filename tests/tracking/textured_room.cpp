@@ -195,7 +195,8 @@ Frame TexturedRoom::Take(const Rigid3& cam_from_world, std::uint64_t id, const C
                          const Moment& moment) const {
   cv::Mat image(camera.height, camera.width, CV_8U, cv::Scalar(128));
   for (std::size_t i = 0; i < planes_.size(); ++i) {
-    Draw(planes_[i], cam_from_world, camera, image);
+    const Eigen::Vector3d shift = i > 0 ? moment.furniture_shift : Eigen::Vector3d::Zero();
+    Draw(planes_[i], cam_from_world * Rigid3{Eigen::Quaterniond::Identity(), shift}, camera, image);
     if (i == 0 && !mirrored_.empty()) DrawMirror(cam_from_world, camera, image);
   }
   const double t = static_cast<double>(id) / 30;

@@ -33,7 +33,8 @@ class TexturedRoom {
   struct Moment {
     double gain = 1;
     Eigen::Vector2d blur_px = Eigen::Vector2d::Zero();  // way of the image during the exposure
-    bool shadow = false;       // half as bright on one side of an edge that wanders through the picture
+    bool shadow = false;  // half as bright on one side of an edge that wanders through the picture
+    Eigen::Vector3d furniture_shift = Eigen::Vector3d::Zero();  // of all but the wall, metres
     bool moving_half = false;  // a picture that goes up and down hides the left half
   };
   explicit TexturedRoom(const Options& options);

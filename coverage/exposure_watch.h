@@ -1,0 +1,33 @@
+// Whether the camera's exposure has come to rest, or the light on the subject: a light field's pictures must
+// differ by viewpoint alone. A moving camera changes what it sees, too; so brightness is compared only
+// between frames from nearly the same direction, a fraction of a second apart.
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/frame.h"
+#include "acquisition/light_field.h"
+#include "acquisition/rigid3.h"
+
+namespace ulf {
+
+class ExposureWatch {
+ public:
+  // Every frame with a pose that sees the whole subject, in order. True: settled, as far as can be told.
+  bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
+               const Subject& subject);
+
+ private:
+  struct Seen {
+    double time_s = 0;
+    double setting = 0;                                   // exposure time x gain; 0: not told
+    double light = 0;                                     // mean, linear; 0: not known
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // from the subject
+  };
+  std::deque<Seen> recent_;
+};
+
+}  // namespace ulf

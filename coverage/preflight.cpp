@@ -1,0 +1,62 @@
+#include "coverage/preflight.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
+  if (!held) return {name, {}, "the camera does not tell; set it by hand before the capture"};
+  return {name, held,
+          *held ? "held"
+                : "changes by itself between pictures: switch its automatic off (ulf features, or the URI)"};
+}
+
+PreflightItem Disk(const PreflightInput& input) {
+  if (!input.disk_left_bytes) return {"disk", {}, "its room is not known"};
+  const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
+  const double view_gb = 1e-9 * static_cast<double>(input.bytes_per_view);
+  if (!input.prediction || !input.prediction->views)
+    return {"disk",
+            {},
+            fmt::format("{:.1f} GB left, room for {:.0f} views or more", left_gb,
+                        view_gb > 0 ? std::floor(left_gb / view_gb) : 0)};
+  const double needed_gb = *input.prediction->views * view_gb;
+  return {"disk", needed_gb <= left_gb,
+          fmt::format("{:.1f} GB left, about {:.0f} views take up to {:.1f} GB{}", left_gb,
+                      *input.prediction->views, needed_gb,
+                      needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
+}
+
+}  // namespace
+
+std::vector<PreflightItem> Preflight(const PreflightInput& input) {
+  std::vector<PreflightItem> items;
+  if (!input.calibrated)
+    items.push_back({"calibration", {}, "not known"});
+  else
+    items.push_back({"calibration", input.calibrated,
+                     *input.calibrated
+                         ? input.calibration_source
+                         : "a focal length alone, the lens's distortion is not known: calibrate "
+                           "the camera (ulf board, ulf calibrate)"});
+  items.push_back(Automatic("exposure", input.held.exposure));
+  items.push_back(Automatic("white balance", input.held.white_balance));
+  items.push_back(Automatic("focus", input.held.focus));
+  items.push_back(Disk(input));
+  constexpr double kMostViews = 100'000;
+  if (input.prediction && input.prediction->views && *input.prediction->views > kMostViews)
+    items.push_back({"views", false,
+                     fmt::format("about {:.0f} for this cap: nobody takes so many; ask for a smaller cap, a "
+                                 "larger threshold, a smaller subject or more distance",
+                                 *input.prediction->views)});
+  const bool healthy = input.tracking_quality >= input.least_quality;
+  items.push_back({"tracking", healthy,
+                   fmt::format("quality {:.2f}{}", input.tracking_quality,
+                               healthy ? "" : ": move slowly, sideways, with more texture in view")});
+  return items;
+}
+
+}  // namespace ulf

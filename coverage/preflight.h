@@ -1,0 +1,33 @@
+// What should be in order before the first view, each with what is so and the way out.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/device.h"
+#include "coverage/capture_prediction.h"
+
+namespace ulf {
+
+// One line of it.
+struct PreflightItem {
+  std::string name;  // "calibration", "exposure", "white balance", "focus", "disk", "views", "tracking"
+  std::optional<bool> in_order;  // none: cannot be known
+  std::string words;             // what is so, and the way out where it is not in order
+};
+
+struct PreflightInput {
+  std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
+  std::string calibration_source;
+  HeldAutomatics held;
+  std::optional<CapturePrediction> prediction;
+  std::uint64_t bytes_per_view = 0;  // at most
+  std::optional<std::uint64_t> disk_left_bytes;
+  double tracking_quality = 0, least_quality = 0;
+};
+
+std::vector<PreflightItem> Preflight(const PreflightInput& input);
+
+}  // namespace ulf
