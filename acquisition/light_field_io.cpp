@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <set>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/colmap_text.h"
@@ -60,6 +61,30 @@ void RemoveLeftovers(const fs::path& dir) {
     if (!fs::is_directory(dir / folder)) continue;
     for (const auto& entry : fs::directory_iterator(dir / folder))
       if (entry.path().string().ends_with(kTemporaryEnding)) fs::remove(entry.path());
+  }
+}
+
+// What a writer that was killed had taken out of the journal and not yet moved.
+void MoveRemoved(const LightField& light_field, int next_view_id) {
+  std::set<std::string> named;
+  for (const View& view : light_field.views) named.insert({view.image_path, view.master_path});
+  for (const char* folder : {"images", "masters"}) {
+    if (!fs::is_directory(light_field.root / folder)) continue;
+    std::vector<fs::path> removed;
+    for (const auto& entry : fs::directory_iterator(light_field.root / folder)) {
+      const std::string stem = entry.path().stem().string();
+      const bool is_number =
+          !stem.empty() && stem.size() <= 9 && stem.find_first_not_of("0123456789") == std::string::npos;
+      if (is_number && std::stoi(stem) < next_view_id &&
+          !named.contains(folder + ("/" + entry.path().filename().string())))
+        removed.push_back(entry.path());
+    }
+    for (const fs::path& path : removed) {
+      MakeFolder(light_field.root / "unposed");
+      const std::string master = folder == std::string("masters") ? ".master" : "";
+      fs::rename(path,
+                 light_field.root / "unposed" / (path.stem().string() + master + path.extension().string()));
+    }
   }
 }
 
@@ -228,6 +253,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   RequireImages(contents.light_field);
   state->light_field = std::move(contents.light_field);
   state->next_view_id = contents.next_view_id;
+  MoveRemoved(state->light_field, state->next_view_id);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
   DeriveOrWarn(state->light_field);

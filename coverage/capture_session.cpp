@@ -177,6 +177,7 @@ void Session::SetSubject(const Subject& subject) {
   reopened_.Forget();
   prediction_.reset();
   subject_watch_.Forget();
+  subject_moved_ = false;
   measured_ = false;
 }
 
@@ -226,11 +227,10 @@ bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
 void Session::WatchSubject(const Track& track) {
   if (!map_ || track.state != TrackState::kTracking) return;
   const bool moved = subject_watch_.Moved(*last_time_s_, poses_.ExpectedPoints(), map_->subject());
-  if (std::exchange(subject_moved_, moved) == moved) return;
-  Say(moved
-          ? "the subject seems to have moved: views from now on no longer fit the earlier ones; put it back, "
-            "or begin a new light field"
-          : "the subject is where it was");
+  if (std::exchange(subject_moved_, moved) || !moved) return;
+  Say("the subject seems to have moved: views from now on do not fit the earlier ones; put it back and take "
+      "back "
+      "the views since then, or place the subject anew");
 }
 
 // Whoever looks at a state that has the map looks at a value: it is copied before it changes. Once nobody

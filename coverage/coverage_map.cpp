@@ -262,9 +262,8 @@ std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
 void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) const {
   for (const Row& row : rows_)
     for (int column = 0; column < row.columns; ++column) {
-      const double azimuth = extent().width * ((column + 0.5) / row.columns - 0.5);
       const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
-      look({frame_->Direction(azimuth, row.elevation), row.cell_sr, {cell.bound_px, cell.view}});
+      look({DirectionOf(row, column), row.cell_sr, {cell.bound_px, cell.view}});
     }
 }
 
@@ -286,6 +285,70 @@ std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) con
     }
   }
   return runs;
+}
+
+Vector3d CoverageMap::DirectionOf(const Row& row, int column) const {
+  return frame_->Direction(extent().width * ((column + 0.5) / row.columns - 0.5), row.elevation);
+}
+
+void CoverageMap::ForEachNeighbour(std::size_t row, int column,
+                                   const std::function<void(std::size_t, int)>& look) const {
+  const int columns = rows_[row].columns;
+  const bool round = extent().width >= 2 * M_PI - 1e-9;
+  for (const int step : {-1, 1}) {
+    const int beside = column + step;
+    if (beside >= 0 && beside < columns)
+      look(row, beside);
+    else if (round)
+      look(row, (beside + columns) % columns);
+    if (step < 0 ? row == 0 : row + 1 == rows_.size()) continue;
+    // Rows have different numbers of columns: all that reach over this one.
+    const std::size_t next = step < 0 ? row - 1 : row + 1;
+    const double per_column = static_cast<double>(rows_[next].columns) / columns;
+    const int last = rows_[next].columns - 1;
+    const int from = std::clamp(static_cast<int>(column * per_column + 1e-9), 0, last);
+    const int to = std::clamp(static_cast<int>((column + 1) * per_column - 1e-9), 0, last);
+    for (int k = from; k <= to; ++k) look(next, k);
+  }
+}
+
+CoverageHole CoverageMap::HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const {
+  std::vector<std::pair<std::size_t, int>> open, todo{{row, column}};
+  const auto take = [&](std::size_t r, int c) {
+    const std::size_t cell = rows_[r].first_cell + static_cast<std::size_t>(c);
+    if (seen[cell] || cells_[cell].view >= 0) return;
+    seen[cell] = true;
+    todo.push_back({r, c});
+  };
+  seen[rows_[row].first_cell + static_cast<std::size_t>(column)] = true;
+  CoverageHole hole{.solid_angle_sr = 0, .direction = DirectionOf(rows_[row], column)};
+  Vector3d sum = Vector3d::Zero();
+  while (!todo.empty()) {
+    const auto [r, c] = todo.back();
+    todo.pop_back();
+    open.push_back({r, c});
+    hole.solid_angle_sr += rows_[r].cell_sr;
+    sum += rows_[r].cell_sr * DirectionOf(rows_[r], c);
+    ForEachNeighbour(r, c, take);
+  }
+  for (const auto& [r, c] : open)
+    if (const Vector3d direction = DirectionOf(rows_[r], c); direction.dot(sum) > hole.direction.dot(sum))
+      hole.direction = direction;
+  return hole;
+}
+
+std::vector<CoverageHole> CoverageMap::Holes() const {
+  std::vector<CoverageHole> holes;
+  std::vector<bool> seen(cells_.size());
+  for (std::size_t row = 0; row < rows_.size(); ++row)
+    for (int column = 0; column < rows_[row].columns; ++column)
+      if (const std::size_t cell = rows_[row].first_cell + static_cast<std::size_t>(column);
+          !seen[cell] && cells_[cell].view < 0)
+        holes.push_back(HoleFrom(row, column, seen));
+  std::stable_sort(holes.begin(), holes.end(), [](const CoverageHole& a, const CoverageHole& b) {
+    return a.solid_angle_sr > b.solid_angle_sr;
+  });
+  return holes;
 }
 
 CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,

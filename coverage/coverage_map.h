@@ -82,6 +82,12 @@ struct CoverageMapOptions {
   double cells_per_disc_radius = 4;  // finer for pictures
 };
 
+// What is not covered in one piece.
+struct CoverageHole {
+  double solid_angle_sr = 0;
+  Eigen::Vector3d direction;  // of the open place nearest to its middle
+};
+
 class CoverageMap {
  public:
   CoverageMap(const Subject& subject, const CoverageMapOptions& options);
@@ -108,6 +114,8 @@ class CoverageMap {
     CoveringView covering;  // index -1: not covered
   };
   void ForEachCell(const std::function<void(const CellView&)>& look) const;
+  // The largest first.
+  std::vector<CoverageHole> Holes() const;
 
   // What is painted, for drawing: neighbouring cells of a row that one view paints, in runs no wider than
   // `widest` of azimuth (or one cell). Azimuths and elevations about frame().
@@ -137,6 +145,11 @@ class CoverageMap {
     std::int32_t view;  // -1: not painted
   };
   bool GridIsStale() const;
+  // Cells that share an edge with this one.
+  void ForEachNeighbour(std::size_t row, int column,
+                        const std::function<void(std::size_t row, int column)>& look) const;
+  CoverageHole HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const;
+  Eigen::Vector3d DirectionOf(const Row& row, int column) const;
   void Rebuild();
   void Paint(int view_index);
   void PaintRow(const Row& row, int view_index, double azimuth, double half_width, double min_cosine);

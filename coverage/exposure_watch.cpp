@@ -22,7 +22,9 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
                             const Subject& subject) {
   Seen now{.time_s = frame.device_time_s, .setting = frame.exposure_s * frame.gain};
   now.direction = (cam_from_world.OriginInSource() - subject.center_in_world).normalized();
-  if (const auto outline = SphereOutline(camera, cam_from_world, subject))
+  const auto outline = SphereOutline(camera, cam_from_world, subject);
+  if (outline &&
+      std::all_of(outline->begin(), outline->end(), [&](const auto& img) { return camera.Contains(img); }))
     if (const auto light = LightInside(frame.image, *outline)) now.light = light->mean_linear;
   std::erase_if(recent_, [&](const Seen& seen) {
     return seen.time_s > now.time_s || now.time_s - seen.time_s > kWindow_s;

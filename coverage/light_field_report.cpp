@@ -42,6 +42,54 @@ Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vect
   return {AngularSpan(std::move(azimuths)), *highest - *lowest};
 }
 
+LightFieldReport::Distances DistancesOf(const LightField& light_field, const Subject& subject) {
+  std::vector<double> distances;
+  for (const View& view : light_field.views)
+    distances.push_back((view.CenterInWorld() - subject.center_in_world).norm());
+  std::sort(distances.begin(), distances.end());
+  return {distances.front(), distances[distances.size() / 2], distances.back()};
+}
+
+std::size_t CountDuplicates(const std::vector<CriterionView>& views, const Subject& subject,
+                            double threshold_px) {
+  RecordedViews earlier(subject);
+  std::size_t duplicates = 0;
+  for (const CriterionView& view : views) {
+    duplicates += earlier.Covers(view, threshold_px);
+    earlier.Add(view);
+  }
+  return duplicates;
+}
+
+std::vector<LightFieldReport::Hole> HolesOf(const LightField& light_field,
+                                            const std::vector<CriterionView>& views, const Subject& subject,
+                                            const Cap& cap, double threshold_px) {
+  CoverageMap map(subject,
+                  {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
+  map.SetViews(views);
+  std::vector<LightFieldReport::Hole> holes;
+  for (const CoverageHole& hole : map.Holes()) {
+    const CapFrame::Angles at = map.frame()->Of(hole.direction);
+    holes.push_back(
+        {hole.solid_angle_sr * Degrees(1) * Degrees(1), Degrees(at.azimuth), Degrees(at.elevation)});
+  }
+  return holes;
+}
+
+std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
+  constexpr std::size_t kShown = 3;
+  double area = 0;
+  std::string largest;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    area += holes[i].area_deg2;
+    if (i < kShown)
+      largest += fmt::format("{}{:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", holes[i].area_deg2,
+                             holes[i].azimuth_deg, holes[i].elevation_deg);
+  }
+  return fmt::format("holes          {}, {:.1f} square degrees in all (at azimuth, elevation: {}{})\n",
+                     holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
+}
+
 }  // namespace
 
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
@@ -73,8 +121,13 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
       directions.push_back(offset.normalized());
   if (!directions.empty())
     report.angular_range_deg = AngularRange(directions, light_field.UpInWorld()).unaryExpr(&Degrees);
-  if (options.cap)
+  report.distances = DistancesOf(light_field, *report.subject);
+  const std::vector<CriterionView> views = CriterionViews(light_field);
+  report.duplicates = CountDuplicates(views, *report.subject, report.threshold_px);
+  if (options.cap) {
     report.covered = MeasureCoverage(light_field, *report.subject, *options.cap, report.threshold_px).covered;
+    report.holes = HolesOf(light_field, views, *report.subject, *options.cap, report.threshold_px);
+  }
   return report;
 }
 
@@ -94,6 +147,20 @@ nlohmann::json ToJson(const LightFieldReport& report) {
   }
   json["covered"] = nullptr;
   if (report.covered) json["covered"] = *report.covered;
+  json["holes"] = nullptr;
+  if (report.covered) {
+    json["holes"] = nlohmann::json::array();
+    for (const LightFieldReport::Hole& hole : report.holes)
+      json["holes"].push_back({{"area_deg2", hole.area_deg2},
+                               {"azimuth_deg", hole.azimuth_deg},
+                               {"elevation_deg", hole.elevation_deg}});
+  }
+  json["distance"] = nullptr;
+  if (report.distances)
+    json["distance"] = {{"nearest", report.distances->nearest},
+                        {"median", report.distances->median},
+                        {"farthest", report.distances->farthest}};
+  json["duplicates"] = report.duplicates;
   json["reasons"] = report.reasons;
   return json;
 }
@@ -115,6 +182,14 @@ std::string ToText(const LightFieldReport& report) {
   if (report.covered)
     text +=
         fmt::format("covered        {:.1f} % within {:g} px\n", 100 * *report.covered, report.threshold_px);
+  if (!report.holes.empty()) text += HolesText(report.holes);
+  if (report.distances)
+    text += fmt::format("distances      {:.3g} to {:.3g}, median {:.3g} (from {:.0f} to {:.0f} % of it)\n",
+                        report.distances->nearest, report.distances->farthest, report.distances->median,
+                        100 * report.distances->nearest / report.distances->median,
+                        100 * report.distances->farthest / report.distances->median);
+  if (report.duplicates > 0)
+    text += fmt::format("duplicates     {} of the views are covered by earlier ones\n", report.duplicates);
   std::string reasons;
   for (const auto& [reason, count] : report.reasons)
     if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));

@@ -1,5 +1,6 @@
 // A light field in one row, as the thesis's Table 6.1 has it: views, capture time, angular range, average
-// angle between neighbours; and how much of a cap is covered.
+// angle between neighbours; how the distances spread, which views add nothing, how much of a cap is covered
+// and where it is open.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/light_field.h"
 #include "coverage/coverage_map.h"
@@ -24,6 +26,17 @@ struct LightFieldReport {
   std::optional<Subject> subject;
   std::string units;
   std::optional<double> covered;  // none without a cap
+  // What of the cap is open, the largest first; empty without a cap.
+  struct Hole {
+    double area_deg2 = 0;                       // square degrees
+    double azimuth_deg = 0, elevation_deg = 0;  // about the first view
+  };
+  std::vector<Hole> holes;
+  struct Distances {
+    double nearest = 0, median = 0, farthest = 0;  // from the subject's centre, world units
+  };
+  std::optional<Distances> distances;  // none without views
+  std::size_t duplicates = 0;          // views that an earlier one covers
   double threshold_px = 7;
   std::map<std::string, std::uint64_t> reasons;
 };

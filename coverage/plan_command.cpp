@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/error.h"
+#include "coverage/capture_prediction.h"
 #include "coverage/coverage_map.h"
 #include "coverage/criterion.h"
 
@@ -52,14 +53,17 @@ CriterionSetup SetupFrom(const PlanArgs& args) {
 
 int RunPlan(const PlanArgs& args) {
   const CriterionSetup setup = SetupFrom(args);
-  const double cap_sr = Cap::ParseDegrees(args.cap).SolidAngle();
-  const auto disc_radius = DiscRadius(setup);
-  const auto window = DistanceWindow(setup);
-  if (!disc_radius || !window)
+  const Cap cap = Cap::ParseDegrees(args.cap);
+  const auto prediction = Predict(setup, cap);
+  if (!prediction)
     throw UsageError(
         "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
         args.threshold_px);
-  const double views = ViewsEstimate(cap_sr, *disc_radius);
+  const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
+  const auto ratio = [&](const std::optional<double>& distance) {
+    return distance ? std::optional(*distance / setup.distance) : std::nullopt;
+  };
+  const auto near = ratio(prediction->nearest), far = ratio(prediction->farthest);
   std::optional<double> bound_px;
   if (args.angle_deg) bound_px = AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
 
@@ -67,9 +71,9 @@ int RunPlan(const PlanArgs& args) {
     const auto or_null = [](const std::optional<double>& value) {
       return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
     };
-    nlohmann::json json{{"disc_radius_deg", *disc_radius * 180 / M_PI},
-                        {"distance_window", {or_null(window->near), or_null(window->far)}},
-                        {"views_estimate", views}};
+    nlohmann::json json{{"disc_radius_deg", disc_radius_deg},
+                        {"distance_window", {or_null(near), or_null(far)}},
+                        {"views_estimate", *prediction->views}};
     if (args.angle_deg) json["bound_px"] = or_null(bound_px);
     fmt::print("{}\n", json.dump());
     return kOk;
@@ -78,12 +82,11 @@ int RunPlan(const PlanArgs& args) {
                            std::sqrt(setup.distance * setup.distance - setup.radius * setup.radius);
   fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", sphere_px,
              args.coverage_width_px);
-  fmt::print("one view covers  {:.2f} degrees around it, within {:g} px\n", *disc_radius * 180 / M_PI,
+  fmt::print("one view covers  {:.2f} degrees around it, within {:g} px\n", disc_radius_deg,
              args.threshold_px);
   fmt::print("distances        {} to {} times the recorded one\n",
-             window->near ? fmt::format("{:.3f}", *window->near) : "any",
-             window->far ? fmt::format("{:.3f}", *window->far) : "any");
-  fmt::print("views            about {:.0f} for {} degrees\n", views, args.cap);
+             near ? fmt::format("{:.3f}", *near) : "any", far ? fmt::format("{:.3f}", *far) : "any");
+  fmt::print("views            about {:.0f} for {} degrees\n", *prediction->views, args.cap);
   if (bound_px)
     fmt::print("bound            {:.2f} px at {:g} degrees and {:g} times the distance\n", *bound_px,
                *args.angle_deg, *args.distance_ratio);

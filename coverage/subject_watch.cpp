@@ -4,9 +4,8 @@ namespace ulf {
 namespace {
 
 constexpr double kOver_s = 1;
-// Of what their record promises, the subject's points against the others: below the first they have moved,
-// above the second they agree again.
-constexpr double kMoved = 0.45, kAgree = 0.7;
+// Of what their record promises, the subject's points against the others: below this it has moved.
+constexpr double kMoved = 0.45;
 // Fewer say nothing: of the points that should have been found in that second, per frame and in all.
 constexpr double kFewestPerFrame = 8;
 constexpr std::size_t kFewestFrames = 5;
@@ -35,7 +34,6 @@ bool SubjectWatch::Moved(double time_s, std::span<const ExpectedPoint> points, c
   const double on = sum.found_on / sum.expected_on, off = sum.found_off / sum.expected_off;
   if (off < kRestHolds) return moved_;
   if (on < kMoved * off) moved_ = true;
-  if (on > kAgree * off) moved_ = false;
   return moved_;
 }
 

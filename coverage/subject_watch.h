@@ -16,7 +16,8 @@ namespace ulf {
 
 class SubjectWatch {
  public:
-  // After every tracked frame. True while the subject seems to have moved.
+  // After every tracked frame. True from when the subject seems to have moved until Forget(): the map soon
+  // has new points on it and no longer tells.
   bool Moved(double time_s, std::span<const ExpectedPoint> points, const Subject& subject);
   void Forget() { frames_.clear(), moved_ = false; }
 

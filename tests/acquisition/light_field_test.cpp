@@ -192,6 +192,18 @@ TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {
   EXPECT_FALSE(fs::exists(scratch / "lf/images/000004.png"));
 }
 
+TEST(LightFieldOnDisk, AKillBetweenARemovalAndItsMoveIsMadeGood) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 4);
+  LightFieldWriter::Resume(scratch / "lf").RemoveView(2);
+  fs::rename(scratch / "lf/unposed/000002.png", scratch / "lf/images/000002.png");
+  LightFieldWriter::Resume(scratch / "lf");
+  EXPECT_TRUE(fs::exists(scratch / "lf/unposed/000002.png"));
+  EXPECT_FALSE(fs::exists(scratch / "lf/images/000002.png"));
+  for (const int id : {1, 3, 4})
+    EXPECT_TRUE(fs::exists(scratch / "lf/images" / fmt::format("{:06}.png", id))) << id;
+}
+
 TEST(LightFieldOnDisk, RefusesASecondWriterAndAFullFolder) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());

@@ -450,5 +450,40 @@ TEST(LightFieldReport, AngularRangeIsTheCapsOrAWholeTurn) {
   EXPECT_NEAR(ring.angular_range_deg->y(), 0, 1e-6);
 }
 
+TEST(LightFieldReport, SaysWhereItIsOpenHowFarApartAndWhatAddsNothing) {
+  LightField light_field;
+  light_field.cameras = {kCamera};
+  light_field.subject = kSubject;
+  light_field.threshold_px = 7;
+  const auto add = [&](double azimuth, double elevation, double distance = 1) {
+    View view;
+    view.cam_from_world = PoseAt(azimuth, elevation, distance);
+    light_field.views.push_back(view);
+  };
+  add(0, 0);
+  for (double elevation = -5; elevation <= 5; ++elevation)
+    for (double azimuth = -10; azimuth <= 10; ++azimuth)
+      if ((azimuth != 0 || elevation != 0) && std::hypot(azimuth - 5, elevation - 1) > 3)
+        add(azimuth, elevation, azimuth < 0 ? 1 : 1.02);
+  const LightFieldReport report = Describe(light_field, {.cap = Cap::ParseDegrees("18x8")});
+  ASSERT_EQ(report.holes.size(), 1u);
+  EXPECT_NEAR(report.holes[0].azimuth_deg, 5, 0.5);
+  EXPECT_NEAR(report.holes[0].elevation_deg, 1, 0.5);
+  EXPECT_NEAR(report.holes[0].area_deg2, (1 - *report.covered) * 18 * 8, 0.15 * report.holes[0].area_deg2);
+  EXPECT_NEAR(report.distances->nearest, 1, 1e-9);
+  EXPECT_NEAR(report.distances->farthest, 1.02, 1e-9);
+  EXPECT_NE(ToText(report).find("holes          1, "), std::string::npos) << ToText(report);
+
+  std::size_t covered_by_earlier = 0;
+  const std::vector<CriterionView> views = CriterionViews(light_field);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    bool covered = false;
+    for (std::size_t k = 0; k < i; ++k) covered |= BoundPx(views[k], views[i], kSubject) <= 7;
+    covered_by_earlier += covered;
+  }
+  EXPECT_EQ(report.duplicates, covered_by_earlier);
+  EXPECT_GT(report.duplicates, 100u);
+}
+
 }  // namespace
 }  // namespace ulf::test

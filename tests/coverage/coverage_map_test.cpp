@@ -166,6 +166,23 @@ TEST(CoverageMap, MeasureFollowsItsDefinition) {
   EXPECT_NEAR(measure.covered, covered / double{kSamples}, 0.025);
 }
 
+// Holes and what is painted make up the cap, also across the back and at the poles.
+TEST(CoverageMap, HolesAreWhatIsOpen) {
+  for (const char* cap : {"60x40", "360x180"}) {
+    CoverageMap map(kSubject, {.cap = Cap::ParseDegrees(cap), .up_in_world = kUp, .threshold_px = 12});
+    map.SetViews(RandomViews(120, 5));
+    double open_sr = 0;
+    for (const CoverageHole& hole : map.Holes()) {
+      open_sr += hole.solid_angle_sr;
+      EXPECT_EQ(map.At(hole.direction)->index, -1);
+    }
+    EXPECT_NEAR(open_sr / map.extent().SolidAngle(), 1 - map.CoveredShare(), 1e-9) << cap;
+  }
+  CoverageMap behind(kSubject, {.up_in_world = kUp, .threshold_px = 12});
+  behind.Add(ViewAt(0, 0, 1.5));
+  EXPECT_EQ(behind.Holes().size(), 1u) << "all round the one disc";
+}
+
 TEST(CoverageMap, NothingRecordedNothingCovered) {
   const Cap cap = Cap::ParseDegrees("60x40");
   EXPECT_EQ(MeasureCoverage(std::vector<CriterionView>{}, kSubject, cap, {}).covered, 0);

@@ -1,0 +1,237 @@
+// What a capture watches beside coverage: what is not in order before the first view, an exposure that still
+// settles, poses that are corrected, a subject that moves.
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "coverage/capture_session.h"
+#include "coverage/preflight.h"
+#include "coverage/subject_watch.h"
+#include "tests/coverage/planar_capture.h"
+#include "tests/support/test_paths.h"
+#include "tests/tracking/textured_room.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+const PreflightItem& Item(const std::vector<PreflightItem>& items, const std::string& name) {
+  for (const PreflightItem& item : items)
+    if (item.name == name) return item;
+  throw std::runtime_error("no item " + name);
+}
+
+TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
+  const CapturePrediction prediction{.disc_radius = 0.02, .nearest = {}, .farthest = {}, .views = 500};
+  const PreflightInput good{.calibrated = true,
+                            .calibration_source = "stored for serial 7",
+                            .held = {.exposure = true, .white_balance = true, .focus = {}},
+                            .prediction = prediction,
+                            .bytes_per_view = 1'000'000,
+                            .disk_left_bytes = 600'000'000,
+                            .tracking_quality = 0.8,
+                            .least_quality = 0.3};
+  for (const PreflightItem& item : Preflight(good)) EXPECT_NE(item.in_order, false) << item.name;
+  EXPECT_FALSE(Item(Preflight(good), "focus").in_order) << "cannot be known";
+  EXPECT_THAT(Item(Preflight(good), "calibration").words, HasSubstr("serial 7"));
+
+  const auto bad = [&](auto change, const std::string& name, const std::string& way_out) {
+    PreflightInput input = good;
+    change(input);
+    const std::vector<PreflightItem> items = Preflight(input);
+    EXPECT_EQ(Item(items, name).in_order, false) << name;
+    EXPECT_THAT(Item(items, name).words, HasSubstr(way_out));
+    for (const PreflightItem& item : items)
+      if (item.name != name) EXPECT_NE(item.in_order, false) << item.name << " when it is " << name;
+  };
+  bad([](PreflightInput& input) { input.calibrated = false; }, "calibration", "ulf calibrate");
+  bad([](PreflightInput& input) { input.held.exposure = false; }, "exposure", "ulf features");
+  bad([](PreflightInput& input) { input.held.white_balance = false; }, "white balance", "ulf features");
+  bad([](PreflightInput& input) { input.held.focus = false; }, "focus", "ulf features");
+  bad([](PreflightInput& input) { input.disk_left_bytes = 400'000'000; }, "disk", "free some space");
+  bad([](PreflightInput& input) { input.tracking_quality = 0.2; }, "tracking", "move slowly");
+  bad([](PreflightInput& input) { input.prediction->views = 150'000, input.bytes_per_view = 10; }, "views",
+      "smaller cap");
+}
+
+TEST(Preflight, OfACaptureIsShownAndSaidOnce) {
+  for (const bool calibrated : {true, false}) {
+    const ScratchFolder scratch;
+    CaptureOptions options = Options();
+    options.cap = Cap::ParseDegrees("20x10");
+    options.calibrated = calibrated;
+    std::vector<std::string> said;
+    SharedCaptureState last;
+    CaptureHooks hooks;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const SharedCaptureState& now) { last = now; };
+    Capture(scratch / "lf", Sweep(6, 4, 1), options, {}, hooks);
+    std::size_t times = 0;
+    for (const std::string& line : said) times += line.find("before the first view: calibration") == 0;
+    EXPECT_EQ(times, calibrated ? 0u : 1u);
+    EXPECT_EQ(Item(last->preflight, "calibration").in_order, calibrated);
+    EXPECT_EQ(Item(last->preflight, "disk").in_order, true);
+    EXPECT_FALSE(last->exposure_locked) << "a plane tells nothing of its exposure";
+    ASSERT_TRUE(last->prediction);
+    EXPECT_GT(*last->prediction->views, 10);
+  }
+}
+
+// A camera whose exposure comes to rest: told by its settings, or seen in the picture alone.
+class SettlingDevice : public PlanarDevice {
+ public:
+  SettlingDevice(std::vector<PlanarShot> shots, bool tells) : PlanarDevice(std::move(shots)), tells_(tells) {}
+  std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
+    auto frame = PlanarDevice::Next(timeout);
+    if (!frame) return frame;
+    const double light = std::max(0.5, 1 - 0.06 * taken_++);  // at rest from the tenth frame on
+    frame->exposure_s = tells_ ? 0.001 * light : 0;
+    if (!tells_) {
+      cv::Mat darker;
+      frame->image.pixels.convertTo(darker, -1, light);
+      frame->image.pixels = darker;
+    }
+    return frame;
+  }
+
+ private:
+  bool tells_;
+  int taken_ = 0;
+};
+
+TEST(ExposureUnsettled, IsAReasonOfItsOwnUntilItRests) {
+  std::vector<PlanarShot> shots;
+  for (int i = 0; i < 25; ++i) shots.push_back({PoseAt(1.8 * i - 20, 0)});  // each uncovered
+  for (const bool tells : {true, false}) {
+    const ScratchFolder scratch;
+    SettlingDevice device(shots, tells);
+    const auto poses = MakeKnownPoseSource(kCamera, kSubject);
+    device.Start();
+    const CaptureSummary summary = RunCapture(device, kCamera, *poses, NewWriter(scratch / "lf"), Options());
+    const Counts counted = Counted(summary);
+    EXPECT_GE(counted.at("unsettled"), 8u) << tells;
+    EXPECT_LE(counted.at("unsettled"), 13u) << "0.3 s after it has come to rest it is settled";
+    EXPECT_EQ(counted.at("unsettled") + counted.at("recorded"), 25u) << tells;
+  }
+  const ScratchFolder scratch;
+  EXPECT_EQ(Counted(Capture(scratch / "lf", shots).summary), (Counts{{"recorded", 25}}))
+      << "moving is no change of exposure";
+}
+
+TEST(CorrectedPoses, WhatFallsOpenIsShownAndSaid) {
+  const ScratchFolder scratch;
+  // Turned about the vertical: what was painted lies elsewhere; as the first view turns, too, the cap does.
+  DriftingSource poses(Rigid3{Eigen::Quaterniond::Identity(), {0, 0, 0.12}});
+  PlanarDevice device(Sweep(10, 4, 0.8));
+  device.Start();
+  CaptureOptions options = Options();
+  options.cap = Cap::ParseDegrees("12x6");
+  std::vector<std::string> said;
+  SharedCaptureState last;
+  CaptureHooks hooks;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  double covered_before = 0;
+  std::size_t reopened_before = 1, reopened_after = 0;
+  double covered_after = 0;
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    if (now->frames == 35) {
+      covered_before = *now->covered;
+      reopened_before = now->reopened.size();
+      poses.Adjust(true);
+    }
+    if (now->frames == 36) covered_after = *now->covered, reopened_after = now->reopened.size();
+  };
+  RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), options, hooks);
+  EXPECT_LT(covered_after, covered_before - 0.005) << "nothing fell open: the test shows nothing";
+  EXPECT_EQ(reopened_before, 0u);
+  EXPECT_GT(reopened_after, 0u);
+  EXPECT_THAT(said,
+              Contains(AllOf(HasSubstr("poses were corrected"), HasSubstr("% of the cap fell open again"))));
+}
+
+// A tracker that looks for points on the subject and off it.
+class WatchedSource : public DriftingSource {
+ public:
+  WatchedSource() : DriftingSource(Rigid3{}) {}
+  std::vector<ExpectedPoint> ExpectedPoints() const override {
+    std::vector<ExpectedPoint> points;
+    for (int i = 0; i < 40; ++i) points.push_back({{0.002 * i, 0, 0}, 0.8, !subject_gone && i % 5 > 0});
+    for (int i = 0; i < 100; ++i) points.push_back({{1 + 0.01 * i, 0, 0}, 0.8, i % 5 > 0});
+    return points;
+  }
+  bool subject_gone = false;
+};
+
+TEST(SubjectMoved, IsSaidOnceAndShown) {
+  const ScratchFolder scratch;
+  WatchedSource poses;
+  PlanarDevice device(Sweep(10, 4, 0.8));
+  device.Start();
+  std::vector<std::string> said;
+  std::vector<bool> shown;
+  CaptureRequests requests;
+  CaptureHooks hooks;
+  hooks.requests = &requests;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    poses.subject_gone = now->frames >= 20 && now->frames < 50;
+    if (now->frames == 60) requests.Ask(PlaceSubject{kSubject});
+    shown.push_back(now->subject_moved);
+  };
+  RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), Options(), hooks);
+  ASSERT_GT(shown.size(), 70u);
+  EXPECT_FALSE(shown[19]);
+  EXPECT_TRUE(shown[20 + 15]) << "after a second";
+  EXPECT_TRUE(shown[50 + 9]) << "new points on it say nothing of the old views";
+  EXPECT_FALSE(shown[60 + 5]) << "placed anew";
+  std::size_t times = 0;
+  for (const std::string& line : said) times += line.find("seems to have moved") != std::string::npos;
+  EXPECT_EQ(times, 1u);
+}
+
+// The real tracker before a wall with a box, which is pushed aside while the camera sways on.
+TEST(SubjectMoved, IsNoticedByTheTrackersPointsAndOnlyThen) {
+  constexpr int kPlaced = 60, kPushed = 120, kFrames = 200;
+  for (const double push_m : {0.0, 0.05, 0.15})
+    for (const unsigned seed : {1u, 2u}) {
+      const TexturedRoom room({.furniture = Furniture::kBox, .seed = seed});
+      Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
+      SubjectWatch watch;
+      std::optional<Subject> box;
+      Eigen::Matrix3Xd centers(3, 0), true_centers(3, 0);
+      int noticed = -1;
+      for (int i = 0; i < kFrames; ++i) {
+        const Rigid3 truth = TexturedRoom::HandAt(i);
+        const TexturedRoom::Moment moment{.furniture_shift = {i >= kPushed ? push_m : 0, 0, 0}};
+        const Track track =
+            tracker.Step(room.Take(truth, static_cast<std::uint64_t>(i), TexturedRoom::Camera(), moment));
+        if (!track.cam_from_world) continue;
+        if (i < kPlaced) {
+          centers.conservativeResize(3, centers.cols() + 1);
+          true_centers.conservativeResize(3, centers.cols());
+          centers.rightCols<1>() = track.cam_from_world->OriginInSource();
+          true_centers.rightCols<1>() = truth.OriginInSource();
+          continue;
+        }
+        if (!box) {
+          ASSERT_GT(centers.cols(), 20) << "seed " << seed;
+          const Eigen::Matrix4d tracked_from_true = Eigen::umeyama(true_centers, centers, true);
+          const double scale = tracked_from_true.topLeftCorner<3, 3>().col(0).norm();
+          box = Subject{(tracked_from_true * Eigen::Vector4d(0.18, 0.2, 2.6, 1)).head<3>(), 0.42 * scale};
+        }
+        if (watch.Moved(i / 30.0, tracker.ExpectedPoints(), *box) && noticed < 0) noticed = i;
+      }
+      if (push_m == 0)
+        EXPECT_EQ(noticed, -1) << "seed " << seed;
+      else
+        EXPECT_TRUE(noticed >= kPushed && noticed < kPushed + 45)
+            << push_m << " m, seed " << seed << ": " << noticed;
+    }
+}
+
+}  // namespace
+}  // namespace ulf::test
