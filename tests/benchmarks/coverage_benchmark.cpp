@@ -60,7 +60,8 @@ void Decision(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(recorded.Best(candidates[i++ % candidates.size()]));
   state.counters["a_second"] = benchmark::Counter(1, benchmark::Counter::kIsIterationInvariantRate);
 }
-BENCHMARK(Decision)->Arg(100)->Arg(1000)->Arg(10'000)->Unit(benchmark::kMicrosecond);
+BENCHMARK(Decision)->Arg(100)->Arg(1000)->Unit(benchmark::kMicrosecond);
+BENCHMARK(Decision)->Name("DecisionAmongMany")->Arg(10'000)->Unit(benchmark::kMicrosecond);
 
 void PaintOneView(benchmark::State& state) {
   CoverageMap empty(kSubject, {.cap = Cap::ParseDegrees("60x40"), .threshold_px = 7});
@@ -110,7 +111,7 @@ int main(int argc, char** argv) {
   return ulf::RunBenchmarks(
       argc, argv,
       {{"Decision/1000", "a_second", 1 / 0.3e-3, "decisions a second, 1,000 views (0.3 ms)"},
-       {"Decision/10000", "a_second", 1 / 3e-3, "decisions a second, 10,000 views (3 ms)"},
+       {"DecisionAmongMany/10000", "a_second", 1 / 3e-3, "decisions a second, 10,000 views (3 ms)"},
        {"PaintOneView/1000/", "a_second", 1 / 1e-3, "views painted a second, 1,000 views (1 ms)"},
        {"PaintOneView/10000/", "a_second", 1 / 1e-3, "views painted a second, 10,000 views (1 ms)"}});
 }

@@ -242,7 +242,9 @@ TEST(Criterion, KeepsItsPromises) {
                          pair.ratio, Degrees(pair.angle), Degrees(aimed_off));
     };
     ASSERT_GE(bound, truth * (aimed_off > 0 ? 0.92 : 0.98)) << words();
-    if (near_the_shell) ASSERT_LE(bound, 1.10 * truth) << words();
+    if (near_the_shell) {
+      ASSERT_LE(bound, 1.10 * truth) << words();
+    }
   }
 }
 
