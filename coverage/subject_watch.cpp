@@ -3,7 +3,10 @@
 namespace ulf {
 namespace {
 
-constexpr double kOver_s = 1;
+constexpr double kOver_s = 0.7;
+// A point has to be known for so many frames: what a subject that has moved shows soon becomes points of its
+// own, found every time, which would speak for it.
+constexpr int kKnownFor = 20;
 // Of what their record promises, the subject's points against the others: below this it has moved.
 constexpr double kMoved = 0.45;
 // Fewer say nothing: of the points that should have been found in that second, per frame and in all.
@@ -17,6 +20,7 @@ constexpr double kRestHolds = 0.5;
 bool SubjectWatch::Moved(double time_s, std::span<const ExpectedPoint> points, const Subject& subject) {
   Tally now{.time_s = time_s};
   for (const ExpectedPoint& point : points) {
+    if (point.times_expected < kKnownFor) continue;
     const bool on = (point.position_in_world - subject.center_in_world).norm() <= subject.radius;
     (on ? now.expected_on : now.expected_off) += point.find_rate;
     (on ? now.found_on : now.found_off) += point.found;

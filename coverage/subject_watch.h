@@ -3,7 +3,7 @@
 //
 // A point counts for as often as it was found before when it was looked for (its record), so that surfaces
 // that are hard to see, and points that were always doubtful, blame nobody. Points inside the subject's
-// sphere are set against all others over a second.
+// sphere are set against all others over the better part of a second.
 #pragma once
 
 #include <deque>

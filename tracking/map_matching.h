@@ -40,6 +40,7 @@ struct Candidate {
   double find_rate = 0.5;  // how often it was found when it should have been
   std::shared_ptr<const ReferencePatch> patch;
   PatchAxes patch_axes;
+  int times_expected = 0;  // before this frame
 };
 
 struct CandidateOptions {

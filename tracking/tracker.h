@@ -98,7 +98,8 @@ struct VisiblePoint {
 // A map point that the last frame should have shown.
 struct ExpectedPoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
-  double find_rate = 0;  // how often it was found before when it was looked for, 0 to 1
+  double find_rate = 0;    // how often it was found before when it was expected, 0 to 1
+  int times_expected = 0;  // before
   bool found = false;    // where the frame's pose says that it is
 };
 

@@ -140,7 +140,8 @@ std::vector<ExpectedPoint> ExpectedOf(const Located& located) {
   std::vector<ExpectedPoint> expected;
   for (const int i : located.looked_for) {
     const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
-    expected.push_back({candidate.position, candidate.find_rate, found[static_cast<std::size_t>(i)]});
+    expected.push_back({candidate.position, candidate.find_rate, candidate.times_expected,
+                        found[static_cast<std::size_t>(i)]});
   }
   return expected;
 }

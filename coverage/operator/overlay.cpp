@@ -375,8 +375,12 @@ Instruction InstructionFor(const CaptureState& state) {
       return {"blurred: hold still", true};
     case Reason::kExposure:
       return {"the subject is too bright or too dark", true};
+    case Reason::kUnsettled:
+      return {"the exposure is still settling: wait, or lock it", true};
     case Reason::kSpool:
       return {"the disk is behind: wait", true};
+    case Reason::kDisk:
+      return {"the disk is full: make room, recording then goes on", true};
     case Reason::kTracking:
       return {"tracking is poor: show more of what was seen before", true};
     default:

@@ -159,8 +159,8 @@ class WatchedSource : public DriftingSource {
   WatchedSource() : DriftingSource(Rigid3{}) {}
   std::vector<ExpectedPoint> ExpectedPoints() const override {
     std::vector<ExpectedPoint> points;
-    for (int i = 0; i < 40; ++i) points.push_back({{0.002 * i, 0, 0}, 0.8, !subject_gone && i % 5 > 0});
-    for (int i = 0; i < 100; ++i) points.push_back({{1 + 0.01 * i, 0, 0}, 0.8, i % 5 > 0});
+    for (int i = 0; i < 40; ++i) points.push_back({{0.002 * i, 0, 0}, 0.8, 30, !subject_gone && i % 5 > 0});
+    for (int i = 0; i < 100; ++i) points.push_back({{1 + 0.01 * i, 0, 0}, 0.8, 30, i % 5 > 0});
     return points;
   }
   bool subject_gone = false;
