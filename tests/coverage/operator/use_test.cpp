@@ -1,0 +1,117 @@
+// A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
+// one, while everything that the display offers is asked for again and again. Half a minute of the camera's
+// time every day;
+// `./run test --long` runs twenty minutes of it under each of the sanitizers: nothing may race, nothing may
+// leak, and memory must not grow once there is nothing more to record.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <set>
+
+#include "acquisition/device.h"
+#include "acquisition/light_field_io.h"
+#include "coverage/capture_session.h"
+#include "coverage/operator/run_with_display.h"
+#include "tests/support/test_paths.h"
+#include "tracking/pose_source.h"
+
+namespace ulf::test {
+namespace {
+
+double Minutes() {
+  const char* asked = std::getenv("ULF_USE_MINUTES");
+  return asked ? std::atof(asked) : 0.5;
+}
+
+double ResidentMb() {
+  std::ifstream file("/proc/self/statm");
+  double pages = 0, resident = 0;
+  file >> pages >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+// A person who presses every key in turn, each after a while of looking.
+class BusyPerson : public OffscreenSurface {
+ public:
+  BusyPerson() : OffscreenSurface({640, 480}) {}
+  std::vector<InputEvent> TakeEvents(double patience_s) override {
+    constexpr int kFramesBetween = 12;
+    if (++frames_ % kFramesBetween == 0) Push(Next());
+    return OffscreenSurface::TakeEvents(patience_s);
+  }
+
+ private:
+  InputEvent Next() {
+    static const std::vector<InputEvent> kRound{
+        Typed{U'i'}, Typed{U'?'}, Typed{U'?'}, Typed{U'p'}, Typed{U'l'}, Typed{U'l'}, Typed{U' '},
+        Typed{U' '},
+        // Two views back.
+        KeyPressed{Key::kBackspace}, KeyPressed{Key::kBackspace},
+        // The subject: focused through its aperture, moved, and left as it was.
+        Typed{U's'}, Typed{U'a'}, KeyPressed{Key::kUp}, WheelTurned{1}, KeyPressed{Key::kRight}, Typed{U'a'},
+        KeyPressed{Key::kEscape},
+        // What is recorded: from the live camera, round the subject, against the live picture.
+        Typed{U'r'}, Typed{U'w'}, Typed{U'.'}, Typed{U'b'}, Typed{U'b'}, Typed{U'c'}, KeyPressed{Key::kLeft},
+        MouseMoved{{300, 200}}, MouseButton{0, true}, MouseMoved{{340, 220}}, MouseButton{0, false},
+        KeyPressed{Key::kPageUp}, Typed{U'r'}, KeyPressed{Key::kF11}, KeyPressed{Key::kF11}};
+    return kRound[static_cast<std::size_t>(frames_) / 12 % kRound.size()];
+  }
+  int frames_ = 0;
+};
+
+TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
+  const ScratchFolder scratch;
+  const std::string uri = "sim:studio?width=320&height=240&fps=10&seed=11&row_deg=5&speed_deg_s=9";
+  const auto device = OpenDevice(uri);
+  device->Start();
+  const auto first = device->Next(std::chrono::seconds(5));
+  ASSERT_TRUE(first);
+  const CameraModel camera = *device->Camera();
+  const auto poses = MakeTrackerSource(camera, {});
+  CaptureOptions options;
+  options.cap = Cap::ParseDegrees("60x40");
+  options.until_share = 2;  // never: what is left is looked at until the time is over
+  options.threshold_px = 12;
+  options.coverage_width_px = 320;
+  options.max_seconds = 60 * Minutes();
+  CaptureFeed feed;
+  CaptureRequests requests;
+  CaptureHooks hooks;
+  hooks.requests = &requests;
+  double early_mb = 0, late_mb = 0;
+  std::set<std::string> said;
+  const double starts_s = first->device_time_s;
+  hooks.say = [&](const std::string& line) { said.insert(line.substr(0, line.find(' '))); };
+  hooks.after_frame = [&](const SharedCaptureState& state) {
+    feed.Publish(state);
+    const double share = (state->device_time_s - starts_s) / options.max_seconds;
+    if (share > 0.5 && early_mb == 0) early_mb = ResidentMb();
+    if (share > 0.99) late_mb = ResidentMb();
+  };
+  CaptureSummary summary;
+  RunWithDisplay([] { return std::make_unique<BusyPerson>(); }, {}, feed, requests,
+                 [&] {
+                   summary = RunCapture(
+                       *device, camera, *poses,
+                       LightFieldWriter::Create(scratch / "lf", {.camera = camera, .units = "arbitrary"}),
+                       options, hooks, {*first});
+                 });
+  EXPECT_EQ(summary.stopped_because, StoppedBecause::kSeconds);
+  EXPECT_GT(summary.frames, 0.95 * 10 * options.max_seconds);
+  const LightField light_field = ReadLightField(scratch / "lf");
+  EXPECT_GT(light_field.views.size(), 5u);
+  for (const View& view : light_field.views)
+    EXPECT_TRUE(std::filesystem::exists(light_field.root / view.image_path)) << view.id;
+  std::size_t taken_back = 0;
+  for ([[maybe_unused]] const auto& kept : std::filesystem::directory_iterator(scratch / "lf" / "unposed"))
+    ++taken_back;
+  EXPECT_GT(taken_back, 0u) << "views that were taken back are kept";
+  RecordProperty("early_mb", std::to_string(early_mb));
+  RecordProperty("late_mb", std::to_string(late_mb));
+  EXPECT_LT(late_mb, 1.1 * early_mb + 20);
+}
+
+}  // namespace
+}  // namespace ulf::test
