@@ -186,6 +186,8 @@ void FileBatch::Write(const fs::path& path, const FileContent& content) {
 }
 
 void FileBatch::Commit() {
+  if (std::exchange(committed_, false))
+    files_.clear();  // nothing was written since: those are not ours any more
   const auto fail = [&](const File& file, const char* what) {
     const int reason = errno;
     const std::string path = file.path.string();

@@ -35,6 +35,22 @@ Frame MakeFrame(int number, int type = CV_16UC1, cv::Size size = {40, 30}) {
   return frame;
 }
 
+// What is said when the frames before are on disk already is written alone, and costs them nothing.
+TEST(FrameRecording, AWordAfterTheFramesLeavesThemWhereTheyAre) {
+  const ScratchFolder scratch;
+  FrameRecorder recorder(scratch / "session", {});
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(recorder.TryAdd(MakeFrame(i)));
+  std::this_thread::sleep_for(800ms);  // they are written after half a second
+  recorder.Note("poses were corrected");
+  const FrameRecorderSummary summary = recorder.Finish();
+  EXPECT_EQ(summary.written, 3u);
+  EXPECT_EQ(summary.problem, "");
+  const FrameRecording recording = ReadFrameRecording(scratch / "session");
+  ASSERT_EQ(recording.entries.size(), 3u);
+  for (const auto& entry : recording.entries) EXPECT_NO_THROW(ReadRecordedFrame(entry));
+  EXPECT_THAT(ReadWholeFile(scratch / "session" / "frames.jsonl"), HasSubstr("poses were corrected"));
+}
+
 TEST(FrameRecording, GivesBackEveryFrameAsItWas) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "session";

@@ -110,6 +110,16 @@ TEST(FileBatch, AllFilesGetTheirNamesTogether) {
   EXPECT_EQ(FilesIn(scratch.path()), 3u);
 }
 
+TEST(FileBatch, WithNothingNewLeavesTheLastOneAlone) {
+  const ScratchFolder scratch;
+  FileBatch batch;
+  batch.Write(scratch / "a", ContentOf("first"));
+  batch.Commit();
+  batch.Commit();
+  batch.TakeBack();
+  EXPECT_EQ(ReadWholeFile(scratch / "a"), "first");
+}
+
 TEST(FileBatch, OneThatIsNotCommittedLeavesNothing) {
   const ScratchFolder scratch;
   const std::string bytes(300'000, 'x');

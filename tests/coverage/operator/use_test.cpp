@@ -90,13 +90,14 @@ TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
     if (share > 0.5 && early_mb == 0) early_mb = ResidentMb();
     if (share > 0.99) late_mb = ResidentMb();
   };
+  CaptureHeader header;
+  header.camera = camera;
   CaptureSummary summary;
   RunWithDisplay([] { return std::make_unique<BusyPerson>(); }, {}, feed, requests,
                  [&] {
-                   summary = RunCapture(
-                       *device, camera, *poses,
-                       LightFieldWriter::Create(scratch / "lf", {.camera = camera, .units = "arbitrary"}),
-                       options, hooks, {*first});
+                   summary =
+                       RunCapture(*device, camera, *poses, LightFieldWriter::Create(scratch / "lf", header),
+                                  options, hooks, {*first});
                  });
   EXPECT_EQ(summary.stopped_because, StoppedBecause::kSeconds);
   EXPECT_GT(summary.frames, 0.95 * 10 * options.max_seconds);
