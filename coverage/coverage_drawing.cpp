@@ -184,7 +184,9 @@ class ShapePainter {
   }
   void operator()(const Polygon& polygon) { Fill(polygon.img, polygon.color, cv::LINE_AA); }
   void operator()(const Patch& patch) { Fill({patch.img.begin(), patch.img.end()}, patch.color, cv::LINE_8); }
-  void operator()(const Spot& spot) { Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color)); }
+  void operator()(const Spot& spot) {
+    Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color));
+  }
   void operator()(const Label&) {}  // words are for the display
 
  private:

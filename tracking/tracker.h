@@ -100,7 +100,7 @@ struct ExpectedPoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   double find_rate = 0;    // how often it was found before when it was expected, 0 to 1
   int times_expected = 0;  // before
-  bool found = false;    // where the frame's pose says that it is
+  bool found = false;      // where the frame's pose says that it is
 };
 
 // A recorded view whose pose is known, to rebuild a map from.

@@ -12,7 +12,6 @@
 namespace ulf {
 namespace {
 
-
 namespace fs = std::filesystem;
 
 fs::path ConfigurationFolder() {

@@ -83,6 +83,10 @@ void OperatorDisplay::TakeStates() {
   state_ = newest;
   spread_.Offer(*state_);
   subject_tool_.Follow(*state_);
+  if (state_->said != said_) {
+    said_ = state_->said;
+    said_at_frame_ = frames_;
+  }
   const bool held = SubjectIsHeld(*state_).value_or(true);
   if (sound_ && was_held_ && !held) {
     std::fputc('\a', stderr);  // the terminal's bell
@@ -198,6 +202,7 @@ void OperatorDisplay::DrawFrame() {
     else
       DrawLive(state);
     DrawStatus(state);
+    DrawSaid();
     if (keys_shown_) DrawKeys();
   }
   surface_.Bind();
@@ -374,6 +379,17 @@ void OperatorDisplay::DrawTrackingHelp(const CaptureState& state) {
                          Px(14));
   painter_.Box(whole, {80, 80, 80}, 3);
   painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, kGood, 3);
+}
+
+// What the capture has to say, and what became of what it was asked: long enough to be read.
+void OperatorDisplay::DrawSaid() {
+  constexpr int kFramesShown = 300;  // about ten seconds
+  if (said_.empty() || frames_ - said_at_frame_ > kFramesShown) return;
+  const double room = std::min<double>(0.55 * screen_.width, Px(620));
+  const Vector2d extent = painter_.Extent(said_, TextSize::kSmall, room);
+  const Vector2d at(Px(22), Px(48));
+  painter_.Box({at.x() - Px(10), at.y() - Px(6), extent.x() + Px(20), extent.y() + Px(12)}, kPanel, 6);
+  painter_.Text(at, said_, TextSize::kSmall, kCareful, room);
 }
 
 void OperatorDisplay::DrawInstruction(const std::string& words, const Rgba& color) {

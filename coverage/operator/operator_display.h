@@ -43,6 +43,7 @@ class OperatorDisplay {
   void DrawSubjectTool(const CaptureState& state);
   void DrawReview(const CaptureState& state);
   void DrawStatus(const CaptureState& state);
+  void DrawSaid();
   void DrawShare(const CaptureState& state);
   void DrawTrackingHelp(const CaptureState& state);
   void DrawInstruction(const std::string& words, const Rgba& color);
@@ -87,6 +88,8 @@ class OperatorDisplay {
   bool sound_ = false;
   bool was_held_ = true;
   int frames_ = 0;
+  std::string said_;  // by the capture, last
+  int said_at_frame_ = 0;
 };
 
 }  // namespace ulf

@@ -356,7 +356,7 @@ Instruction InstructionFor(const CaptureState& state) {
             true};
   }
   if (!state.subject) return {"centre the subject in the picture", true};
-  if (state.subject_moved) return {"the subject has moved: what was recorded no longer fits it", true};
+  if (state.subject_moved) return {"the subject has moved: put it back, or place it anew (S)", true};
   switch (state.decision.reason) {
     case Reason::kOutsideRectangle:
       return {"bring the sphere back into the rectangle", true};
@@ -374,7 +374,7 @@ Instruction InstructionFor(const CaptureState& state) {
     case Reason::kBlur:
       return {"blurred: hold still", true};
     case Reason::kExposure:
-      return {"the subject is too bright or too dark", true};
+      return {"the subject is too bright or too dark: set the exposure", true};
     case Reason::kUnsettled:
       return {"the exposure is still settling: wait, or lock it", true};
     case Reason::kSpool:

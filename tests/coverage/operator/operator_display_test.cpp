@@ -101,6 +101,20 @@ TEST(OperatorDisplay, RedDotIsWithinAPixelOfTheProjectedCamera) {
     }
 }
 
+TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
+  Stage stage;
+  const auto quiet = stage.capture.At(stage.capture.CameraAt(0, 0));
+  const cv::Rect corner(0, 40, 600, 60);
+  const cv::Mat before = stage.Show(quiet)(corner).clone();
+  auto speaking = std::make_shared<CaptureState>(*quiet);
+  speaking->said = "the subject would be behind the camera";
+  EXPECT_GT(cv::norm(stage.Show(speaking)(corner), before, cv::NORM_L1) / static_cast<double>(corner.area()),
+            5);
+  for (int i = 0; i < 310; ++i) stage.display.Step();
+  EXPECT_LT(cv::norm(stage.Show(speaking)(corner), before, cv::NORM_L1) / static_cast<double>(corner.area()),
+            1);
+}
+
 // The picture's pixel with paint over it, as far as one wire line or rim may be off.
 void ExpectPainted(const cv::Mat& picture, const Vector2d& at, const Rgba& color, const std::string& what) {
   // The most frequent colour around: lines are thin.
