@@ -385,9 +385,9 @@ void OperatorDisplay::DrawTrackingHelp(const CaptureState& state) {
 void OperatorDisplay::DrawSaid() {
   constexpr int kFramesShown = 300;  // about ten seconds
   if (said_.empty() || frames_ - said_at_frame_ > kFramesShown) return;
-  const double room = std::min<double>(0.55 * screen_.width, Px(620));
+  const double room = std::min<double>(0.45 * screen_.width, Px(600));  // between the panels
   const Vector2d extent = painter_.Extent(said_, TextSize::kSmall, room);
-  const Vector2d at(Px(22), Px(48));
+  const Vector2d at(0.5 * (screen_.width - extent.x()), screen_.height - extent.y() - Px(96));
   painter_.Box({at.x() - Px(10), at.y() - Px(6), extent.x() + Px(20), extent.y() + Px(12)}, kPanel, 6);
   painter_.Text(at, said_, TextSize::kSmall, kCareful, room);
 }
