@@ -313,19 +313,19 @@ void CoverageMap::ForEachNeighbour(std::size_t row, int column,
 }
 
 CoverageHole CoverageMap::HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const {
-  std::vector<std::pair<std::size_t, int>> open, todo{{row, column}};
+  std::vector<std::pair<std::size_t, int>> open, frontier{{row, column}};
   const auto take = [&](std::size_t r, int c) {
     const std::size_t cell = rows_[r].first_cell + static_cast<std::size_t>(c);
     if (seen[cell] || cells_[cell].view >= 0) return;
     seen[cell] = true;
-    todo.push_back({r, c});
+    frontier.push_back({r, c});
   };
   seen[rows_[row].first_cell + static_cast<std::size_t>(column)] = true;
   CoverageHole hole{.solid_angle_sr = 0, .direction = DirectionOf(rows_[row], column)};
   Vector3d sum = Vector3d::Zero();
-  while (!todo.empty()) {
-    const auto [r, c] = todo.back();
-    todo.pop_back();
+  while (!frontier.empty()) {
+    const auto [r, c] = frontier.back();
+    frontier.pop_back();
     open.push_back({r, c});
     hole.solid_angle_sr += rows_[r].cell_sr;
     sum += rows_[r].cell_sr * DirectionOf(rows_[r], c);
