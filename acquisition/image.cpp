@@ -1,5 +1,6 @@
 #include "acquisition/image.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/error.h"
+#include "acquisition/exr_file.h"
 
 namespace ulf {
 namespace {
@@ -66,7 +68,8 @@ cv::Mat EncodedFromLinear(const cv::Mat& linear) {
       for (int x = 0; x < count; ++x) out[x] = table[in[x]];
     } else {
       const float* in = linear.ptr<float>(y);
-      for (int x = 0; x < count; ++x) out[x] = table[cv::saturate_cast<std::uint16_t>(in[x] * 65535.0f)];
+      for (int x = 0; x < count; ++x)
+        out[x] = table[cv::saturate_cast<std::uint16_t>(std::min(in[x], 1.0f) * 65535.0f)];
     }
   }
   return result;
@@ -193,6 +196,7 @@ cv::Mat ReadImageFile(const std::string& path) {
     throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
   if (!ImageFileIsWhole(path))
     throw Error("{}: the image is truncated; copy it again from where it came, or remove its view", path);
+  if (path.ends_with(".exr")) return ReadExr(path);
   cv::Mat pixels;
   try {
     pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);

@@ -43,6 +43,7 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
     WriteInFolder(dir / view.master_path, ReadWholeFile(source.root / view.master_path));
   } else if (!is_photograph) {
     taken.master_path = "masters/" + taken.image_path.substr(std::string_view("images/").size());
+    taken.master_transfer = image.transfer;
     WriteInFolder(dir / taken.master_path, ReadWholeFile(original));
   }
   if (!is_photograph)

@@ -7,11 +7,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/colmap_text.h"
 #include "acquisition/error.h"
+#include "acquisition/image_header.h"
 #include "acquisition/journal.h"
 #include "acquisition/point_ply.h"
 #include "acquisition/transforms_json.h"
@@ -122,6 +124,25 @@ void DeriveOrWarn(const LightField& light_field) {
   }
 }
 
+Transfer TransferOf(const fs::path& image) {
+  return image.extension() == ".exr" ? Transfer::kLinear : Transfer::kSrgb;
+}
+
+// Not a camera's raw file, which only a raw converter reads.
+bool HasReadableMaster(const LightField& light_field, const View& view) {
+  const fs::path master = view.master_path;
+  const std::string ending = master.extension().string();
+  return !master.empty() &&
+         (view.master_transfer || ending == ".exr" || ending == ".png" || ending == ".tif") &&
+         fs::is_regular_file(light_field.root / master);
+}
+
+Image FlatFieldDivided(const LightField& light_field, const View& view, const Image& image) {
+  const auto flat_field = light_field.flat_fields.find(view.camera);
+  if (flat_field == light_field.flat_fields.end()) return image;
+  return flat_field->second.Corrected(image, view.black_level);
+}
+
 }  // namespace
 
 LightField ReadLightField(const fs::path& path) {
@@ -147,7 +168,7 @@ Image ReadRecordedImage(const LightField& light_field, const View& view) {
   const bool from_master = PictureFollowsFromMaster(view) && !fs::exists(light_field.root / view.image_path);
   const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
   const Image image = from_master ? PictureFromMaster(light_field.root, view)
-                                  : Image{ReadImageFile(path.string()), Transfer::kSrgb};
+                                  : Image{ReadImageFile(path.string()), TransferOf(path)};
   RequireSizeOf(light_field.CameraOf(view), image, path);
   return image;
 }
@@ -155,7 +176,7 @@ Image ReadRecordedImage(const LightField& light_field, const View& view) {
 Image ReadViewMaster(const LightField& light_field, const View& view) {
   if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
   const fs::path path = light_field.root / view.master_path;
-  Image image{ReadImageFile(path.string()), view.master_transfer.value_or(Transfer::kSrgb),
+  Image image{ReadImageFile(path.string()), view.master_transfer.value_or(TransferOf(path)),
               view.master_mosaic};
   if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
     throw Error("{}: is to be a {} mosaic but has {} channels; restore it, or read the view's image",
@@ -164,11 +185,21 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
   return image;
 }
 
+bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
+  if (HasReadableMaster(light_field, view)) return true;
+  const fs::path path = light_field.root / view.image_path;
+  const auto header = ReadImageHeader(path.string());
+  return TransferOf(path) == Transfer::kLinear || (header && header->bits > 8);
+}
+
+Image ReadViewLight(const LightField& light_field, const View& view) {
+  return FlatFieldDivided(light_field, view,
+                          HasReadableMaster(light_field, view) ? ReadViewMaster(light_field, view)
+                                                               : ReadRecordedImage(light_field, view));
+}
+
 Image ReadViewImage(const LightField& light_field, const View& view) {
-  const Image image = ReadRecordedImage(light_field, view);
-  const auto flat_field = light_field.flat_fields.find(view.camera);
-  if (flat_field == light_field.flat_fields.end()) return image;
-  return flat_field->second.Corrected(image, view.black_level);
+  return FlatFieldDivided(light_field, view, ReadRecordedImage(light_field, view));
 }
 
 void WriteDerivedFiles(const LightField& light_field) {
@@ -197,10 +228,14 @@ void WriteLightField(const LightField& light_field) {
 
 struct LightFieldWriter::State {
   explicit State(const fs::path& dir) : journal(dir / kJournal) { light_field.root = dir; }
+  void TakeOutOfJournal(int view_id);
+
   Journal journal;
   LightField light_field;
   int next_view_id = 1;
   int next_unposed = 1;
+  // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
+  std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
 };
 
@@ -339,8 +374,9 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
   state_->journal.NoteGap(from_s, to_s, reason);
 }
 
-void LightFieldWriter::RemoveView(int view_id) {
-  LightField& light_field = state_->light_field;
+// Once: moving its files, which comes after, may have to be tried again.
+void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
+  if (to_unposed.contains(view_id)) return;
   const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
                                  [view_id](const View& candidate) { return candidate.id == view_id; });
   if (view == light_field.views.end())
@@ -356,18 +392,28 @@ void LightFieldWriter::RemoveView(int view_id) {
   }
   const fs::path unposed = light_field.root / "unposed";
   MakeFolder(unposed);
-  state_->journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
-  const auto move = [&](const std::string& from, const std::string& to) {
-    std::error_code reason;
-    fs::rename(light_field.root / from, unposed / to, reason);
-    if (reason)
-      ThrowDiskError(reason.value(), (light_field.root / from).string() + ": cannot be moved to unposed/");
-  };
-  if (has_picture) move(view->image_path, fs::path(view->image_path).filename());
+  journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
+  std::map<std::string, fs::path>& files = to_unposed[view_id];
+  if (has_picture) files[view->image_path] = unposed / fs::path(view->image_path).filename();
   // Beside the photograph, under a name of its own where both are PNG files.
   if (const fs::path master = view->master_path; !master.empty())
-    move(master, master.stem().string() + ".master" + master.extension().string());
+    files[view->master_path] = unposed / (master.stem().string() + ".master" + master.extension().string());
   light_field.views.erase(view);
+}
+
+void LightFieldWriter::RemoveView(int view_id) {
+  state_->TakeOutOfJournal(view_id);
+  const LightField& light_field = state_->light_field;
+  std::map<std::string, fs::path>& files = state_->to_unposed.at(view_id);
+  while (!files.empty()) {
+    const auto& [from, to] = *files.begin();
+    std::error_code reason;
+    fs::rename(light_field.root / from, to, reason);
+    if (reason)
+      ThrowDiskError(reason.value(), (light_field.root / from).string() + ": cannot be moved to unposed/");
+    files.erase(files.begin());
+  }
+  state_->to_unposed.erase(view_id);
 }
 
 void LightFieldWriter::KeepUnposed(const Frame& frame) {

@@ -43,6 +43,13 @@ Image ReadViewImage(const LightField& light_field, const View& view);
 // that only a raw converter reads.
 Image ReadViewMaster(const LightField& light_field, const View& view);
 
+// Whether more than the 8 bits of a photograph are there to be rendered from: a master that this program
+// reads, or a photograph in EXR or of 16 bits.
+bool HasMoreThanEightBits(const LightField& light_field, const View& view);
+// The most that there is of the view's light, for rendering: its master where that is there and this program
+// reads it, else its photograph; divided by its camera's flat field as in ReadViewImage.
+Image ReadViewLight(const LightField& light_field, const View& view);
+
 // What the journal's header says about a capture.
 struct CaptureHeader {
   CameraModel camera;

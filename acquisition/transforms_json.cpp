@@ -39,18 +39,7 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
       world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
     }
   }
-  if ((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
-    throw Error("{}: the last row of 'transform_matrix' must be 0 0 0 1", frame.where);
-  const Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
-  constexpr double kMaxNonOrthogonality = 1e-3;
-  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
-          kMaxNonOrthogonality ||
-      rotation.determinant() < 0)
-    throw Error(
-        "{}: the upper left of 'transform_matrix' is not a rotation (orthonormal, determinant 1); "
-        "export the set again without scale or mirroring",
-        frame.where);
-  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+  return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
 }
 
 bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
@@ -106,7 +95,7 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
 // nerfstudio writes paths with their ending, Blender's original NeRF sets without.
 std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
   const std::string given = frame.Text("file_path");
-  for (const char* ending : {"", ".png", ".jpg", ".jpeg"}) {
+  for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
     const std::string inside = PathInside(root, given + ending, frame.where);
     if (fs::is_regular_file(root / inside)) return inside;
   }
@@ -198,6 +187,25 @@ json OurKeys(const LightField& light_field) {
 }
 
 }  // namespace
+
+void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key) {
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
+    throw Error("{}: the last row of '{}' must be 0 0 0 1", where, key);
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  constexpr double kMaxNonOrthogonality = 1e-3;
+  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
+          kMaxNonOrthogonality ||
+      rotation.determinant() < 0)
+    throw Error(
+        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); "
+        "export the set again without scale or mirroring",
+        where, key);
+}
+
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key) {
+  RequireRotation(world_from_cam, where, key);
+  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+}
 
 std::string PathInside(const fs::path& root, const std::string& relative, const std::string& where) {
   const fs::path canonical_root = fs::weakly_canonical(root);

@@ -19,6 +19,11 @@ LightField ReadTransformsJson(const std::filesystem::path& file);
 
 std::string TransformsJsonText(const LightField& light_field);
 
+// Throws Error naming `where` and `key` unless the matrix is a rotation and a translation.
+void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);
+// Our pose of a camera whose matrix to the world has OpenGL's axes; the same check.
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);
+
 // `relative` inside `root` after symbolic links, as a '/'-separated path relative to it; throws Error when it
 // leaves.
 std::string PathInside(const std::filesystem::path& root, const std::string& relative,

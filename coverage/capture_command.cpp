@@ -10,18 +10,13 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/intrinsics_options.h"
 #include "acquisition/counted.h"
-#include "acquisition/device.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
-#include "acquisition/replay_device.h"
-#include "acquisition/simulator/simulated_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
@@ -40,263 +35,6 @@ namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CaptureArgs {
-  std::string uri;
-  std::string dir;
-  std::string subject = "auto";
-  double subject_size = 0.28;
-  std::string until_covered;
-  std::string quality;
-  std::optional<double> threshold_px;
-  std::optional<int> coverage_width_px;
-  IntrinsicsArgs intrinsics;
-  std::string poses_text = "features";
-  ReadoutArgs readout;
-  PosesSpec poses;
-  std::uint64_t frames = 0;
-  double max_seconds = 0;
-  std::optional<double> speed;
-  std::string keep_frames;
-  std::string person;
-  std::string requests;
-  bool headless = false;
-  std::string marker;
-  bool deterministic = false;
-  bool resume = false;
-  bool raw = false;
-  bool json = false;
-  std::string overlay;
-  std::string map;
-  std::string truth;
-};
-
-// "60x40", "60x40:0.95" or "60x40:95%".
-void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
-  if (text.empty()) return;
-  const std::size_t colon = text.find(':');
-  options->cap = Cap::ParseDegrees(text.substr(0, colon));
-  if (colon == std::string::npos) return;
-  const std::string share = text.substr(colon + 1);
-  double value = 0;
-  int used = 0;
-  if (std::sscanf(share.c_str(), "%lf%n", &value, &used) == 1) {
-    const std::string rest = share.substr(static_cast<std::size_t>(used));
-    if (rest == "%") value /= 100;
-    if ((rest.empty() || rest == "%") && value > 0 && value <= 1) {
-      options->until_share = value;
-      return;
-    }
-  }
-  throw UsageError("--until-covered {}: '{}' is not a share; write 0.95 or 95%", text, share);
-}
-
-CaptureOptions OptionsFrom(const CaptureArgs& args) {
-  CaptureOptions options;
-  ParseUntilCovered(args.until_covered, &options);
-  if (!args.quality.empty() && args.threshold_px)
-    throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,
-                     *args.threshold_px);
-  if (args.quality == "fast") options.threshold_px = 12;
-  if (args.threshold_px) options.threshold_px = *args.threshold_px;
-  if (!(options.threshold_px > 2))
-    throw UsageError("--threshold-px {}: the bound of a view with itself is 2 px; give more",
-                     options.threshold_px);
-  if (args.coverage_width_px) options.coverage_width_px = *args.coverage_width_px;
-  if (options.coverage_width_px < 16)
-    throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
-  if (!(args.subject_size > 0 && args.subject_size <= 0.8))
-    throw UsageError(
-        "--subject-size {}: the sphere's share of the image's width, above 0 and at most 0.8 (the "
-        "safety rectangle)",
-        args.subject_size);
-  options.subject_size = args.subject_size;
-  options.deterministic = args.deterministic;
-  options.max_frames = args.frames;
-  options.max_seconds = args.max_seconds;
-  if (args.subject != "auto") {
-    if (!args.poses.HaveAWorld() && !args.resume)
-      throw UsageError(
-          "--subject {}: the tracker's world does not exist before it has begun; use --subject auto, go on "
-          "with a "
-          "light field (--resume), or take poses whose world is known (--poses known, markers:, tum:, tcp:)",
-          args.subject);
-    options.subject = ParseSubject(args.subject);
-  }
-  return options;
-}
-
-// With known poses there are no tracked points to find the subject by: a replayed light field has one.
-std::optional<Subject> SubjectOfReplay(const std::string& uri) {
-  const DeviceUri parsed = DeviceUri::Parse(uri);
-  const fs::path dir = parsed.path;
-  if (parsed.scheme != "replay" ||
-      !(fs::exists(dir / "journal.jsonl") || fs::exists(dir / "transforms.json")))
-    return std::nullopt;
-  const LightField light_field = ReadLightField(dir);
-  return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
-}
-
-struct Prepared {
-  std::unique_ptr<Device> device;
-  std::shared_ptr<SimulatedOperator> person;  // who holds a simulated camera, if anybody
-  std::vector<Frame> first;                   // what came until the first live frame, which is the last
-  CameraModel camera;                         // of live frames
-  RecordingHeader recording;                  // what --keep-frames says of the session
-  std::unique_ptr<PoseSource> poses;
-  std::unique_ptr<LightFieldWriter> writer;
-};
-
-CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
-  const CameraModel& camera = light_field.cameras.at(0);
-  if (camera.width != frame.image.width() || camera.height != frame.image.height())
-    throw Error(
-        "{}: was captured at {}x{}, the device now gives {}x{}; set it back or begin a new light field",
-        light_field.root.string(), camera.width, camera.height, frame.image.width(), frame.image.height());
-  return camera;
-}
-
-std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
-  const auto found = light_field.flat_fields.find(0);
-  return found == light_field.flat_fields.end() ? std::nullopt : std::optional(found->second);
-}
-
-void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
-  if (!args.threshold_px && args.quality.empty() && light_field.threshold_px)
-    options->threshold_px = *light_field.threshold_px;
-  if (light_field.threshold_px && options->threshold_px != *light_field.threshold_px)
-    throw UsageError("{}: was begun with a threshold of {} px; leave out --threshold-px and --quality",
-                     args.dir, *light_field.threshold_px);
-  if (args.coverage_width_px && *args.coverage_width_px != light_field.coverage_width_px)
-    throw UsageError("{}: was begun with --coverage-width {}; leave it out", args.dir,
-                     light_field.coverage_width_px);
-  options->coverage_width_px = light_field.coverage_width_px;
-}
-
-// Poses of one camera and intrinsics of another make no light field.
-void RequireSameCamera(const std::string& dir, const LightField& recorded, const DeviceInfo& info) {
-  if (recorded.device_serial.empty() || info.serial.empty() || recorded.device_serial == info.serial) return;
-  throw Error(
-      "{}: was recorded with {} (serial number {}), this is {} ({}); go on with that camera, or begin a new "
-      "light field with this one",
-      dir, recorded.device_model.empty() ? "another camera" : recorded.device_model, recorded.device_serial,
-      info.model, info.serial);
-}
-
-// False when a signal came before the first frame: then nothing has been written.
-bool Prepare(const CaptureArgs& args, CaptureOptions* options, Prepared& prepared) {
-  if (args.resume) {
-    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
-    TakeOver(args, prepared.writer->Contents(), options);
-    if (!options->subject) options->subject = prepared.writer->Contents().subject;
-  }
-  if (args.poses.AreGiven() && !options->subject) {
-    if (args.poses.ComeWithFrames()) options->subject = SubjectOfReplay(args.uri);
-    if (!options->subject)
-      throw UsageError(
-          "--poses {}: there are no tracked points to find the subject by; give --subject x,y,z,r",
-          args.poses.Text());
-  }
-  const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
-  if (args.resume && own_world && prepared.writer->Contents().units != "metres")
-    throw UsageError(
-        "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
-        args.poses.Text());
-  if (args.resume && args.poses.WorldIsChosenAnew())
-    throw UsageError(
-        "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
-        "with --poses features, or name the marker that was the first (the end of that session said which): "
-        "--poses {}:NUMBER",
-        args.dir, args.poses.Text());
-  if (args.person.empty()) {
-    prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
-  } else {
-    const DeviceUri uri = DeviceUri::Parse(args.uri);
-    prepared.person = OperatorBefore(uri, args.person);
-    prepared.device = OpenSimulatedDevice(uri, prepared.person);
-  }
-  prepared.device->Start();
-  if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
-  const Frame& first = prepared.first.back();
-
-  CaptureHeader header;
-  const bool stills = prepared.device->TakesStills();
-  const auto use = [&header](const ResolvedCalibration& calibration) {
-    for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
-    header.calibration_source = calibration.source;
-    header.flat_field = calibration.flat_field;
-    return calibration.camera;
-  };
-  RecordingHeader& recording = prepared.recording = RecordingHeader::Of(*prepared.device);
-  if (args.resume) {
-    RequireSameCamera(args.dir, prepared.writer->Contents(), prepared.device->Info());
-    header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
-  }
-  if (args.resume && !stills)
-    prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
-  else
-    prepared.camera =
-        use(ResolveCalibration(*prepared.device, args.intrinsics, first.image.width(), first.image.height()));
-  options->calibration_source =
-      args.resume && !stills ? prepared.writer->Contents().calibration_source : header.calibration_source;
-  if (!options->calibration_source.empty())
-    options->calibrated = options->calibration_source != kFocalLengthGiven;
-  recording.camera = prepared.camera;
-  recording.flat_field = header.flat_field;
-  if (stills) {
-    options->still_camera = args.resume ? prepared.writer->Contents().cameras.at(0)
-                                        : use(ResolveStillCamera(*prepared.device, args.intrinsics));
-    recording.still_camera = options->still_camera;
-    recording.still_flat_field =
-        args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
-  }
-  const DeviceInfo info = prepared.device->Info();
-  if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
-    throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
-                     info.uri);
-  prepared.poses = args.poses.Open(prepared.camera,
-                                   {.tracker = {.deterministic = args.deterministic,
-                                                .wait_for_mapper = !prepared.device->IsLive(),
-                                                .readout_s = args.readout.readout_s,
-                                                .compensate_found_readout = args.readout.compensate_found},
-                                    .subject = options->subject,
-                                    .metric = info.bus == "simulated",
-                                    .stop = StopOnSignal::Asked});
-  if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
-    RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
-  if (!prepared.writer) {
-    header.camera = options->still_camera.value_or(prepared.camera);
-    header.device_uri = info.uri;
-    header.device_serial = info.serial;
-    header.device_maker = info.maker;
-    header.device_model = info.model;
-    if (!stills) header.window = prepared.device->Window();
-    header.units = prepared.poses->IsMetric() ? "metres" : "arbitrary";
-    header.threshold_px = options->threshold_px;
-    header.coverage_width_px = options->coverage_width_px;
-    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
-  }
-  prepared.writer->KeepMosaics(args.raw);
-  if (args.raw && first.image.mosaic == Mosaic::kNone)
-    spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
-  return true;
-}
-
-// What the camera gave before it came to a capture is kept.
-bool PrepareOrKeep(const CaptureArgs& args, CaptureOptions* options, Prepared& prepared) {
-  bool ready = false;
-  const auto keep = [&] {
-    if (prepared.device) KeepPhotographs(*prepared.device, prepared.first, prepared.writer.get(), args.dir);
-  };
-  try {
-    ready = Prepare(args, options, prepared);
-  } catch (...) {
-    keep();
-    throw;
-  }
-  if (!ready) keep();
-  return ready;
-}
 
 void WritePicture(const std::string& path, const cv::Mat& picture) {
   bool written = false;
@@ -383,12 +121,17 @@ void SayWhatTheDiskRefused(const CaptureSummary& summary) {
 int RunCaptureCommand(const CaptureArgs& args) {
   CaptureOptions options = OptionsFrom(args);
   if (!args.marker.empty()) MarkerSpec::Parse(args.marker);
+  if (!args.marker.empty() && args.headless)
+    throw UsageError(
+        "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
+        "leave out one of the two",
+        args.marker);
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
   const StopOnSignal signals;
-  Prepared prepared;
-  if (!PrepareOrKeep(args, &options, prepared)) {
+  PreparedCapture prepared;
+  if (!PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
   }
@@ -419,7 +162,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     hooks.after_frame = [&](const SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
-      if (prepared.person) prepared.person->See(now);
+      if (prepared.person) prepared.person->See(now->device_time_s, *now);
       if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
       progress.Show(shown_share, ProgressLine(*now));

@@ -16,7 +16,29 @@ CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const S
           .threshold_px = threshold_px};
 }
 
-std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap) {
+ViewsEstimate ViewsEstimate::Of(const Cap& cap, double disc_radius, double share) {
+  const Cap reached{std::min(2 * M_PI, cap.width + 0.5 * disc_radius),
+                    std::min(M_PI, cap.height + 0.5 * disc_radius)};
+  const double usual =
+      std::max(1.0, share * reached.SolidAngle() / (std::sqrt(3.0) * disc_radius * disc_radius));
+  const double by_chance = std::sqrt(usual);
+  return {.usual = usual,
+          .fewest = std::max(1.0, 0.9 * usual - 0.5 * by_chance),
+          .most = 1.2 * usual + by_chance};
+}
+
+std::string InWords(const ViewsEstimate& views) {
+  // Two digits are as many as are known.
+  const auto rounded = [](double value) {
+    const double step = std::pow(10, std::max(0.0, std::floor(std::log10(std::max(1.0, value))) - 1));
+    return step * std::round(value / step);
+  };
+  return fmt::format("about {:.0f} views ({:.0f} to {:.0f})", rounded(views.usual), rounded(views.fewest),
+                     rounded(views.most));
+}
+
+std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
+                                         double share) {
   if (!(setup.distance > setup.radius)) return std::nullopt;
   const auto disc_radius = DiscRadius(setup);
   const auto window = DistanceWindow(setup);
@@ -24,7 +46,7 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
   CapturePrediction prediction{.disc_radius = *disc_radius, .nearest = {}, .farthest = {}, .views = {}};
   if (window->near) prediction.nearest = *window->near * setup.distance;
   if (window->far) prediction.farthest = *window->far * setup.distance;
-  if (cap) prediction.views = ViewsEstimate(cap->SolidAngle(), *disc_radius);
+  if (cap) prediction.views = ViewsEstimate::Of(*cap, *disc_radius, share);
   return prediction;
 }
 
@@ -42,9 +64,9 @@ std::string InWords(const CapturePrediction& prediction, double threshold_px, bo
     keep = "any distance will do";
   const std::string covers =
       fmt::format("one covers {:.1f} degrees around it", prediction.disc_radius * 180 / M_PI);
-  return prediction.views ? fmt::format("about {:.0f} views at {:g} px, {}; {}", std::ceil(*prediction.views),
-                                        threshold_px, covers, keep)
-                          : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, keep);
+  return prediction.views
+             ? fmt::format("{} at {:g} px, {}; {}", InWords(*prediction.views), threshold_px, covers, keep)
+             : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, keep);
 }
 
 }  // namespace ulf

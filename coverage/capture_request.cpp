@@ -73,9 +73,10 @@ CaptureRequest ParseCaptureRequest(const std::string& line) {
   Refuse(line);
 }
 
-void CaptureRequests::Ask(CaptureRequest request) {
+std::uint64_t CaptureRequests::Ask(CaptureRequest request) {
   const std::lock_guard lock(mutex_);
   asked_.push_back(std::move(request));
+  return ++count_;
 }
 
 std::vector<CaptureRequest> CaptureRequests::Take() {

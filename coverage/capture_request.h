@@ -3,6 +3,7 @@
 // became of each.
 #pragma once
 
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -46,12 +47,14 @@ CaptureRequest ParseCaptureRequest(const std::string& line);
 // Between the threads of who asks and of the session.
 class CaptureRequests {
  public:
-  void Ask(CaptureRequest request);
+  // How many have been asked for with this one: CaptureState::requests_answered gets there.
+  std::uint64_t Ask(CaptureRequest request);
   std::vector<CaptureRequest> Take();
 
  private:
   std::mutex mutex_;
   std::vector<CaptureRequest> asked_;
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace ulf

@@ -14,13 +14,11 @@
 #include "acquisition/counted.h"
 #include "coverage/capture_gaps.h"
 #include "coverage/capture_meters.h"
-#include "coverage/capture_prediction.h"
+#include "coverage/capture_outlook.h"
+#include "coverage/capture_record.h"
+#include "coverage/capture_subject.h"
 #include "coverage/exposure_watch.h"
-#include "coverage/held_views.h"
-#include "coverage/reopened.h"
 #include "coverage/sphere_outline.h"
-#include "coverage/subject_finder.h"
-#include "coverage/subject_watch.h"
 #include "tracking/track_words.h"
 
 namespace ulf {
@@ -37,17 +35,6 @@ double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-bool Same(const Rigid3& a, const Rigid3& b) {
-  return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
-}
-
-// "3 views (15, 16, 17)"
-std::string ViewsInWords(const std::vector<int>& ids) {
-  std::string text;
-  for (const int id : ids) text += fmt::format("{}{}", text.empty() ? "" : ", ", id);
-  return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
 }
 
 class Session {
@@ -74,17 +61,10 @@ class Session {
   std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
   Reason ReasonOfTheDisk();
 
-  void PlaceFirstSubject(const Track& track);
-  void SetSubject(const Subject& subject);
   void SayWhatToExpect();
   void CheckBeforeFirstView(const Frame& frame);
+  std::optional<double> PoseErrorNow() const;
   bool ExposureIsSettled(const Frame& frame, const Track& track);
-  void WatchSubject(const Track& track);
-  CoverageMap& MapToChange();
-  double Repaint();  // the share that fell open
-  std::string OfWhat() const { return options_.cap ? "of the cap" : "of what was covered"; }
-  bool CorrectPoses(bool last);
-  bool CapIsCovered();
 
   void AnswerRequests();
   void Answer(const TakeBackLast& asked);
@@ -93,17 +73,14 @@ class Session {
   void Answer(const FindSubject& asked);
   void Answer(const SetRecording& asked);
   void Answer(const FinishCapture& asked);
-  void TakeBack(const std::vector<int>& ids);
-  void MoveSubject(const Subject& subject);
 
   void TakeEvents();
   void Say(const std::string& text);
   std::string DeviceProblem() const;
-  std::optional<double> ViewsExpected() const;
   SharedCaptureState State();
+  void Show(const std::function<void(const SharedCaptureState&)>& look);
 
   void Close();
-  void CloseLightField(LightFieldWriter& writer);
 
   Device& device_;
   const CameraModel camera_;  // of the frames that are tracked
@@ -114,32 +91,23 @@ class Session {
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
   const std::filesystem::path root_;
-  const int first_new_id_;
-  const double earlier_s_;
-  const std::map<std::string, std::uint64_t> earlier_reasons_;
-  std::optional<Subject> resumed_subject_;
-  HeldViews views_;
-  ViewSpool spool_;
+  CaptureRecord record_;
+  CaptureOutlook outlook_;
+  CaptureSubject subject_;
   CaptureGaps gaps_;
   CaptureMeters meters_;
 
-  std::shared_ptr<CoverageMap> map_;  // also in states that were given out: MapToChange()
-  Reopened reopened_;
-  std::optional<CapturePrediction> prediction_;
-  std::vector<PreflightItem> preflight_;
   ExposureWatch exposure_;
-  SubjectWatch subject_watch_;
-  bool subject_moved_ = false;
   CaptureSummary summary_;
   std::vector<double> ms_track_, ms_decide_;
-  int tracked_in_a_row_ = 0;
   std::optional<double> first_time_s_, last_time_s_;
   double frame_period_s_ = 0;
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
-  bool measured_ = false;  // the coverage, since a view was added
   bool recording_ = true;
+  std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
+  std::optional<StoppedBecause> ended_;
   Looked looked_;
   Guide guide_;
   std::string said_;
@@ -156,124 +124,74 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       root_(writer.Contents().root),
-      first_new_id_(writer.NextViewId()),
-      earlier_s_(writer.Contents().capture_s),
-      earlier_reasons_(writer.Contents().reasons),
-      resumed_subject_(writer.Contents().subject),
-      views_(writer.Contents()),
-      spool_(std::move(writer), options.spool_views, !options.deterministic),
-      gaps_(spool_, [this](const std::string& text) { Say(text); }) {
+      record_(std::move(writer),
+              {.camera = recorded_camera_,
+               .coverage_width_px = options.coverage_width_px,
+               .map = {.cap = options.cap, .threshold_px = options.threshold_px},
+               .spool_views = options.spool_views,
+               .deterministic = options.deterministic},
+              [this](const std::string& text) { Say(text); }),
+      outlook_([this](const std::string& text) { Say(text); }),
+      subject_(record_, outlook_, poses_, camera_,
+               {.size = options.subject_size,
+                .rectangle_share = options.limits.rectangle_share,
+                .stable_frames = options.stable_frames},
+               [this](const std::string& text) { Say(text); }),
+      gaps_(record_.spool(), [this](const std::string& text) { Say(text); }) {
   if (options.still_camera)
     stills_.emplace(device_, *options.still_camera, poses_, options_.limits, options_.coverage_width_px);
 }
 
-void Session::SetSubject(const Subject& subject) {
-  summary_.subject = subject;
-  if (resumed_subject_ != subject) spool_.SetSubject(subject);
-  resumed_subject_.reset();
-  map_ = std::make_shared<CoverageMap>(
-      subject, CoverageMapOptions{.cap = options_.cap, .threshold_px = options_.threshold_px});
-  map_->SetViews(views_.ForCriterion(recorded_camera_, options_.coverage_width_px));
-  reopened_.Forget();
-  prediction_.reset();
-  subject_watch_.Forget();
-  subject_moved_ = false;
-  measured_ = false;
-}
-
-void Session::PlaceFirstSubject(const Track& track) {
-  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
-  if (map_ || tracked_in_a_row_ < options_.stable_frames || !track.cam_from_world) return;
-  if (const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_))
-    SetSubject(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.subject_size));
-}
-
-// Once the subject is there and a pose says how far away it is.
 void Session::SayWhatToExpect() {
-  if (!map_ || prediction_ || !looked_.track.cam_from_world) return;
-  const Subject& subject = map_->subject();
+  if (!record_.map() || !outlook_.IsDue() || !looked_.track.cam_from_world) return;
+  const Subject& subject = record_.map()->subject();
   const double distance = (*looked_.track.cam_from_world * subject.center_in_world).norm();
-  prediction_ =
-      Predict(SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
-              options_.cap);
-  if (prediction_) Say(InWords(*prediction_, options_.threshold_px, poses_.IsMetric()));
+  outlook_.Expect(
+      SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
+      options_.cap, options_.until_share, poses_.IsMetric());
 }
 
-// Until a view is recorded; what is not in order is said once, when all of it is known.
 void Session::CheckBeforeFirstView(const Frame& frame) {
-  if (!views_.empty() || !prediction_) return;
+  if (!record_.views().empty() || outlook_.IsDue()) return;
   const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
                               (static_cast<double>(camera_.width) * camera_.height);
-  const bool first = preflight_.empty();
-  preflight_ = Preflight({.calibrated = options_.calibrated,
-                          .calibration_source = options_.calibration_source,
-                          .held = device_.Held(),
-                          .prediction = prediction_,
-                          .bytes_per_view = static_cast<std::uint64_t>(
-                              of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
-                          .disk_left_bytes = meters_.DiskLeftBytes(root_),
-                          .tracking_quality = looked_.track.quality,
-                          .least_quality = options_.limits.min_tracking_quality});
-  if (!first) return;
-  for (const PreflightItem& item : preflight_)
-    if (item.in_order == false) Say(fmt::format("before the first view: {}: {}", item.name, item.words));
+  outlook_.Check({.calibrated = options_.calibrated,
+                  .calibration_source = options_.calibration_source,
+                  .held = device_.Held(),
+                  .prediction = {},
+                  .bytes_per_view = static_cast<std::uint64_t>(
+                      of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
+                  .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                  .pose_error_px = PoseErrorNow(),
+                  .most_pose_error_px = options_.limits.max_pose_error_px});
+}
+
+std::optional<double> Session::PoseErrorNow() const {
+  const Track& track = looked_.track;
+  if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
+  const Subject& subject = record_.map()->subject();
+  return PoseErrorPx(*track.center_sigma,
+                     CriterionView::From(recorded_camera_, {}, options_.coverage_width_px).fx,
+                     (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
 bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
-  if (!map_ || !track.cam_from_world) return true;
-  return exposure_.Settled(frame, camera_, *track.cam_from_world, map_->subject());
-}
-
-void Session::WatchSubject(const Track& track) {
-  if (!map_ || track.state != TrackState::kTracking) return;
-  const bool moved = subject_watch_.Moved(*last_time_s_, poses_.ExpectedPoints(), map_->subject());
-  if (std::exchange(subject_moved_, moved) || !moved) return;
-  Say("the subject seems to have moved: views from now on do not fit the earlier ones; put it back and take "
-      "back "
-      "the views since then, or place the subject anew");
-}
-
-// Whoever looks at a state that has the map looks at a value: it is copied before it changes. Once nobody
-// else holds it nobody can come to; holding it once more here makes what they read happen before what is
-// written.
-CoverageMap& Session::MapToChange() {
-  if (map_.use_count() > 1)
-    map_ = std::make_shared<CoverageMap>(*map_);
-  else
-    static_cast<void>(std::shared_ptr<CoverageMap>(map_));
-  return *map_;
-}
-
-double Session::Repaint() {
-  if (!map_) return 0;
-  auto repainted = std::make_shared<CoverageMap>(map_->subject(), map_->options());
-  repainted->SetViews(views_.ForCriterion(recorded_camera_, options_.coverage_width_px));
-  const double fell_open = reopened_.Note(*map_, *repainted);
-  map_ = std::move(repainted);
-  return fell_open;
+  if (!record_.map() || !track.cam_from_world) return true;
+  return exposure_.Settled(frame, camera_, *track.cam_from_world, record_.map()->subject());
 }
 
 std::optional<int> Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
-  View view;
-  view.cam_from_world = *track.cam_from_world;
-  view.tracking_quality = track.quality;
-  view.bound_px = decision.bound_px;
-  const std::optional<int> id =
-      frame.kind == FrameKind::kStill ? spool_.AddView(kept, view) : spool_.TryAddView(kept, view);
-  if (!id) return std::nullopt;
-  views_.Add({*id, track.anchor, view.cam_from_world});
-  MapToChange().Add(CriterionView::From(recorded_camera_, view.cam_from_world, options_.coverage_width_px));
-  reopened_.DropCovered(*map_);
-  measured_ = false;
-  summary_.last_recorded = RecordedFrame{std::move(kept), view.cam_from_world};
-  looked_.recorded_view = id;
-  return id;
+  looked_.recorded_view = record_.Add(kept, track, decision.bound_px);
+  if (looked_.recorded_view)
+    summary_.last_recorded = std::make_shared<RecordedView>(
+        RecordedView{*looked_.recorded_view, std::move(kept), recorded_camera_, *track.cam_from_world});
+  return looked_.recorded_view;
 }
 
 Reason Session::ReasonOfTheDisk() {
-  const auto pause = spool_.Pause();
+  const auto pause = record_.spool().Pause();
   return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
 }
 
@@ -286,14 +204,14 @@ Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
                               .frame_period_s = frame_period_s_,
                               .coverage_width_px = options_.coverage_width_px,
                               .exposure_settled = exposure_settled},
-                             map_.get(), options_.limits);
+                             record_.map(), options_.limits);
   ms_decide_.push_back(MillisecondsSince(start));
   if (stills_) stills_->Follow(frame, track);
   if (decision.reason == Reason::kRecorded) {
     if (!recording_) {
       decision.reason = Reason::kPaused;
     } else if (stills_) {
-      decision.reason = spool_.Pause() ? ReasonOfTheDisk() : Reason::kStill;
+      decision.reason = record_.spool().Pause() ? ReasonOfTheDisk() : Reason::kStill;
       if (decision.reason == Reason::kStill) stills_->Ask();
     } else if (!Record(frame, track, decision)) {
       decision.reason = ReasonOfTheDisk();
@@ -305,13 +223,14 @@ Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
 
 std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
-  const StillVerdict verdict = stills_ ? stills_->Judge(still, map_.get()) : StillVerdict{};
-  if (verdict.decision.reason != Reason::kRecorded) {
-    spool_.KeepUnposed(still);
-    return std::nullopt;
-  }
-  Record(still, *verdict.track, verdict.decision);
-  return CapIsCovered() ? std::optional(StoppedBecause::kCovered) : std::nullopt;
+  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map()) : StillVerdict{};
+  if (verdict.decision.reason != Reason::kRecorded)
+    record_.spool().KeepUnposed(still);
+  else
+    Record(still, *verdict.track, verdict.decision);
+  Show(hooks_.while_waiting);
+  return record_.CapIsCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
+                                                            : std::nullopt;
 }
 
 void Session::Say(const std::string& text) {
@@ -330,67 +249,23 @@ void Session::TakeEvents() {
 
 void Session::AnswerRequests() {
   if (!hooks_.requests) return;
-  for (const CaptureRequest& request : hooks_.requests->Take())
+  for (const CaptureRequest& request : hooks_.requests->Take()) {
     std::visit([this](const auto& asked) { Answer(asked); }, request);
+    ++requests_answered_;
+  }
 }
 
-void Session::Answer(const TakeBackLast& asked) { TakeBack(views_.LastIds(asked.count)); }
-
-void Session::Answer(const TakeBackViews& asked) { TakeBack(asked.ids); }
-
-void Session::TakeBack(const std::vector<int>& ids) {
-  std::vector<int> taken;
-  for (const int id : ids) {
-    if (views_.Remove(id)) {
-      spool_.RemoveView(id);
-      taken.push_back(id);
-    } else if (std::find(taken.begin(), taken.end(), id) == taken.end()) {
-      Say(fmt::format("there is no view {} to take back", id));
-    }
-  }
-  if (taken.empty()) {
-    if (ids.empty()) Say("there is no view to take back");
-    return;
-  }
-  std::sort(taken.begin(), taken.end());
-  summary_.taken_back += taken.size();
-  const double fell_open = Repaint();
-  measured_ = false;
-  Say(fmt::format("taken back, kept in unposed/: {}; {:.1f} % {} fell open again", ViewsInWords(taken),
-                  100 * fell_open, OfWhat()));
+void Session::Answer(const TakeBackLast& asked) {
+  summary_.taken_back += record_.TakeBack(record_.views().LastIds(asked.count));
 }
+
+void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
 
 void Session::Answer(const PlaceSubject& asked) {
-  const std::string problem = ProblemOf(asked.subject, looked_.track.cam_from_world);
-  if (!problem.empty()) return Say("the subject stays as it was: " + problem);
-  MoveSubject(asked.subject);
+  subject_.Place(asked.subject, looked_.track.cam_from_world);
 }
 
-void Session::Answer(const FindSubject& asked) {
-  const auto& pose = looked_.track.cam_from_world;
-  const double share = asked.width_share.value_or(options_.subject_size);
-  if (!pose) return Say("the subject stays as it was: the camera's position is not known at the moment");
-  if (!(share > 0 && share <= options_.limits.rectangle_share))
-    return Say(
-        fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
-                    "safety rectangle is {:g}",
-                    share, options_.limits.rectangle_share));
-  const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), camera_);
-  if (!depth)
-    return Say(
-        "the subject stays as it was: too few tracked points in the middle of the picture; aim at it, or "
-        "give "
-        "its depth (subject depth D)");
-  MoveSubject(SubjectOnAxis(camera_, *pose, *depth, share));
-}
-
-void Session::MoveSubject(const Subject& subject) {
-  SetSubject(subject);
-  const Eigen::Vector3d& center = subject.center_in_world;
-  Say(fmt::format("the subject is at {:.3g} {:.3g} {:.3g}, radius {:.3g}{}", center.x(), center.y(),
-                  center.z(), subject.radius,
-                  views_.empty() ? "" : fmt::format("; {} painted anew", Counted(views_.size(), "view"))));
-}
+void Session::Answer(const FindSubject& asked) { subject_.Find(asked, looked_.track.cam_from_world); }
 
 void Session::Answer(const SetRecording& asked) {
   recording_ = asked.on;
@@ -407,12 +282,6 @@ std::string Session::DeviceProblem() const {
   const DeviceState state = device_.State();
   if (state != DeviceState::kFaulted && state != DeviceState::kReconnecting) return {};
   return fmt::format("{}: {}", Name(state), device_.Info().problem);
-}
-
-// What is recorded, and what the open rest will take.
-std::optional<double> Session::ViewsExpected() const {
-  if (!prediction_ || !prediction_->views) return std::nullopt;
-  return static_cast<double>(views_.size()) + (1 - map_->CoveredShare()) * *prediction_->views;
 }
 
 SharedCaptureState Session::State() {
@@ -434,16 +303,13 @@ SharedCaptureState Session::State() {
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
 
-  state->subject = summary_.subject;
+  record_.Describe(*state);
+  outlook_.Describe(*state);
   state->rectangle_share = options_.limits.rectangle_share;
-  state->coverage = map_;
-  state->view_ids = views_.Ids();
-  if (options_.cap) state->covered = map_ ? map_->CoveredShare() : 0;
-  state->reopened = reopened_.directions();
-  state->prediction = prediction_;
-  state->views_expected = ViewsExpected();
+  state->newest_view = summary_.last_recorded;
+  state->light_field = root_;
   state->guidance = looked_.guidance;
-  state->subject_moved = subject_moved_;
+  state->subject_moved = subject_.Moved();
 
   state->decision = looked_.decision;
   state->recording = recording_;
@@ -454,40 +320,22 @@ SharedCaptureState Session::State() {
   else
     state->waiting_for = gaps_.DiskReason();
   state->exposure_locked = device_.Held().exposure;
-  state->preflight = preflight_;
   state->said = said_;
+  state->requests_answered = requests_answered_;
+  state->ended = ended_;
   return state;
 }
 
-// False when it has to be tried again: the disk is behind.
-bool Session::CorrectPoses(bool last) {
-  if (views_.empty()) return true;
-  const std::map<int, Rigid3> now = views_.PosesNow(poses_);
-  const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
-  constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
-  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
-  if (!last && !spool_.TryUpdatePoses(now)) return false;
-  views_.MoveTo(now);
-  const double fell_open = Repaint();
-  constexpr double kWorthAWord = 0.005;
-  if (fell_open >= kWorthAWord)
-    Say(fmt::format("poses were corrected: {:.1f} % {} fell open again", 100 * fell_open, OfWhat()));
-  return true;
-}
-
-// The map says when it is worth measuring; the measure, on directions of its own, decides.
-bool Session::CapIsCovered() {
-  if (!options_.cap || !map_ || measured_ || map_->CoveredShare() < options_.until_share) return false;
-  measured_ = true;
-  CorrectPoses(false);
-  return MeasureCoverage(map_->views(), map_->subject(), *options_.cap, map_->options()).covered >=
-         options_.until_share;
+void Session::Show(const std::function<void(const SharedCaptureState&)>& look) {
+  if (!look) return;
+  look(State());
+  looked_.recorded_view.reset();
 }
 
 std::optional<StoppedBecause> Session::Enough() const {
   if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
   if (finish_asked_) return StoppedBecause::kClosed;
-  if (spool_.Failure()) return StoppedBecause::kDisk;
+  if (record_.spool().Failure()) return StoppedBecause::kDisk;
   if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kFrames;
   if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
     return StoppedBecause::kSeconds;
@@ -517,12 +365,11 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   const std::optional<Frame> frame = NextFrame();
   TakeEvents();
   if (!frame) {
-    if (hooks_.while_waiting) hooks_.while_waiting(State());
+    Show(hooks_.while_waiting);
     if (device_.State() == DeviceState::kEnded) return StoppedBecause::kEnded;
     if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
-  looked_.recorded_view.reset();
   if (frame->kind == FrameKind::kStill) return TakeStill(*frame);
   if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
   ++summary_.frames;
@@ -534,47 +381,26 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   ms_track_.push_back(MillisecondsSince(start));
   looked_ = {frame->image, track, {}, {}, {}};
   gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
-  PlaceFirstSubject(track);
+  subject_.FindFirst(track);
   SayWhatToExpect();
   CheckBeforeFirstView(*frame);
-  WatchSubject(track);
+  subject_.Watch(track, *last_time_s_);
   looked_.decision = DecideAndRecord(*frame, track);
-  gaps_.Disk(spool_.Pause(), *last_time_s_);
+  gaps_.Disk(record_.spool().Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
                 summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
-  if (poses_due_) poses_due_ = !CorrectPoses(false);
+  if (poses_due_) poses_due_ = !record_.CorrectPoses(poses_, false);
   if (hooks_.after_frame) {
     std::optional<CriterionView> here;
     if (track.cam_from_world)
       here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
-    looked_.guidance = guide_.After(map_.get(), here, *last_time_s_);
-    hooks_.after_frame(State());
+    looked_.guidance = guide_.After(record_.map(), here, *last_time_s_);
+    Show(hooks_.after_frame);
   }
-  if (looked_.decision.reason == Reason::kRecorded && CapIsCovered()) return StoppedBecause::kCovered;
+  if (looked_.decision.reason == Reason::kRecorded && record_.CapIsCovered(options_.until_share, poses_))
+    return StoppedBecause::kCovered;
   return std::nullopt;
-}
-
-void Session::CloseLightField(LightFieldWriter& writer) {
-  std::map<int, Rigid3> final_poses;
-  for (const HeldView& held : views_.views()) final_poses[held.id] = held.cam_from_world;
-  for (const View& view : writer.Contents().views)
-    if (const auto found = final_poses.find(view.id);
-        found != final_poses.end() && Same(view.cam_from_world, found->second))
-      final_poses.erase(found);
-  std::map<std::string, std::uint64_t> reasons = earlier_reasons_;
-  for (const Reason reason : kReasons)
-    reasons[Name(reason)] += summary_.reasons[static_cast<std::size_t>(reason)];
-  const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
-  const double capture_s = device_s > 0 ? device_s : ended_after_s_;
-  try {
-    writer.UpdatePoses(final_poses);
-    if (auto points = poses_.Points(); !points.empty()) writer.SetPoints(std::move(points));
-    writer.Close(earlier_s_ + capture_s, reasons);
-  } catch (const std::exception& error) {
-    summary_.stopped_because = StoppedBecause::kDisk;
-    summary_.problem = error.what();
-  }
 }
 
 void Session::Close() {
@@ -586,39 +412,42 @@ void Session::Close() {
   const TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
-  CorrectPoses(true);
+  record_.CorrectPoses(poses_, true);
   gaps_.End(last_time_s_);
   summary_.pauses = gaps_.pauses();
   summary_.paused_s = gaps_.paused_s();
-  if (const std::size_t following = spool_.PicturesWaiting(); following > 10)
+  if (const std::size_t following = record_.spool().PicturesWaiting(); following > 10)
     Say(fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
-  LightFieldWriter writer = spool_.Finish();
-  summary_.unwritten = spool_.Unwritten();
-  summary_.set_aside = spool_.SetAside();
-  for (const View& view : writer.Contents().views) summary_.recorded += view.id >= first_new_id_;
+  std::map<std::string, std::uint64_t> reasons;
+  for (const Reason reason : kReasons)
+    reasons[Name(reason)] = summary_.reasons[static_cast<std::size_t>(reason)];
+  const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
+  const ClosedRecord closed =
+      record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points());
+  summary_.recorded = closed.recorded;
+  summary_.unwritten = closed.unwritten;
+  summary_.set_aside = closed.set_aside;
   if (stills_) summary_.stills.recorded = summary_.recorded;
-  if (const auto failure = spool_.Failure()) {
-    summary_.stopped_because = StoppedBecause::kDisk;
-    summary_.problem = *failure;
-  } else {
-    CloseLightField(writer);
-  }
+  if (closed.problem.empty()) return;
+  summary_.stopped_because = StoppedBecause::kDisk;
+  summary_.problem = closed.problem;
 }
 
 CaptureSummary Session::Run() {
-  if (const auto subject = options_.subject ? options_.subject : resumed_subject_) SetSubject(*subject);
+  if (const auto subject = options_.subject ? options_.subject : record_.ResumedSubject())
+    subject_.Set(*subject);
   const auto started = Clock::now();
-  std::optional<StoppedBecause> why;
   std::exception_ptr failure;
   try {
-    while (!why) {
+    while (!ended_) {
       AnswerRequests();
-      why = Enough();
-      if (!why) why = TakeFrame();
+      ended_ = Enough();
+      if (!ended_) ended_ = TakeFrame();
     }
+    Show(hooks_.while_waiting);
   } catch (...) {
     failure = std::current_exception();  // whatever broke: what was recorded is closed first
-    why = StoppedBecause::kDeviceLost;
+    ended_ = StoppedBecause::kDeviceLost;
   }
   ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
   try {
@@ -632,13 +461,14 @@ CaptureSummary Session::Run() {
     if (!failure) failure = std::current_exception();
   }
   if (stills_) summary_.stills = stills_->counts();
-  summary_.stopped_because = *why;
+  summary_.stopped_because = *ended_;
   Close();
   if (failure) std::rethrow_exception(failure);
   summary_.device = device_.Statistics();
   summary_.ms_track_median = Median(ms_track_);
   summary_.ms_decide_median = Median(ms_decide_);
-  summary_.map = std::move(map_);
+  summary_.subject = record_.subject();
+  summary_.map = record_.SharedMap();
   return std::move(summary_);
 }
 

@@ -59,9 +59,6 @@ struct CaptureOptions {
   int frames_between_pose_updates = 60;
 };
 
-enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);  // as in --json
-
 using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
 struct CaptureHooks {
@@ -71,14 +68,10 @@ struct CaptureHooks {
   std::function<void(const Frame&)> keep_frame;
   // What there is to see then (capture_state.h); it is made only for who asks.
   std::function<void(const SharedCaptureState&)> after_frame;
-  std::function<void(const SharedCaptureState&)> while_waiting;  // ten times a second, when no frame comes
-  std::function<void(const std::string&)> say;                   // what happened, a line, once
-};
-
-// The last frame that was recorded, for pictures.
-struct RecordedFrame {
-  Frame frame;
-  Rigid3 cam_from_world;
+  // Ten times a second when no frame comes, after every photograph, and once at the end, before the light
+  // field is closed.
+  std::function<void(const SharedCaptureState&)> while_waiting;
+  std::function<void(const std::string&)> say;  // what happened, a line, once
 };
 
 struct CaptureSummary {
@@ -102,7 +95,7 @@ struct CaptureSummary {
   std::optional<CalibrationCheck> calibration;  // what the tracker's map says about the focal length
   std::optional<Readout> rolling_shutter;       // and about the shutter; none: global as far as is known
   std::optional<Subject> subject;
-  std::optional<RecordedFrame> last_recorded;
+  std::shared_ptr<const RecordedView> last_recorded;  // null: none
   std::shared_ptr<const CoverageMap>
       map;  // as it was at the end, with final poses; none when no subject was found
 };

@@ -1,13 +1,20 @@
-// What a camera gives before there is a light field to put it in.
+// From what was asked for to a capture that can run: device, intrinsics, poses and folder that fit together,
+// or a refusal that has written nothing; and what becomes of what a camera gives before there is a light
+// field to put it in.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "acquisition/device.h"
+#include "acquisition/frame_recording.h"
 #include "acquisition/light_field_io.h"
+#include "coverage/capture_arguments.h"
+#include "coverage/simulated_operator.h"
+#include "tracking/pose_source.h"
 
 namespace ulf {
 
@@ -22,5 +29,20 @@ bool TakeFirstFrames(Device& device, const std::string& uri, const std::function
 // stderr, and what could not be kept. Stops the device.
 void KeepPhotographs(Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
                      const std::filesystem::path& dir);
+
+struct PreparedCapture {
+  std::unique_ptr<Device> device;
+  std::shared_ptr<SimulatedOperator> person;  // who holds a simulated camera, if anybody
+  std::vector<Frame> first;                   // what came until the first live frame, which is the last
+  CameraModel camera;                         // of live frames
+  RecordingHeader recording;                  // what --keep-frames says of the session
+  std::unique_ptr<PoseSource> poses;
+  std::unique_ptr<LightFieldWriter> writer;
+};
+
+// False when a signal came before the first frame: then nothing has been written. Photographs that came
+// before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device and
+// folder say.
+bool PrepareCapture(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared);
 
 }  // namespace ulf

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,6 +23,17 @@
 #include "tracking/tracker.h"
 
 namespace ulf {
+
+enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
+const char* Name(StoppedBecause why);  // as in --json
+
+// A view as it was recorded: its pose is the one of that moment.
+struct RecordedView {
+  int id = 0;
+  Frame frame;
+  CameraModel camera;  // of the frame: a photograph's is not the live picture's
+  Rigid3 cam_from_world;
+};
 
 struct CaptureState {
   std::uint64_t frames = 0;
@@ -45,8 +57,11 @@ struct CaptureState {
   bool subject_moved = false;                   // tracked points on it no longer agree with the rest
   double rectangle_share = 0.8;                 // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
-  std::vector<int> view_ids;                    // in the order of coverage->views()
-  std::optional<double> covered;                // share of the cap; none without one
+  std::vector<int> view_ids;                    // growing, in the order of coverage->views()
+  // The last one of this session; null before. Not in view_ids once it has been taken back.
+  std::shared_ptr<const RecordedView> newest_view;
+  std::filesystem::path light_field;  // its folder, where every other view is or will soon be
+  std::optional<double> covered;      // share of the cap; none without one
   // Directions that were covered until poses were corrected or views taken back, and are not now.
   std::vector<Eigen::Vector3d> reopened;
   Guidance guidance;
@@ -56,29 +71,39 @@ struct CaptureState {
 
   Decision decision;                 // of this frame, with its reason
   bool recording = true;             // false: paused by request
-  std::optional<int> recorded_view;  // this frame became that view
+  std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
   std::string waiting_for;           // device or disk, for people; empty: nothing
   std::string device_problem;        // empty: none
   std::optional<std::uint64_t> disk_left_bytes;
   std::optional<bool> exposure_locked;  // none: cannot be known
   std::vector<PreflightItem> preflight;
   std::string said;  // the last thing the capture had to say; empty: nothing yet
+  std::uint64_t requests_answered = 0;
+  std::optional<StoppedBecause> ended;  // what is recorded is being closed
 };
 
-// The newest state, from the session's thread to whoever draws; older ones are dropped.
-class LatestCaptureState {
+// The newest state, from the session's thread to whoever draws. Older ones are dropped: whatever must not be
+// missed stands in every later state, too.
+class CaptureFeed {
  public:
   void Publish(std::shared_ptr<const CaptureState> state) {
     const std::lock_guard lock(mutex_);
-    state_ = std::move(state);
+    if (!closed_) state_ = std::move(state);
   }
-  std::shared_ptr<const CaptureState> Get() const {  // null before the first frame
+  // Nobody looks any more: what is published is dropped.
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    state_.reset();
+  }
+  std::shared_ptr<const CaptureState> Newest() const {  // null before the first frame
     const std::lock_guard lock(mutex_);
     return state_;
   }
 
  private:
   mutable std::mutex mutex_;
+  bool closed_ = false;
   std::shared_ptr<const CaptureState> state_;
 };
 

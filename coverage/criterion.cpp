@@ -436,8 +436,4 @@ std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup) {
   return limits;
 }
 
-double ViewsEstimate(double solid_angle_sr, double disc_radius) {
-  return std::max(1.0, 0.7 * solid_angle_sr / (disc_radius * disc_radius));
-}
-
 }  // namespace ulf

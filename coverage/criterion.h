@@ -93,8 +93,4 @@ struct DistanceLimits {
 };
 std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup);
 
-// How many views a capture by hand will take for a solid angle: 0.7 of it over the squared disc radius, as
-// measured on simulated captures (0.6 to 0.8).
-double ViewsEstimate(double solid_angle_sr, double disc_radius);
-
 }  // namespace ulf

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coverage/capture_prediction.h"
+
 namespace ulf {
 namespace {
 
@@ -288,7 +290,7 @@ void Guide::Expect(const CoverageMap& map, double time_s, Guidance& guidance) {
   // What one view has painted so far; at first as a hand is known to do it.
   constexpr double kWorth = 20;  // views that the estimate weighs
   const double usual =
-      map.options().cap->SolidAngle() / ViewsEstimate(map.options().cap->SolidAngle(), open_.disc_radius());
+      map.options().cap->SolidAngle() / ViewsEstimate::Of(*map.options().cap, open_.disc_radius()).usual;
   const double sr_per_view =
       (open_.CoveredSr() + kWorth * usual) / (static_cast<double>(map.views().size()) + kWorth);
   guidance.views_left = open_.OpenSr() / sr_per_view;

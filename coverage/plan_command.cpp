@@ -8,6 +8,7 @@
 
 #include "acquisition/error.h"
 #include "coverage/capture_prediction.h"
+#include "coverage/capture_session.h"
 #include "coverage/coverage_map.h"
 #include "coverage/criterion.h"
 
@@ -54,7 +55,7 @@ CriterionSetup SetupFrom(const PlanArgs& args) {
 int RunPlan(const PlanArgs& args) {
   const CriterionSetup setup = SetupFrom(args);
   const Cap cap = Cap::ParseDegrees(args.cap);
-  const auto prediction = Predict(setup, cap);
+  const auto prediction = Predict(setup, cap, CaptureOptions{}.until_share);
   if (!prediction)
     throw UsageError(
         "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
@@ -73,7 +74,8 @@ int RunPlan(const PlanArgs& args) {
     };
     nlohmann::json json{{"disc_radius_deg", disc_radius_deg},
                         {"distance_window", {or_null(near), or_null(far)}},
-                        {"views_estimate", *prediction->views}};
+                        {"views_estimate", prediction->views->usual},
+                        {"views_spread", {prediction->views->fewest, prediction->views->most}}};
     if (args.angle_deg) json["bound_px"] = or_null(bound_px);
     fmt::print("{}\n", json.dump());
     return kOk;
@@ -86,7 +88,7 @@ int RunPlan(const PlanArgs& args) {
              args.threshold_px);
   fmt::print("distances        {} to {} times the recorded one\n",
              near ? fmt::format("{:.3f}", *near) : "any", far ? fmt::format("{:.3f}", *far) : "any");
-  fmt::print("views            about {:.0f} for {} degrees\n", *prediction->views, args.cap);
+  fmt::print("views            {} for {} degrees\n", InWords(*prediction->views), args.cap);
   if (bound_px)
     fmt::print("bound            {:.2f} px at {:g} degrees and {:g} times the distance\n", *bound_px,
                *args.angle_deg, *args.distance_ratio);

@@ -23,11 +23,10 @@ PreflightItem Disk(const PreflightInput& input) {
             {},
             fmt::format("{:.1f} GB left, room for {:.0f} views or more", left_gb,
                         view_gb > 0 ? std::floor(left_gb / view_gb) : 0)};
-  const double needed_gb = *input.prediction->views * view_gb;
+  const double needed_gb = input.prediction->views->most * view_gb;
   return {"disk", needed_gb <= left_gb,
-          fmt::format("{:.1f} GB left, about {:.0f} views take up to {:.1f} GB{}", left_gb,
-                      *input.prediction->views, needed_gb,
-                      needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
+          fmt::format("{:.1f} GB left, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
+                      needed_gb, needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
 }
 
 }  // namespace
@@ -47,14 +46,19 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   items.push_back(Automatic("focus", input.held.focus));
   items.push_back(Disk(input));
   constexpr double kMostViews = 100'000;
-  if (input.prediction && input.prediction->views && *input.prediction->views > kMostViews)
+  if (input.prediction && input.prediction->views && input.prediction->views->usual > kMostViews)
     items.push_back({"views", false,
-                     fmt::format("about {:.0f} for this cap: nobody takes so many; ask for a smaller cap, a "
+                     fmt::format("{} for this cap: nobody takes so many; ask for a smaller cap, a "
                                  "larger threshold, a smaller subject or more distance",
-                                 *input.prediction->views)});
-  const bool healthy = input.tracking_quality >= input.least_quality;
+                                 InWords(*input.prediction->views))});
+  if (!input.pose_error_px) {
+    items.push_back({"tracking", true, "poses are given"});
+    return items;
+  }
+  const bool healthy = *input.pose_error_px <= input.most_pose_error_px;
   items.push_back({"tracking", healthy,
-                   fmt::format("quality {:.2f}{}", input.tracking_quality,
+                   fmt::format("the pose's error moves the subject by {:.2g} px, {:g} px at most will do{}",
+                               *input.pose_error_px, input.most_pose_error_px,
                                healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;
 }

@@ -25,7 +25,9 @@ struct PreflightInput {
   std::optional<CapturePrediction> prediction;
   std::uint64_t bytes_per_view = 0;  // at most
   std::optional<std::uint64_t> disk_left_bytes;
-  double tracking_quality = 0, least_quality = 0;
+  // Of a view taken now (view_decision.h); none: the pose is given.
+  std::optional<double> pose_error_px;
+  double most_pose_error_px = 1;
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);

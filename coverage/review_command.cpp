@@ -127,7 +127,8 @@ int RunReview(const ReviewArgs& args) {
   const StopOnSignal signals;
   cv::setNumThreads(1);
   MarkerSpec::Parse(args.markers);
-  SceneOptions options{.size_limit_px = std::max(args.width, args.height)};
+  SceneOptions options{.size_limit_px = std::max(args.width, args.height),
+                       .form = PhotographForm::kEightBits};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   std::shared_ptr<const RenderScene> scene;
   {

@@ -3,35 +3,37 @@
 // they can see.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <random>
 #include <vector>
 
 #include "acquisition/simulator/waves.h"
-#include "coverage/coverage_map.h"
+#include "coverage/operator/shown_sphere.h"
 
 namespace ulf {
 
 class RowsByEye {
  public:
   RowsByEye(std::uint64_t seed, bool novice);
-  // The direction to go to from `hand`; none when nothing looks unpainted. `map` has views.
-  std::optional<Eigen::Vector3d> Toward(const CoverageMap& map, const Eigen::Vector3d& hand, double time_s);
+  // Where to go from the dot, about the sphere's frame; none when nothing looks unpainted, or nothing is
+  // painted yet.
+  std::optional<CapFrame::Angles> Toward(const ShownSphere& sphere, double time_s);
 
  private:
+  class SeenPaint;
   struct Hole {
-    Eigen::Vector3d direction;
+    CapFrame::Angles at;
     double seen_s = 0;
   };
   double Spread(double sigma);
-  std::optional<Eigen::Vector3d> FindHole(const CoverageMap& map, const Eigen::Vector3d& hand, double size);
+  std::optional<CapFrame::Angles> FindHole(const ShownSphere& sphere, const SeenPaint& paint, double size);
 
   std::mt19937_64 random_;
   const bool novice_;
   const double own_spacing_;  // of rows, disc radii
   const Waves wobble_;        // of a row's height, disc radii
+  double radius_ = 0;         // of the discs, as last seen
   int upwards_ = 0;           // 0: not begun
   int heading_ = 1;
   double level_ = 0;

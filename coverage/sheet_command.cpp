@@ -72,7 +72,7 @@ cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, 
 
 SheetPanel RenderingBesideTruth(const RenderScene& scene) {
   if (scene.views.size() < 2)
-    return {scene.views.front().pyramid.front(), "the only view: nothing can be left out and compared"};
+    return {scene.views.front().Srgb8(), "the only view: nothing can be left out and compared"};
   const int left_out = MiddleView(scene);
   const SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
   const CameraModel camera = view.camera.WithoutDistortion();

@@ -2,14 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <deque>
 #include <random>
 
 #include "acquisition/error.h"
 #include "acquisition/simulator/scene.h"
 #include "acquisition/simulator/waves.h"
+#include "coverage/operator/overlay.h"
 #include "coverage/rows_by_eye.h"
 
 namespace ulf {
@@ -29,7 +32,8 @@ struct Habits {
   double speed;                   // of the dot on the sphere, radians per second, when nothing is in the way
   double sway_m, tremor_m;        // at most
   double turn_sway, turn_tremor;  // radians
-  double misjudged_distance;      // share
+  double misread_place;           // on the sphere, disc radii
+  double misread_color;           // of the way from green to full
   double misjudged_course;        // radians
   double spring_hz, damping;      // of the hand
   double aim_per_s;               // how fast the subject is brought back to the middle
@@ -41,7 +45,8 @@ constexpr Habits kExperienced{.delay_s = 0.25,
                               .tremor_m = 0.0007,
                               .turn_sway = 1.5 * kDegree,
                               .turn_tremor = 0.12 * kDegree,
-                              .misjudged_distance = 0.02,
+                              .misread_place = 0.1,
+                              .misread_color = 0.15,
                               .misjudged_course = 6 * kDegree,
                               .spring_hz = 1.6,
                               .damping = 0.65,
@@ -54,7 +59,8 @@ constexpr Habits kNovice{.delay_s = 0.35,
                          .tremor_m = 0.001,
                          .turn_sway = 2.5 * kDegree,
                          .turn_tremor = 0.2 * kDegree,
-                         .misjudged_distance = 0.04,
+                         .misread_place = 0.2,
+                         .misread_color = 0.3,
                          .misjudged_course = 12 * kDegree,
                          .spring_hz = 1.3,
                          .damping = 0.5,
@@ -81,6 +87,30 @@ struct Moment {
 struct Wish {
   Vector3d velocity = Vector3d::Zero();
   Vector3d turn = Vector3d::Zero();  // besides what keeps a subject at arm's length in view
+};
+
+// What somebody who looks at the display knows at a moment.
+struct Sight {
+  double time_s = 0;
+  ShownPicture picture;
+  std::string line;
+
+  // The sphere, when the dot on it is in the picture.
+  const ShownSphere* Sphere() const {
+    if (!picture.sphere) return nullptr;
+    const auto dot = picture.camera.ImgFromCam(picture.sphere->PointInCam(picture.sphere->toward_camera));
+    const bool seen = dot && (dot->array() > 0).all() && dot->x() < picture.camera.width &&
+                      dot->y() < picture.camera.height;
+    return seen ? &*picture.sphere : nullptr;
+  }
+  bool Says(const char* words) const { return line.find(words) != std::string::npos; }
+  // "come 12 % nearer": 0.12; "go 8 % back": -0.08.
+  std::optional<double> NearerSaid() const {
+    int percent = 0;
+    if (std::sscanf(line.c_str(), "come %d", &percent) == 1) return 0.01 * percent;
+    if (std::sscanf(line.c_str(), "go %d", &percent) == 1) return -0.01 * percent;
+    return std::nullopt;
+  }
 };
 
 Quaterniond Turned(const Vector3d& by) {
@@ -125,7 +155,9 @@ struct SimulatedOperator::Person {
         body{start.cam_from_world.OriginInSource(), start.cam_from_world.rotation},
         rows(options.seed, options.novice),
         course_error(options.seed, 201, 3, 0.1, 0.6, habits.misjudged_course),
-        distance_error(options.seed, 202, 3, 0.02, 0.12, habits.misjudged_distance) {
+        color_error(options.seed, 202, 3, 0.02, 0.12, habits.misread_color),
+        place_error{Waves(options.seed, 203, 3, 0.2, 1, habits.misread_place),
+                    Waves(options.seed, 204, 3, 0.2, 1, habits.misread_place)} {
     for (int axis = 0; axis < 3; ++axis) {
       sway[axis] = Waves(options.seed, 210 + axis, 3, 0.15, 0.8, habits.sway_m);
       sway[axis].Add(Waves(options.seed, 220 + axis, 4, 4, 9, habits.tremor_m));
@@ -166,11 +198,14 @@ struct SimulatedOperator::Person {
     return 1 + (kRushFactor - 1) * most;
   }
 
-  void Decide(const CaptureState& seen, double now_s);
+  void Decide(const Sight& seen, double now_s);
   Vector3d Starting(double now_s) const;
   Wish GoingBack(double now_s) const;
-  Wish Following(const CaptureState& seen, double now_s);
-  std::optional<double> DistanceShown(const CaptureState& seen, const Vector3d& direction, double own) const;
+  Wish Following(const Sight& seen, double now_s);
+  Vector3d Aiming(const Sight& seen) const;
+  double Pace(const Sight& seen, double now_s);
+  Vector3d Goal(const ShownSphere& sphere, double now_s) const;
+  double Nearer(const Sight& seen, const ShownSphere& sphere, double now_s) const;
   void Step();
   void ReachUntil(double time_s);
   Body At(double time_s) const;
@@ -188,16 +223,17 @@ struct SimulatedOperator::Person {
   std::deque<Body> past;  // every kStepS
   long first_step = 0, steps = 0;
 
-  std::deque<std::shared_ptr<const CaptureState>> seen;  // the first one is acted on, once it is old enough
+  std::deque<Sight> seen;  // the first one is acted on, once it is old enough
   bool acted = false;
   bool has_tracked = false;
   std::optional<Body> good;  // where the hand was when tracking last was well
   double slowed_until_s = 0;
   RowsByEye rows;
-  std::optional<Vector3d> by_eye;
+  std::optional<CapFrame::Angles> by_eye;
   double looked_s = -1;
 
-  Waves course_error, distance_error;
+  Waves course_error, color_error;
+  std::array<Waves, 2> place_error;
   std::array<Waves, 3> sway, turn_sway;
   std::vector<Moment> glances, rushes;
 };
@@ -223,99 +259,112 @@ Wish SimulatedOperator::Person::GoingBack(double now_s) const {
   return back;
 }
 
-// What the colours near the dot tell: red is nearer than the views there, blue farther.
-std::optional<double> SimulatedOperator::Person::DistanceShown(const CaptureState& seen,
-                                                               const Vector3d& direction, double own) const {
-  std::vector<double> distances;
-  const double near =
-      std::cos(10 * seen.coverage->spacing() * seen.coverage->options().cells_per_disc_radius);
-  for (const CriterionView& view : seen.coverage->views()) {
-    const Vector3d offset = view.center_in_world - seen.subject->center_in_world;
-    if (offset.normalized().dot(direction) > near) distances.push_back(offset.norm());
-  }
-  if (distances.empty()) return own;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+// The subject to the middle of the view; an arrow to one that is out of it says the way, not how far.
+Vector3d SimulatedOperator::Person::Aiming(const Sight& seen) const {
+  constexpr double kBlindTurn = 0.35;
+  if (const auto& way = seen.picture.way_to_subject)
+    return habits.aim_per_s * kBlindTurn * Vector3d(-way->y(), way->x(), 0);
+  const ShownSphere* sphere = seen.Sphere();
+  if (!sphere) return Vector3d::Zero();
+  const Vector3d ahead = -sphere->toward_camera;
+  return habits.aim_per_s * Vector3d(-std::atan2(ahead.y(), ahead.z()), std::atan2(ahead.x(), ahead.z()), 0);
 }
 
-Wish SimulatedOperator::Person::Following(const CaptureState& seen, double now_s) {
-  Wish wanted;
-  const Rigid3& cam_from_world = *seen.cam_from_world;
-  const Vector3d subject_in_cam = cam_from_world * seen.subject->center_in_world;
-  const double distance = subject_in_cam.norm();
-  if (!(distance > 0)) return wanted;
+double SimulatedOperator::Person::Pace(const Sight& seen, double now_s) {
+  double pace = Rush(now_s) * (1 - Glances(now_s));
+  if (seen.Says("too fast") || seen.Says("blurred")) slowed_until_s = now_s + 0.7;
+  if (now_s < slowed_until_s) pace *= 0.6;
+  if (!seen.picture.held) pace *= 0.3;
+  return pace;
+}
 
-  // The subject to the middle of the view.
-  if (Glances(now_s) == 0 && Glances(now_s - habits.delay_s) == 0) {
-    const double right = std::atan2(subject_in_cam.x(), std::max(1e-3 * distance, subject_in_cam.z()));
-    const double down = std::atan2(subject_in_cam.y(), std::max(1e-3 * distance, subject_in_cam.z()));
-    wanted.turn = habits.aim_per_s * Vector3d(-down, right, 0);
+// The middle of the ring, as far as one can tell.
+Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s) const {
+  const Vector3d& at = sphere.target->direction;
+  const Vector3d x = at.unitOrthogonal(), y = at.cross(x);
+  return (at + sphere.target->ring * (place_error[0].At(now_s) * x + place_error[1].At(now_s) * y))
+      .normalized();
+}
+
+// How much nearer to go, a share of the distance. The line says it where it is much; else the colours about
+// the dot do, of which the legend does not say what they stand for: by and by they become green.
+double SimulatedOperator::Person::Nearer(const Sight& seen, const ShownSphere& sphere, double now_s) const {
+  if (const auto said = seen.NearerSaid(); said && options.follows_guidance) return *said;
+  constexpr double kFaint = 0.15, kFull = 0.12, kAboutTheDot = 12 * kDegree;
+  std::vector<double> colors;
+  const CapFrame::Angles dot = sphere.frame.Of(sphere.toward_camera);
+  for (const ShownSphere::Paint& paint : sphere.paint) {
+    if (paint.bottom > dot.elevation + kAboutTheDot || paint.top < dot.elevation - kAboutTheDot) continue;
+    const Vector3d middle =
+        sphere.frame.Direction(0.5 * (paint.left + paint.right), 0.5 * (paint.bottom + paint.top));
+    if (middle.dot(sphere.toward_camera) > std::cos(kAboutTheDot)) colors.push_back(paint.nearer);
   }
+  if (colors.empty()) return 0;
+  const auto middle = colors.begin() + static_cast<std::ptrdiff_t>(colors.size() / 2);
+  std::nth_element(colors.begin(), middle, colors.end());
+  const double read = std::clamp(*middle, -1.0, 1.0) + color_error.At(now_s);
+  return std::abs(read) < kFaint ? 0 : kFull * read;
+}
 
-  const Vector3d direction = (cam_from_world.OriginInSource() - seen.subject->center_in_world).normalized();
+Wish SimulatedOperator::Person::Following(const Sight& seen, double now_s) {
+  Wish wanted;
+  if (Glances(now_s) == 0 && Glances(now_s - habits.delay_s) == 0) wanted.turn = Aiming(seen);
+  const double pace = Pace(seen, now_s);
+  const ShownSphere* sphere = seen.Sphere();
+  if (!sphere) return wanted;
+
   std::optional<Vector3d> toward;
-  double keep = distance;
   if (options.follows_guidance) {
-    toward = seen.guidance.toward;
-    if (seen.guidance.distance > 0) keep = seen.guidance.distance;
-  } else if (seen.coverage && seen.coverage->frame()) {
+    if (sphere->target) toward = Goal(*sphere, now_s);
+  } else {
     constexpr double kLookEveryS = 0.2;
     if (now_s - looked_s >= kLookEveryS) {
-      by_eye = rows.Toward(*seen.coverage, direction, now_s);
+      by_eye = rows.Toward(*sphere, now_s);
       looked_s = now_s;
     }
-    toward = by_eye;
-    keep = DistanceShown(seen, direction, distance).value_or(distance);
+    if (by_eye) toward = sphere->frame.Direction(by_eye->azimuth, by_eye->elevation);
   }
-
-  double pace = Rush(now_s) * (1 - Glances(now_s));
-  if (seen.decision.reason == Reason::kSpeed || seen.decision.reason == Reason::kBlur)
-    slowed_until_s = now_s + 0.7;
-  if (now_s < slowed_until_s) pace *= 0.6;
-  if (seen.decision.reason == Reason::kOutsideRectangle || seen.decision.reason == Reason::kBehind)
-    pace *= 0.3;
   if (toward) {
     constexpr double kSlowsPerS = 2.2;
-    const double angle = std::acos(std::clamp(toward->dot(direction), -1.0, 1.0));
-    const Vector3d tangent = *toward - toward->dot(direction) * direction;
+    const Vector3d& dot = sphere->toward_camera;
+    const Vector3d tangent = *toward - toward->dot(dot) * dot;
     if (tangent.norm() > 1e-9) {
-      const Vector3d course = Turned(course_error.At(now_s) * direction) * tangent.normalized();
-      const double speed = std::min(habits.speed * pace, kSlowsPerS * angle);
-      wanted.velocity = reach * speed * (cam_from_world.rotation * course);
+      const Vector3d course = Turned(course_error.At(now_s) * dot) * tangent.normalized();
+      wanted.velocity = reach * std::min(habits.speed * pace, kSlowsPerS * sphere->FromDot(*toward)) * course;
     }
   }
-  // Nearer or farther: judged with an error, and small differences are let be.
-  constexpr double kLetBe = 0.015, kNearerPerS = 1.0;
-  const double off = distance / keep * (1 + distance_error.At(now_s)) - 1;
-  if (std::abs(off) > kLetBe)
-    wanted.velocity += reach * kNearerPerS * std::clamp(off, -0.2, 0.2) * subject_in_cam / distance;
+  constexpr double kNearerPerS = 1.0;
+  const double nearer = std::clamp(Nearer(seen, *sphere, now_s), -0.2, 0.2);
+  wanted.velocity -= reach * kNearerPerS * nearer * sphere->toward_camera;
   return wanted;
 }
 
-void SimulatedOperator::Person::Decide(const CaptureState& now, double now_s) {
-  const bool tracked = now.tracking == TrackState::kTracking && now.cam_from_world;
+// The sphere and the rectangle are there while the camera's position is known, and the line says what to do
+// while it is not.
+void SimulatedOperator::Person::Decide(const Sight& now, double now_s) {
+  const bool tracked = now.picture.rectangle.has_value();
   if (tracked) {
     has_tracked = true;
-    good = At(now.device_time_s);
+    good = At(now.time_s);
   }
-  if (tracked && now.subject)
+  const bool is_lost = now.Says("lost") || now.Says("go back");
+  if (tracked && now.picture.sphere)
     wish = Following(now, now_s);
-  else if (!has_tracked || (tracked && !now.subject) || now.tracking == TrackState::kInitializing)
-    wish = {.velocity = Starting(now_s)};
-  else
+  else if (has_tracked && is_lost)
     wish = GoingBack(now_s);
+  else
+    wish = {.velocity = Starting(now_s)};
 }
 
 void SimulatedOperator::Person::Step() {
   const double now_s = static_cast<double>(steps) * kStepS;
   if (!has_tracked && seen.empty()) wish = {.velocity = Starting(now_s)};
-  while (seen.size() > 1 && seen[1]->device_time_s <= now_s - habits.delay_s) {
+  while (seen.size() > 1 && seen[1].time_s <= now_s - habits.delay_s) {
     seen.pop_front();
     acted = false;
   }
-  if (!seen.empty() && !acted && seen.front()->device_time_s <= now_s - habits.delay_s) {
-    Decide(*seen.front(), now_s);
+  if (!seen.empty() && !acted && seen.front().time_s <= now_s - habits.delay_s) {
+    Decide(seen.front(), now_s);
     acted = true;
   }
   const double rate = 2 * M_PI * habits.spring_hz;
@@ -357,8 +406,8 @@ SimulatedOperator::SimulatedOperator(const OperatorOptions& options, const Opera
     : person_(std::make_unique<Person>(options, start)) {}
 SimulatedOperator::~SimulatedOperator() = default;
 
-void SimulatedOperator::See(std::shared_ptr<const CaptureState> state) {
-  person_->seen.push_back(std::move(state));
+void SimulatedOperator::See(double time_s, const CaptureState& state) {
+  person_->seen.push_back({time_s, ShownPicture::Of(state), InstructionFor(state).words});
 }
 
 Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {

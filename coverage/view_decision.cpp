@@ -53,23 +53,29 @@ std::string InWords(const std::string& name) {
   return known == kTexts.end() ? name : known->words;
 }
 
+double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {
+  return focal_px * center_sigma * radius / (distance * (distance - radius));
+}
+
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
   const Track& track = input.track;
-  const bool tracked = track.state == TrackState::kTracking && !track.skipped && track.cam_from_world &&
-                       track.quality >= limits.min_tracking_quality;
+  const bool tracked = track.state == TrackState::kTracking && !track.skipped && track.cam_from_world;
   if (!tracked || !map) return {Reason::kTracking, {}};
 
   const Rigid3& cam_from_world = *track.cam_from_world;
   const Subject& subject = map->subject();
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere, {}};
+  const CriterionView candidate = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px);
+  if (track.center_sigma && PoseErrorPx(*track.center_sigma, candidate.fx, center_in_cam.norm(),
+                                        subject.radius) > limits.max_pose_error_px)
+    return {Reason::kTracking, {}};
   if (center_in_cam.z() <= 0) return {Reason::kBehind, {}};
   const auto outline = SphereOutline(input.camera, cam_from_world, subject);
   if (!outline || !SafetyRectangle::Of(input.camera, limits.rectangle_share).Holds(*outline))
     return {Reason::kOutsideRectangle, {}};
 
-  const CoveringView best =
-      map->Best(CriterionView::From(input.camera, cam_from_world, input.coverage_width_px));
+  const CoveringView best = map->Best(candidate);
   const std::optional<double> bound_px =
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
   if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};

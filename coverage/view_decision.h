@@ -23,7 +23,7 @@ enum class Reason {
   kOutsideRectangle,  // the sphere's silhouette leaves the safety rectangle
   kBehind,            // the subject is behind the camera
   kInsideSphere,      // the camera is inside the subject's sphere
-  kTracking,          // no pose, a poor one, or no subject yet
+  kTracking,          // no pose, one that is not sure enough, or no subject yet
   kBlur,              // less detail than the recent frames
   kExposure,          // the subject is clipped or black
   kUnsettled,         // the exposure, or the light on the subject, is still changing (exposure_watch.h)
@@ -42,9 +42,22 @@ const char* Name(Reason reason);               // as in --json
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 
+// How far, in pixels of the coverage image, a camera centre that is off by `center_sigma` moves what its view
+// shows of a sphere of `radius` at `distance`.
+//
+// A pose fits what it was found by: where the centre is off by s, the rotation has taken it along, and what
+// lies at the sphere's centre, at the distance D, falls where it should. What is nearer does not: the nearest
+// point is off by f s (1 / (D - r) - 1 / D) = f s r / (D (D - r)). That is for an error across the line of
+// sight; along it the same error moves the sphere's rim by about f s r / D^2, which is less.
+//
+// The limit is one pixel because the bound allows for that already: it takes a recorded pixel for the cone of
+// rays through the circle of one pixel spacing (criterion.h). As long as the true ray lies in that cone a
+// view that is covered within T pixels is, whatever the pose's error.
+double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
+
 struct DecisionLimits {
   double rectangle_share = 0.8;
-  double min_tracking_quality = 0.3;
+  double max_pose_error_px = 1;    // PoseErrorPx
   double min_sharpness = 0.5;      // of the recent frames' median
   double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
   double max_clipped_share = 0.3;  // of the sphere's image

@@ -38,6 +38,14 @@ FieldKind FieldFromName(const std::string& name) {
   throw UsageError("--field {}: no such blending field; there are {}", name, known);
 }
 
+std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }
+
+int LevelFromName(const std::string& name) {
+  for (int level = 0; level <= kLimitLevel; ++level)
+    if (name == LevelName(level)) return level;
+  throw UsageError("--level {}: there are levels of subdivision 0, 1, 2, 3, and limit", name);
+}
+
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh) {
   FieldOptions serves = asked;
   if (mesh.span == Span::kPlace) serves.kind = FieldKind::kNearest;

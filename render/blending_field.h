@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "render/loop_subdivision.h"
 #include "render/scene.h"
 
 namespace ulf {
@@ -27,10 +28,12 @@ enum class FieldKind {
 
 std::string FieldName(FieldKind kind);             // as on the command line
 FieldKind FieldFromName(const std::string& name);  // UsageError that lists the names
+std::string LevelName(int level);                  // "0" to "3", "limit"
+int LevelFromName(const std::string& name);        // UsageError that lists the names
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
-  int level = 1;        // of subdivision, 0 to 3; 0 is kLinear
+  int level = 1;        // of subdivision, 0 to kFinestLevel, or kLimitLevel; 0 is kLinear
   int lumigraph_k = 4;  // views that may have weight
   bool operator==(const FieldOptions&) const = default;
 };

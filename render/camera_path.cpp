@@ -3,16 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "acquisition/error.h"
-#include "acquisition/light_field_io.h"
+#include "render/path_files.h"
 
 namespace ulf {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kWidest = 0.9;  // share of the viewpoints' range that a path takes
 
 // Azimuth and elevation about `up`, azimuth from `front`.
 struct Sphere {
@@ -47,6 +47,7 @@ struct Spread {
   Sphere sphere;
   double azimuth = 0, elevation = 0;            // middle
   double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost
+  double ring_elevation = 0;                    // where they stand all around
   double distance = 0;
   bool all_around = false;
 };
@@ -92,10 +93,8 @@ Spread SpreadOf(const RenderScene& scene) {
   };
   middle_and_half(azimuths, spread.azimuth, spread.azimuth_half);
   middle_and_half(elevations, spread.elevation, spread.elevation_half);
-  if (spread.all_around) {
-    spread.azimuth = 0;
-    spread.elevation = Quantile(elevations, 0.5);
-  }
+  if (spread.all_around) spread.azimuth = 0;
+  spread.ring_elevation = spread.all_around ? Quantile(elevations, 0.5) : spread.elevation;
   return spread;
 }
 
@@ -110,55 +109,41 @@ std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
     const double phase = 2 * M_PI * i / frames;
     directions.push_back(
         spread.all_around
-            ? spread.sphere.Direction(phase, spread.elevation)
+            ? spread.sphere.Direction(phase, spread.ring_elevation)
             : spread.sphere.Direction(spread.azimuth + share * spread.azimuth_half * std::sin(phase),
                                       spread.elevation + share * spread.elevation_half * std::cos(phase)));
   }
   return directions;
 }
 
-CameraPath FromTum(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file)
-    throw Error("{}: no such camera path; give orbit, dolly, a TUM file or a transforms.json", path.string());
-  CameraPath result;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    if (line.empty() || line[0] == '#') continue;
-    std::istringstream fields(line);
-    double time = 0;
-    Vector3d center;
-    Eigen::Quaterniond world_from_cam;
-    fields >> time >> center.x() >> center.y() >> center.z() >> world_from_cam.x() >> world_from_cam.y() >>
-        world_from_cam.z() >> world_from_cam.w();
-    if (!fields || !center.allFinite() || !(std::abs(world_from_cam.norm() - 1) < 1e-2))
-      throw Error("{}, line {}: expected 'time tx ty tz qx qy qz qw' with a unit quaternion", path.string(),
-                  number);
-    result.cam_from_world.push_back(Rigid3{world_from_cam.normalized(), center}.Inverse());
+// `directions(share)` for the largest share of the viewpoints' range at which all of them meet their mesh.
+template <typename Directions>
+std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&& directions) {
+  constexpr double kStep = 0.05;
+  std::vector<Vector3d> tried;
+  for (double share = kWidest; share > 0; share -= kStep) {
+    tried = directions(share);
+    if (scene.mesh.span != Span::kSurface ||
+        std::all_of(tried.begin(), tried.end(), [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
+      break;
   }
-  if (result.cam_from_world.empty()) throw Error("{}: the camera path holds no pose", path.string());
-  return result;
+  return tried;
 }
 
 }  // namespace
 
 CameraPath OrbitPath(const RenderScene& scene, int frames) {
-  constexpr double kWidest = 0.9, kStep = 0.05;
   const Spread spread = SpreadOf(scene);
   CameraPath path;
   if (frames <= 1) {
     path.cam_from_world.push_back(
-        AimedPose(scene, spread.sphere.Direction(spread.azimuth, spread.elevation), spread.distance));
+        AimedPose(scene, spread.sphere.Direction(spread.azimuth, spread.ring_elevation), spread.distance));
     return path;
   }
-  std::vector<Vector3d> directions;
-  for (double share = kWidest; share > 0; share -= kStep) {
-    directions = Ellipse(spread, frames, share);
-    if (scene.mesh.span != Span::kSurface || spread.all_around) break;
-    if (std::all_of(directions.begin(), directions.end(),
-                    [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
-      break;
-  }
+  const std::vector<Vector3d> directions =
+      spread.all_around
+          ? Ellipse(spread, frames, kWidest)
+          : InsideHullOrSmaller(scene, [&](double share) { return Ellipse(spread, frames, share); });
   for (const Vector3d& direction : directions)
     path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
   return path;
@@ -166,7 +151,7 @@ CameraPath OrbitPath(const RenderScene& scene, int frames) {
 
 CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share) {
   const Spread spread = SpreadOf(scene);
-  const Vector3d direction = spread.sphere.Direction(spread.azimuth, spread.elevation);
+  const Vector3d direction = spread.sphere.Direction(spread.azimuth, spread.ring_elevation);
   CameraPath path;
   for (int i = 0; i < frames; ++i) {
     const double along = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
@@ -177,16 +162,42 @@ CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share)
   return path;
 }
 
-CameraPath PathFromFile(const std::filesystem::path& file) {
-  const bool folder = std::filesystem::is_directory(file);
-  if (!folder && file.extension() != ".json") return FromTum(file);
-  const LightField other = ReadLightField(folder ? file : file.parent_path());
-  CameraPath path;
-  for (const View& view : other.views) {
-    path.cam_from_world.push_back(view.cam_from_world);
-    path.cameras.push_back(other.CameraOf(view).WithoutDistortion());
+CameraPath VertigoPath(const RenderScene& scene, int frames, const CameraModel& camera,
+                       double nearest_share) {
+  CameraPath path = DollyPath(scene, frames, nearest_share);
+  const auto distance = [&](const Rigid3& pose) {
+    return (pose.OriginInSource() - scene.subject.center_in_world).norm();
+  };
+  const double first = distance(path.cam_from_world.front());
+  for (const Rigid3& pose : path.cam_from_world) {
+    CameraModel& zoomed = path.cameras.emplace_back(camera);
+    zoomed.fx *= distance(pose) / first;
+    zoomed.fy *= distance(pose) / first;
   }
-  if (path.cam_from_world.empty()) throw Error("{}: the camera path holds no pose", file.string());
+  return path;
+}
+
+CameraPath SpiralPath(const RenderScene& scene, int frames) {
+  constexpr int kTurns = 3;
+  const Spread spread = SpreadOf(scene);
+  const std::vector<Vector3d> directions = InsideHullOrSmaller(scene, [&](double share) {
+    std::vector<Vector3d> tried;
+    for (int i = 0; i < frames; ++i) {
+      const double along = frames > 1 ? static_cast<double>(i) / frames : 0;
+      const double phase = 2 * M_PI * kTurns * along;
+      const double out = share * 0.5 * (1 - std::cos(2 * M_PI * along));
+      tried.push_back(
+          spread.all_around
+              ? spread.sphere.Direction(
+                    phase, spread.elevation - share * spread.elevation_half * std::cos(2 * M_PI * along))
+              : spread.sphere.Direction(spread.azimuth + out * spread.azimuth_half * std::sin(phase),
+                                        spread.elevation + out * spread.elevation_half * std::cos(phase)));
+    }
+    return tried;
+  });
+  CameraPath path;
+  for (const Vector3d& direction : directions)
+    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
   return path;
 }
 
@@ -194,11 +205,12 @@ double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraMod
   constexpr double kMost = 1.6, kStep = 1.06, kMostUncovered = 0.005;
   constexpr int kWidth = 120;
   constexpr std::size_t kPoses = 12;
-  CameraModel small = camera.ScaledTo(kWidth, std::max(1, kWidth * camera.height / camera.width));
-  const CameraModel unzoomed = small;
   const std::size_t stride = std::max<std::size_t>(1, path.cam_from_world.size() / kPoses);
   double zoom = 1;
-  for (std::size_t i = 0; i < path.cam_from_world.size(); i += stride)
+  for (std::size_t i = 0; i < path.cam_from_world.size(); i += stride) {
+    const CameraModel& full = path.CameraOf(i, camera);
+    const CameraModel unzoomed = full.ScaledTo(kWidth, std::max(1, kWidth * full.height / full.width));
+    CameraModel small = unzoomed;
     for (;;) {
       small.fx = zoom * unzoomed.fx;
       small.fy = zoom * unzoomed.fy;
@@ -209,13 +221,22 @@ double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraMod
       if (fills || zoom * kStep > kMost) break;
       zoom *= kStep;
     }
+  }
   return zoom;
 }
 
-CameraPath MakePath(const std::string& name, const RenderScene& scene, int frames) {
-  if (name == "orbit") return OrbitPath(scene, frames);
-  if (name == "dolly") return DollyPath(scene, frames);
-  return PathFromFile(name);
+bool IsNamedPath(const std::string& path) {
+  return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral";
+}
+
+CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
+  constexpr int kUsualFrames = 120;
+  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
+  if (request.path == "orbit") return OrbitPath(scene, frames);
+  if (request.path == "dolly") return DollyPath(scene, frames);
+  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
+  if (request.path == "spiral") return SpiralPath(scene, frames);
+  return PathFromFile(request.path, request, scene);
 }
 
 }  // namespace ulf

@@ -3,5 +3,5 @@
 #include "acquisition/command_line.h"
 
 namespace ulf {
-void AddRenderCommands(CLI::App& app, ChosenCommand& chosen);  // render, evaluate
+void AddRenderCommands(CLI::App& app, ChosenCommand& chosen);  // render, evaluate, proxy
 }

@@ -61,19 +61,18 @@ ViewScore Score(Renderer& renderer, const Truth& truth) {
 }  // namespace
 
 UndistortedPhotograph Undistort(const SceneView& view) {
-  UndistortedPhotograph result{view.pyramid.front(),
-                               cv::Mat(view.pyramid.front().size(), CV_8U, cv::Scalar(255))};
-  if (view.camera.distortion == Distortion::kNone) return result;
+  UndistortedPhotograph result{view.Srgb8(), cv::Mat(view.pyramid.front().size(), CV_8U, cv::Scalar(255))};
+  if (view.camera.distortion == Distortion::kNone && !view.has_gaps) return result;
   const CameraModel pinhole = view.camera.WithoutDistortion();
   cv::Mat linear = cv::Mat::zeros(pinhole.height, pinhole.width, CV_32FC3);
   for (int y = 0; y < pinhole.height; ++y)
     for (int x = 0; x < pinhole.width; ++x) {
       const auto img = view.camera.ImgFromCam(
           {(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
-      if (img && view.camera.Contains(*img))
-        linear.at<cv::Vec3f>(y, x) = SampleView(view, 0, *img);
-      else
-        result.valid.at<std::uint8_t>(y, x) = 0;
+      const cv::Vec4f light =
+          img && view.camera.Contains(*img) ? SampleView(view, 0, *img) : cv::Vec4f::all(0);
+      linear.at<cv::Vec3f>(y, x) = {light[0], light[1], light[2]};
+      if (!(light[3] > 0)) result.valid.at<std::uint8_t>(y, x) = 0;
     }
   result.srgb8 = Srgb8FromLinear(linear);
   return result;
@@ -118,13 +117,17 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   summary.viewpoints = rest->mesh.Description();
   const auto renderer = MakeRenderer(rest, {.renderer = options.renderer});
   summary.renderer = renderer->Name();
-  renderer->Render(truths.front().camera,
-                   truths.front().view->cam_from_world);  // drivers compile at the first frame
 
+  std::vector<std::pair<std::shared_ptr<const Proxy>, FieldOptions>> combinations;
+  for (const auto& proxy : options.proxies.empty() ? std::vector{scene.proxy} : options.proxies)
+    for (const FieldOptions& field : options.fields) combinations.emplace_back(proxy, field);
   std::size_t done = 0;
-  for (const FieldOptions& field : options.fields) {
+  for (const auto& [proxy, field] : combinations) {
+    if (renderer->scene().proxy != proxy) renderer->SetProxy(proxy);
     renderer->SetField(field);
-    FieldScore result{.asked = field, .used = renderer->field(), .proxy = "plane"};
+    renderer->Render(truths.front().camera,
+                     truths.front().view->cam_from_world);  // drivers compile at the first frame
+    FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;
     for (const Truth& truth : truths) {
       const ViewScore score = Score(*renderer, truth);
@@ -133,9 +136,8 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
       result.empty_px += score.empty_px;
       times.push_back(score.ms);
       if (progress)
-        progress->Show(
-            static_cast<double>(++done) / static_cast<double>(truths.size() * options.fields.size()),
-            FieldName(field.kind));
+        progress->Show(static_cast<double>(++done) / static_cast<double>(truths.size() * combinations.size()),
+                       proxy->Name() + ", " + FieldName(field.kind));
     }
     std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
                      times.end());

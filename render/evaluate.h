@@ -18,6 +18,8 @@ namespace ulf {
 struct EvaluateOptions {
   int every = 8;
   std::vector<FieldOptions> fields = {};
+  // Each of them with each field; empty: the scene's own. Their geometry should not know the left-out views.
+  std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
 };
 

@@ -175,10 +175,13 @@ void GlTarget::Release() {
 
 void PhotographTextures::Upload(const std::vector<const ViewPyramid*>& pyramids) {
   constexpr double kMostBytes = 1e9;  // an array of 1.26 GB has worked, one of 2.3 GB has not
-  constexpr std::size_t kMostArrays = 14;
+  constexpr std::size_t kMostArrays = 12;
   GLint most_layers = 256;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
 
+  const bool linear = !pyramids.empty() && pyramids.front()->front().depth() == CV_16F;
+  const GLenum stored = linear ? GL_RGBA16F : GL_SRGB8_ALPHA8;
+  const GLenum order = linear ? GL_BGRA : GL_BGR, type = linear ? GL_HALF_FLOAT : GL_UNSIGNED_BYTE;
   std::map<std::pair<int, int>, std::vector<std::size_t>> views_of_size;
   for (std::size_t i = 0; i < pyramids.size(); ++i)
     views_of_size[{pyramids[i]->front().cols, pyramids[i]->front().rows}].push_back(i);
@@ -186,7 +189,7 @@ void PhotographTextures::Upload(const std::vector<const ViewPyramid*>& pyramids)
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   for (const auto& [size, members] : views_of_size) {
     const auto [width, height] = size;
-    const double bytes_a_layer = 4.0 * width * height * 4 / 3;
+    const double bytes_a_layer = (linear ? 8.0 : 4.0) * width * height * 4 / 3;
     const std::size_t most = std::clamp<std::size_t>(static_cast<std::size_t>(kMostBytes / bytes_a_layer), 1,
                                                      static_cast<std::size_t>(most_layers));
     const int levels = static_cast<int>(pyramids[members.front()]->size());
@@ -195,7 +198,7 @@ void PhotographTextures::Upload(const std::vector<const ViewPyramid*>& pyramids)
       unsigned array = 0;
       glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &array);
       arrays_.push_back(array);
-      glTextureStorage3D(array, levels, GL_SRGB8_ALPHA8, width, height, static_cast<GLsizei>(layers));
+      glTextureStorage3D(array, levels, stored, width, height, static_cast<GLsizei>(layers));
       CheckGl("making room for the photographs");
       glTextureParameteri(array, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
       glTextureParameteri(array, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -208,7 +211,7 @@ void PhotographTextures::Upload(const std::vector<const ViewPyramid*>& pyramids)
           const cv::Mat& pixels = (*pyramids[view])[static_cast<std::size_t>(level)];
           const cv::Mat packed = pixels.isContinuous() ? pixels : pixels.clone();
           glTextureSubImage3D(array, level, 0, 0, static_cast<GLint>(layer), packed.cols, packed.rows, 1,
-                              GL_BGR, GL_UNSIGNED_BYTE, packed.data);
+                              order, type, packed.data);
         }
       }
       CheckGl("copying the photographs");

@@ -84,7 +84,8 @@ class GlTarget {
   unsigned texture_ = 0, framebuffer_ = 0;
 };
 
-// Pyramids in sRGB texture arrays: one array a size, split so that each stays within what drivers accept.
+// Pyramids in texture arrays, sRGB or half floats as they are: one array a size, split so that each stays
+// within what drivers accept.
 class PhotographTextures {
  public:
   void Upload(const std::vector<const ViewPyramid*>& pyramids);

@@ -6,16 +6,18 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "acquisition/error.h"
 #include "render/embedded_shaders.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
+#include "render/gl_proxy.h"
+#include "render/gl_triangles.h"
 #include "render/image_triangulation.h"
 #include "render/lumigraph_field.h"
 #include "render/mesh_field.h"
+#include "render/reference_renderer.h"
 
 namespace ulf {
 namespace {
@@ -25,90 +27,13 @@ using Eigen::Vector3d;
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
-using Vec4 = std::array<float, 4>;
-
-Vec4 MakeVec4(double x, double y, double z, double w) {
-  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), static_cast<float>(w)};
-}
-
-// The shaders' structs (std430).
+// As the shaders know it (std430).
 struct GpuView {
-  Vec4 row0, row1, row2, intrinsics, size, k, more, color, center;
+  Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, sight;
   std::array<std::int32_t, 4> place;
 };
-struct GpuTriangle {
-  std::array<Vec4, 3> corner;
-  std::array<Vec4, 3> row;
-};
-struct GpuFan {
-  std::uint32_t triangle, vertex, unused[2];
-  Vec4 weights;
-};
-
 constexpr int kMostLumigraphViews = 8;
-
-// What one draw of triangles needs, whatever they are triangles of.
-struct TriangleBatch {
-  std::vector<GpuTriangle> triangles;
-  std::vector<GpuFan> fans;
-};
-
-// A view's weights at the corners of a triangle.
-struct Entry {
-  int key;  // vertex of the viewpoint mesh, or view
-  std::array<double, 3> weights;
-};
-
-// For each triangle the views that weigh in it.
-struct EntryTable {
-  std::vector<Entry> entries;
-  std::vector<std::size_t> first;  // one more than there are triangles
-};
-
-template <typename WeightsOfCorner>
-EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&& weights_of_corner) {
-  EntryTable table;
-  for (const Triangle& t : triangles) {
-    table.first.push_back(table.entries.size());
-    std::map<int, std::array<double, 3>> of_key;
-    for (std::size_t k = 0; k < 3; ++k)
-      weights_of_corner(t[k], [&](int key, double weight) { of_key[key][k] += weight; });
-    for (const auto& [key, weights] : of_key) table.entries.push_back({key, weights});
-  }
-  table.first.push_back(table.entries.size());
-  return table;
-}
-
-// Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
-// `along` (0 to 1) grows with the triangles. Corners are in the camera frame.
-void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
-                 const CameraModel& camera, double confidence, double along, const EntryTable& table,
-                 std::size_t index, TriangleBatch& batch) {
-  GpuTriangle triangle;
-  std::array<int, 5> outside{};
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d c = corners_in_cam.col(k);
-    const double x = 2 * (camera.fx * c.x() + camera.cx * c.z()) / camera.width - c.z();
-    const double y = 2 * (camera.fy * c.y() + camera.cy * c.z()) / camera.height - c.z();
-    outside[0] += c.z() <= 0;
-    outside[1] += x > c.z();
-    outside[2] += -x > c.z();
-    outside[3] += y > c.z();
-    outside[4] += -y > c.z();
-    triangle.corner[At(k)] = MakeVec4(x, y, 0.9 - 1.8 * along, c.z());
-    triangle.row[At(k)] = MakeVec4(cone_from_ray_in_cam(k, 0), cone_from_ray_in_cam(k, 1),
-                                   cone_from_ray_in_cam(k, 2), confidence);
-  }
-  if (std::count(outside.begin(), outside.end(), 3) > 0) return;
-  for (std::size_t e = table.first[index]; e < table.first[index + 1]; ++e) {
-    const Entry& entry = table.entries[e];
-    batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
-                          static_cast<std::uint32_t>(entry.key),
-                          {0, 0},
-                          MakeVec4(entry.weights[0], entry.weights[1], entry.weights[2], 0)});
-  }
-  batch.triangles.push_back(triangle);
-}
+constexpr unsigned kProxyDepthUnit = 12, kSightsUnit = 13;  // photographs come before
 
 // How far out a distortion polynomial still grows: r squared, or the fisheye's angle.
 // (CameraModel::ImgFromCam refuses points beyond.)
@@ -132,24 +57,26 @@ double TrustedExtent(const CameraModel& camera) {
 struct GlRenderer::State {
   std::shared_ptr<const RenderScene> scene;
   RenderOptions options;
-  PlaneProxy proxy;
   GlContext context;
 
   PhotographTextures photographs;
+  GlProxy proxy;
   GlProgram cover, fan, lumigraph, normalise, fill;
   GlBuffer views, centers, triangles, fans, view_of_vertex, nearest_first;
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
   GlTarget drawn{GL_RGBA32F}, confidence{GL_R32F}, resolved{GL_RGBA32F};
   std::vector<double> trusted_extent;
+  bool has_triangles = false;  // of the proxy
 
   std::unique_ptr<MeshField> mesh_field;
   EntryTable mesh_entries;
 
   State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options)
-      : scene(std::move(the_scene)), options(the_options), proxy(scene->subject) {}
+      : scene(std::move(the_scene)), options(the_options) {}
 
   void Build();
+  void BuildPrograms();
   void UploadViews(const CameraModel& camera, const Rigid3& cam_from_world);
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
@@ -158,6 +85,7 @@ struct GlRenderer::State {
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
 };
 
 void GlRenderer::State::Build() {
@@ -167,12 +95,23 @@ void GlRenderer::State::Build() {
     trusted_extent.push_back(TrustedExtent(view.camera));
   }
   photographs.Upload(pyramids);
+  proxy.Build();
+}
+
+// For the photographs and the proxy that there are: what they do not need is left out.
+void GlRenderer::State::BuildPrograms() {
+  for (GlProgram* program : {&cover, &fan, &lumigraph, &normalise, &fill}) program->Release();
   std::string head = "#version 450 core\n#define ARRAYS " + std::to_string(photographs.ArrayCount()) + "\n";
   const auto some_view_is = [&](Distortion distortion) {
     return std::any_of(scene->views.begin(), scene->views.end(),
                        [&](const SceneView& view) { return view.camera.distortion == distortion; });
   };
+  if (has_triangles) head += "#define TRIANGLES\n";
+  if (scene->proxy->Occluder()) head += "#define HIDES\n";
   if (options.show_field) head += "#define SHOW_FIELD\n";
+  if (std::any_of(scene->views.begin(), scene->views.end(),
+                  [](const SceneView& each) { return each.has_gaps; }))
+    head += "#define GAPS\n";
   if (some_view_is(Distortion::kFisheye)) head += "#define FISHEYE\n";
   if (some_view_is(Distortion::kRadialTangential)) head += "#define RADIAL_TANGENTIAL\n";
   const std::string view = head + shaders::k_view_glsl;
@@ -214,7 +153,12 @@ void GlRenderer::State::UploadViews(const CameraModel& camera, const Rigid3& cam
     out.more = MakeVec4(c[4], view.black, view.scale, kind);
     out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
     out.center = MakeVec4(center.x(), center.y(), center.z(), 1);
-    out.place = {array, layer, PyramidLevel(view, scene->subject, virtual_center, camera.MeanFocalPx()), 0};
+    if (view.sight) {
+      const CameraModel& map = view.sight->camera;
+      out.sight = MakeVec4(map.fx / map.width, map.fy / map.height, map.cx / map.width, map.cy / map.height);
+    }
+    out.place = {array, layer, PyramidLevel(view, scene->subject, virtual_center, camera.MeanFocalPx()),
+                 static_cast<std::int32_t>(i)};
   }
   for (const GpuView& view : gpu_views) gpu_centers.push_back(view.center);
   views.Upload(gpu_views);
@@ -277,7 +221,18 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
 
 void GlRenderer::State::DrawLumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                                const PlaneInCamera& plane) {
-  const auto image = TriangulateLumigraph(*scene, camera, cam_from_world, plane, options.field.lumigraph_k);
+  const cv::Mat drawn_depth = has_triangles ? proxy.ReadDepth() : cv::Mat();
+  const auto depth_at = [&](const Eigen::Vector2d& img) -> double {
+    if (has_triangles) {
+      const float depth =
+          drawn_depth.at<float>(std::clamp(static_cast<int>(img.y()), 0, drawn_depth.rows - 1),
+                                std::clamp(static_cast<int>(img.x()), 0, drawn_depth.cols - 1));
+      if (depth > 0) return depth;
+    }
+    return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
+  };
+  const auto image =
+      TriangulateLumigraph(*scene, camera, cam_from_world, depth_at, options.field.lumigraph_k);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
     for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
   });
@@ -344,10 +299,18 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
   glDisable(GL_DEPTH_TEST);
 }
 
+cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+  cv::Mat depth = has_triangles ? proxy.ReadDepth() : cv::Mat::zeros(camera.height, camera.width, CV_32F);
+  FillWithPlane(scene->proxy->Background(cam_from_world), camera, depth);
+  return depth;
+}
+
 GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)
     : state_(std::make_unique<State>(std::move(scene), options)) {
   const GlContext::Current current(state_->context);
   state_->Build();
+  state_->proxy.UploadSights(state_->scene->views);
+  state_->BuildPrograms();
   SetField(options.field);
 }
 
@@ -362,6 +325,7 @@ GlRenderer::~GlRenderer() {
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();
+  s.proxy.Release();
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
@@ -378,6 +342,15 @@ void GlRenderer::SetField(const FieldOptions& field) {
   });
 }
 
+void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
+  State& s = *state_;
+  const GlContext::Current current(s.context);
+  s.scene = WithProxy(*s.scene, std::move(proxy));
+  s.proxy.UploadSights(s.scene->views);
+  s.BuildPrograms();
+  SetField(s.options.field);
+}
+
 FieldOptions GlRenderer::field() const { return state_->options.field; }
 std::string GlRenderer::Name() const { return "gl (" + state_->context.device() + ")"; }
 const RenderScene& GlRenderer::scene() const { return *state_->scene; }
@@ -387,7 +360,17 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   State& s = *state_;
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
-  const PlaneInCamera plane = *s.proxy.AsPlane(cam_from_world);
+  const PlaneInCamera plane = s.scene->proxy->Background(cam_from_world);
+  const auto triangles = s.scene->proxy->Triangles(camera, cam_from_world);
+  if ((triangles != nullptr) != s.has_triangles) {
+    s.has_triangles = triangles != nullptr;
+    s.BuildPrograms();
+  }
+  if (triangles) {
+    s.proxy.Draw(triangles, camera, cam_from_world, plane.offset);
+    s.proxy.BindDepth(kProxyDepthUnit);
+  }
+  s.proxy.BindSights(kSightsUnit);
   s.depth.Resize(camera.width, camera.height);
   s.drawn.Resize(camera.width, camera.height, &s.depth);
   s.confidence.Resize(camera.width, camera.height, &s.depth);
@@ -425,14 +408,23 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   const cv::Mat bgra = state_->resolved.Read();
   picture.linear.create(bgra.size(), CV_32FC3);
   picture.confidence.create(bgra.size(), CV_32F);
+  picture.drawn.create(bgra.size(), CV_8U);
   for (int y = 0; y < bgra.rows; ++y)
     for (int x = 0; x < bgra.cols; ++x) {
       const cv::Vec4f& p = bgra.at<cv::Vec4f>(y, x);
       picture.linear.at<cv::Vec3f>(y, x) = {p[0], p[1], p[2]};
       picture.confidence.at<float>(y, x) = std::max(0.0f, p[3]);
+      picture.drawn.at<std::uint8_t>(y, x) = p[3] == -2.0f ? 0 : 255;
       picture.filled_px += p[3] == -1.0f;
       picture.empty_px += p[3] == -2.0f;
     }
+  const RenderOptions& options = state_->options;
+  if (!options.depth && !options.weights) return picture;
+  const cv::Mat depth = state_->Depth(camera, cam_from_world);
+  if (options.depth) picture.depth = depth;
+  if (options.weights)
+    picture.weights = WeightsOfViews(*state_->scene, *MakeField(state_->scene, options.field), camera,
+                                     cam_from_world, depth, options.fill);
   return picture;
 }
 

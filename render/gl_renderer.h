@@ -1,5 +1,7 @@
 // The fast renderer: OpenGL 4.5 without a window, the same contract as the reference.
 //
+// Where the proxy has triangles their depth is drawn first, and every later pass reads it.
+//
 // Photographs lie in sRGB texture arrays with the reference's own pyramids as mip levels. Triangles that meet
 // the frame are drawn twice: once each for their order (of overlapping ones the last counts) and confidence,
 // then once for each view that weighs in them, added up in 32-bit float (the thesis's fans, all in one draw).
@@ -22,6 +24,7 @@ class GlRenderer : public Renderer {
 
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
   void SetField(const FieldOptions& field) override;
+  void SetProxy(std::shared_ptr<const Proxy> proxy) override;
   FieldOptions field() const override;
   std::string Name() const override;
   const RenderScene& scene() const override;

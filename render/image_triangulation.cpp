@@ -1,33 +1,16 @@
 #include "render/image_triangulation.h"
 
-#include <CGAL/Delaunay_triangulation_2.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Triangulation_vertex_base_with_info_2.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "render/planar_delaunay.h"
 
 namespace ulf {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-std::vector<Triangle> Delaunay(const std::vector<Vector2d>& points) {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<int, Kernel>;
-  using Triangulation =
-      CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase>>;
-  std::vector<std::pair<Kernel::Point_2, int>> numbered;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    numbered.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), static_cast<int>(i));
-  const Triangulation triangulation(numbered.begin(), numbered.end());
-  std::vector<Triangle> triangles;
-  for (auto face = triangulation.finite_faces_begin(); face != triangulation.finite_faces_end(); ++face)
-    triangles.push_back({face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()});
-  return triangles;
-}
 
 // A grid of about `count` points over the image with a margin of one pixel, and what falls inside of the
 // viewpoints.
@@ -104,16 +87,16 @@ class WeightsAtPoint {
 }  // namespace
 
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
-                                                const Rigid3& cam_from_world, const PlaneInCamera& plane,
-                                                int k, int triangles_wanted) {
+                                                const Rigid3& cam_from_world, const DepthAt& depth_at, int k,
+                                                int triangles_wanted) {
   WeightedImageTriangulation result;
   result.img = Points(scene, camera, cam_from_world, triangles_wanted);
-  result.triangles = Delaunay(result.img);
+  result.triangles = PlanarDelaunay(result.img);
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), k);
   for (const Vector2d& img : result.img) {
     const Vector3d ray((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
-    result.weights.push_back(weights_at.At(world_from_cam * (ray * plane.DepthOf(ray))));
+    result.weights.push_back(weights_at.At(world_from_cam * (ray * depth_at(img))));
   }
   return result;
 }

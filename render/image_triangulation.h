@@ -3,10 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "render/lumigraph_field.h"
-#include "render/proxy.h"
 #include "render/triangle_topology.h"
 
 namespace ulf {
@@ -17,8 +17,11 @@ struct WeightedImageTriangulation {
   std::vector<Triangle> triangles;
 };
 
+// How deep the proxy is at a point of the image.
+using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
+
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
-                                                const Rigid3& cam_from_world, const PlaneInCamera& plane,
-                                                int k, int triangles_wanted = 2000);
+                                                const Rigid3& cam_from_world, const DepthAt& depth_at, int k,
+                                                int triangles_wanted = 2000);
 
 }  // namespace ulf

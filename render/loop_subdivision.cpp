@@ -1,5 +1,6 @@
 #include "render/loop_subdivision.h"
 
+#include <algorithm>
 #include <map>
 
 namespace ulf {
@@ -73,6 +74,31 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse) {
   return fine;
 }
 
+std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
+  const TriangleTopology topology = MakeTopology(static_cast<int>(mesh.positions.size()), mesh.triangles);
+  std::vector<SparseWeights> limit;
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    const std::vector<int>& ring = topology.neighbours[vertex];
+    if (ring.empty()) {
+      limit.push_back(mesh.weights[vertex]);
+      continue;
+    }
+    WeightSum sum;
+    if (topology.OnBoundary(static_cast<int>(vertex))) {
+      sum.Add(mesh.weights[vertex], 2.0 / 3);
+      for (const int neighbour : topology.boundary_neighbours[vertex])
+        sum.Add(mesh.weights[At(neighbour)], 1.0 / 6);
+    } else {
+      const double valence = static_cast<double>(ring.size());
+      const double share = ring.size() == 3 ? 0.2 : 1 / (2 * valence);
+      sum.Add(mesh.weights[vertex], 1 - valence * share);
+      for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
+    }
+    limit.push_back(sum.Take());
+  }
+  return limit;
+}
+
 }  // namespace
 
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
@@ -82,7 +108,8 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
       .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
-  for (int level = 0; level < levels; ++level) mesh = SubdivideOnce(mesh);
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) mesh = SubdivideOnce(mesh);
+  if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh);
   return mesh;
 }
 

@@ -29,19 +29,18 @@ Eigen::Matrix3d Intrinsics(const CameraModel& camera) {
 
 }  // namespace
 
-NearestViewRenderer::NearestViewRenderer(const RenderScene& scene)
-    : subject_(scene.subject.center_in_world), proxy_(scene.subject) {
+NearestViewRenderer::NearestViewRenderer(const RenderScene& scene) : subject_(scene.subject) {
   if (scene.views.empty()) throw Error("there are no views to look at");
   for (const SceneView& view : scene.views) {
     Flat flat{view.camera.WithoutDistortion(), view.cam_from_world,
-              (view.center_in_world - subject_).normalized(), Undistort(view).srgb8};
+              (view.center_in_world - subject_.center_in_world).normalized(), Undistort(view).srgb8};
     if (view.black != 0 || view.scale != 1) cv::LUT(flat.srgb8, ExposureTable(view), flat.srgb8);
     views_.push_back(std::move(flat));
   }
 }
 
 int NearestViewRenderer::Nearest(const Rigid3& cam_from_world) const {
-  const Eigen::Vector3d direction = cam_from_world.OriginInSource() - subject_;
+  const Eigen::Vector3d direction = cam_from_world.OriginInSource() - subject_.center_in_world;
   const auto closer = [&](const Flat& a, const Flat& b) {
     return a.direction.dot(direction) < b.direction.dot(direction);
   };
@@ -52,7 +51,7 @@ int NearestViewRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_
   RequireUndistorted(camera);
   const int nearest = Nearest(cam_from_world);
   const Flat& view = views_[static_cast<std::size_t>(nearest)];
-  const PlaneInCamera plane = *proxy_.AsPlane(cam_from_world);
+  const PlaneInCamera plane = PlaneThroughSubject(subject_, cam_from_world);
   const Rigid3 view_from_cam = view.cam_from_world * cam_from_world.Inverse();
   // On the plane n.x = d: x' = R x + t = (R + t n^T / d) x.
   Eigen::Matrix3d homography =

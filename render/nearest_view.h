@@ -7,7 +7,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
-#include "render/proxy.h"
 #include "render/scene.h"
 
 namespace ulf {
@@ -30,8 +29,7 @@ class NearestViewRenderer {
     Eigen::Vector3d direction;  // from the subject, unit
     cv::Mat srgb8;
   };
-  Eigen::Vector3d subject_;
-  PlaneProxy proxy_;
+  Subject subject_;
   std::vector<Flat> views_;
 };
 

@@ -1,10 +1,19 @@
 #include "render/proxy.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "render/depth_raster.h"
 
 namespace ulf {
 
 using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kFarOverDistance = 1000;
+
+}  // namespace
 
 double PlaneInCamera::DepthOf(const Vector3d& ray_with_unit_z) const {
   const double slope = normal.dot(ray_with_unit_z);
@@ -12,31 +21,56 @@ double PlaneInCamera::DepthOf(const Vector3d& ray_with_unit_z) const {
   return offset / slope;
 }
 
-std::optional<PlaneInCamera> Proxy::AsPlane(const Rigid3& /*cam_from_world*/) const { return std::nullopt; }
+void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth) {
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x)
+      if (float& at = depth.at<float>(y, x); !(at > 0))
+        at = static_cast<float>(
+            plane.DepthOf({(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1.0}));
+}
 
-std::optional<PlaneInCamera> PlaneProxy::AsPlane(const Rigid3& cam_from_world) const {
-  constexpr double kFarOverDistance = 1000;
-  const Vector3d center_in_cam = cam_from_world * subject_.center_in_world;
+PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world) {
+  const Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const double distance = center_in_cam.norm();
   PlaneInCamera plane;
-  if (distance > 1e-9 * std::max(1.0, subject_.radius)) {
+  if (distance > 1e-9 * std::max(1.0, subject.radius)) {
     plane.normal = center_in_cam / distance;
     plane.offset = distance;
   } else {
-    plane.offset = std::max(subject_.radius, 1e-6);  // inside the very centre: the sphere's far side
+    plane.offset = std::max(subject.radius, 1e-6);  // inside the very centre: the sphere's far side
   }
   plane.far_depth = kFarOverDistance * plane.offset;
   return plane;
 }
 
-cv::Mat PlaneProxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
-  const PlaneInCamera plane = *AsPlane(cam_from_world);
-  cv::Mat depth(camera.height, camera.width, CV_32F);
+std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
+                                                     const Rigid3& /*cam_from_world*/) const {
+  return nullptr;
+}
+
+std::shared_ptr<const TriangleMesh> Proxy::Occluder() const { return nullptr; }
+
+cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+  const PlaneInCamera plane = Background(cam_from_world);
+  const auto triangles = Triangles(camera, cam_from_world);
+  cv::Mat depth = triangles ? DrawInverseDepth(*triangles, camera, cam_from_world)
+                            : cv::Mat::zeros(camera.height, camera.width, CV_32F);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x)
-      depth.at<float>(y, x) = static_cast<float>(
-          plane.DepthOf({(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1.0}));
+      if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;
+  FillWithPlane(plane, camera, depth);
   return depth;
+}
+
+PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
+  const PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
+  if (!plane_) return facing;
+  // A camera in the plane sees it edge-on: it is kept off by a hair.
+  PlaneInCamera plane{.normal = cam_from_world.rotation * plane_->normal, .far_depth = facing.far_depth};
+  plane.offset = plane_->offset + plane.normal.dot(cam_from_world.translation);
+  if (plane.offset < 0) plane = {-plane.normal, -plane.offset, plane.far_depth};
+  plane.offset = std::max(plane.offset, 1e-6 * facing.offset);
+  return plane;
 }
 
 }  // namespace ulf

@@ -1,4 +1,5 @@
-// The geometry that photographs are projected onto. One question: how deep is each pixel, for any camera.
+// The geometry that photographs are projected onto: triangles, and behind them a plane. One question: how
+// deep is each pixel, for any camera.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,6 +11,7 @@
 #include "acquisition/camera_model.h"
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
+#include "render/triangle_mesh.h"
 
 namespace ulf {
 
@@ -23,26 +25,63 @@ struct PlaneInCamera {
   double DepthOf(const Eigen::Vector3d& ray_with_unit_z) const;
 };
 
+// Depths of 0, where there are no triangles, become the plane's.
+void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth);
+
+// The plane through the subject's centre that faces the camera.
+PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world);
+
 class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
+  // What pixels meet that meet no triangle.
+  virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
+  // World triangles for this camera, both of their sides; null: none. The same pointer is the same mesh.
+  virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
+                                                        const Rigid3& cam_from_world) const;
+  // What hides points from the recorded views; null: nothing does.
+  virtual std::shared_ptr<const TriangleMesh> Occluder() const;
+
   // CV_32F depth along the optical axis, positive everywhere, at the pixel centres of an undistorted camera.
-  virtual cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const = 0;
-  // Where the proxy is one plane for this camera, the plane: the fast path evaluates it by itself.
-  virtual std::optional<PlaneInCamera> AsPlane(const Rigid3& cam_from_world) const;
+  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;
 };
 
-// The plane through the subject's centre that faces the virtual camera.
+// The plane through the subject's centre that faces the virtual camera; or one that stands in the world.
 class PlaneProxy : public Proxy {
  public:
-  explicit PlaneProxy(const Subject& subject) : subject_(subject) {}
+  struct InWorld {
+    Eigen::Vector3d normal;  // unit
+    double offset = 0;       // normal . x of its points
+  };
+  explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
+      : subject_(subject), plane_(plane) {}
   std::string Name() const override { return "plane"; }
-  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const override;
-  std::optional<PlaneInCamera> AsPlane(const Rigid3& cam_from_world) const override;
+  PlaneInCamera Background(const Rigid3& cam_from_world) const override;
 
  private:
   Subject subject_;
+  std::optional<InWorld> plane_;
+};
+
+// A surface in the world; where it has a hole, the plane through the subject.
+class MeshProxy : public Proxy {
+ public:
+  MeshProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, std::string name = "mesh")
+      : subject_(subject), mesh_(std::move(mesh)), name_(std::move(name)) {}
+  std::string Name() const override { return name_; }
+  PlaneInCamera Background(const Rigid3& cam_from_world) const override {
+    return PlaneThroughSubject(subject_, cam_from_world);
+  }
+  std::shared_ptr<const TriangleMesh> Triangles(const CameraModel&, const Rigid3&) const override {
+    return mesh_;
+  }
+  std::shared_ptr<const TriangleMesh> Occluder() const override { return mesh_; }
+
+ private:
+  Subject subject_;
+  std::shared_ptr<const TriangleMesh> mesh_;
+  std::string name_;
 };
 
 }  // namespace ulf

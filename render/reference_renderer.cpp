@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "acquisition/available_memory.h"
+#include "acquisition/error.h"
 #include "render/lumigraph_field.h"
 
 namespace ulf {
@@ -23,11 +25,16 @@ const std::array<float, 256>& LinearTable() {
   return table;
 }
 
-cv::Vec3f LinearAt(const cv::Mat& pixels, int x, int y) {
+cv::Vec4f LinearAt(const cv::Mat& pixels, int x, int y) {
+  x = std::clamp(x, 0, pixels.cols - 1);
+  y = std::clamp(y, 0, pixels.rows - 1);
+  if (pixels.depth() == CV_16F) {
+    const auto& p = pixels.at<cv::Vec<cv::float16_t, 4>>(y, x);
+    return {p[0], p[1], p[2], p[3]};
+  }
   const auto& table = LinearTable();
-  const cv::Vec3b& p =
-      pixels.at<cv::Vec3b>(std::clamp(y, 0, pixels.rows - 1), std::clamp(x, 0, pixels.cols - 1));
-  return {table[p[0]], table[p[1]], table[p[2]]};
+  const cv::Vec3b& p = pixels.at<cv::Vec3b>(y, x);
+  return {table[p[0]], table[p[1]], table[p[2]], 1};
 }
 
 // Everything about one frame that does not change from pixel to pixel.
@@ -41,35 +48,56 @@ struct FrameSetup {
   std::vector<int> views_by_distance;
 };
 
-cv::Vec3f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
-  if (setup.show_field) return ViewColor(setup.scene.views[static_cast<std::size_t>(index)].id);
+// Light of all views' common exposure, and how much of it the photograph has there.
+cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   const SceneView& view = setup.scene.views[static_cast<std::size_t>(index)];
-  const cv::Vec3f light = SampleView(view, setup.level[static_cast<std::size_t>(index)], img);
-  return (light - cv::Vec3f::all(view.black)) * view.scale;
+  if (setup.show_field) {
+    const cv::Vec3f color = ViewColor(view.id);
+    return {color[0], color[1], color[2], 1};
+  }
+  const cv::Vec4f light = SampleView(view, setup.level[static_cast<std::size_t>(index)], img);
+  cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
+  common[3] = light[3];
+  return common;
 }
 
-struct Shade {
-  cv::Vec3f light{0, 0, 0};
+// What one view gives to a pixel.
+struct Contribution {
+  int view = 0;
   double weight = 0;
+  cv::Vec3f light;
 };
 
-Shade BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vector3d& point) {
-  Shade shade;
-  for (const auto& [index, weight] : sample.weights) {
-    const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point);
-    if (!seen) continue;
-    const double feathered = weight * seen->feather;
-    shade.light += static_cast<float>(feathered) * LightOf(setup, index, seen->img);
-    shade.weight += feathered;
-  }
-  return shade;
+// One view's, if its photograph has light there.
+void Contribute(const FrameSetup& setup, int view, const Vector2d& img, double weight,
+                std::vector<Contribution>& contributions) {
+  const cv::Vec4f light = LightOf(setup, view, img);
+  if (weight * light[3] > 0)
+    contributions.push_back({view, weight * light[3], {light[0], light[1], light[2]}});
 }
 
-std::optional<cv::Vec3f> NearestLight(const FrameSetup& setup, const Vector3d& point) {
-  for (const int index : setup.views_by_distance)
+double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vector3d& point,
+                  std::vector<Contribution>& contributions) {
+  double total = 0;
+  for (const auto& [index, weight] : sample.weights)
     if (const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point))
-      return LightOf(setup, index, seen->img);
-  return std::nullopt;
+      Contribute(setup, index, seen->img, weight * seen->feather, contributions);
+  for (const Contribution& c : contributions) total += c.weight;
+  return total;
+}
+
+// The nearest view that sees the point, else that has it in its image though the proxy hides it.
+void FillFromNearest(const FrameSetup& setup, const Vector3d& point,
+                     std::vector<Contribution>& contributions) {
+  std::vector<Contribution> hidden;
+  for (const int index : setup.views_by_distance) {
+    const SceneView& view = setup.scene.views[static_cast<std::size_t>(index)];
+    if (const auto seen = view.See(point)) Contribute(setup, index, seen->img, 1, contributions);
+    if (!contributions.empty()) return;
+    if (!hidden.empty() || !view.sight) continue;
+    if (const auto framed = view.Frame(point)) Contribute(setup, index, framed->img, 1, hidden);
+  }
+  contributions = hidden;
 }
 
 Vector3d RayThrough(const CameraModel& camera, double x, double y) {
@@ -91,21 +119,23 @@ std::pair<Vector3d, double> ConeOf(const CameraModel& camera, const cv::Rect& ti
 
 }  // namespace
 
-cv::Vec3f SampleView(const SceneView& view, int level, const Vector2d& img) {
+cv::Vec4f SampleView(const SceneView& view, int level, const Vector2d& img) {
   const cv::Mat& pixels = view.pyramid[static_cast<std::size_t>(level)];
   const double x = img.x() * pixels.cols / view.camera.width - 0.5;
   const double y = img.y() * pixels.rows / view.camera.height - 0.5;
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   const float right_share = static_cast<float>(x - left), below_share = static_cast<float>(y - top);
-  const cv::Vec3f above =
+  const cv::Vec4f above =
       LinearAt(pixels, left, top) * (1 - right_share) + LinearAt(pixels, left + 1, top) * right_share;
-  const cv::Vec3f below =
+  const cv::Vec4f below =
       LinearAt(pixels, left, top + 1) * (1 - right_share) + LinearAt(pixels, left + 1, top + 1) * right_share;
-  return above * (1 - below_share) + below * below_share;
+  const cv::Vec4f light = above * (1 - below_share) + below * below_share;
+  if (!(light[3] > 0)) return {0, 0, 0, 0};
+  return {light[0] / light[3], light[1] / light[3], light[2] / light[3], light[3]};
 }
 
 ReferenceRenderer::ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)
-    : scene_(std::move(scene)), options_(options), proxy_(scene_->subject) {
+    : scene_(std::move(scene)), options_(options) {
   SetField(options.field);
 }
 
@@ -114,40 +144,46 @@ void ReferenceRenderer::SetField(const FieldOptions& field) {
   field_ = MakeField(scene_, options_.field);
 }
 
-Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {
-  RequireUndistorted(camera);
-  const auto start = std::chrono::steady_clock::now();
-  FrameSetup setup{
-      *scene_, camera, cam_from_world.Inverse(), cam_from_world.OriginInSource(), options_.show_field,
-      {},      {}};
-  for (const SceneView& view : scene_->views)
-    setup.level.push_back(PyramidLevel(view, scene_->subject, setup.virtual_center, camera.MeanFocalPx()));
-  setup.views_by_distance = ViewsByDistance(*scene_, setup.virtual_center);
+void ReferenceRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
+  scene_ = WithProxy(*scene_, std::move(proxy));
+  SetField(options_.field);
+}
 
-  const cv::Mat depth = proxy_.Depth(camera, cam_from_world);
-  const auto field = field_->From(setup.virtual_center);
-  Rendering picture;
-  picture.linear = cv::Mat::zeros(camera.height, camera.width, CV_32FC3);
-  picture.confidence = cv::Mat::zeros(camera.height, camera.width, CV_32F);
+namespace {
+
+FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world,
+                 bool show_field) {
+  FrameSetup setup{scene, camera, cam_from_world.Inverse(), cam_from_world.OriginInSource(), show_field,
+                   {},    {}};
+  for (const SceneView& view : scene.views)
+    setup.level.push_back(PyramidLevel(view, scene.subject, setup.virtual_center, camera.MeanFocalPx()));
+  setup.views_by_distance = ViewsByDistance(scene, setup.virtual_center);
+  return setup;
+}
+
+// shade(x, y, contributions, total, confidence) for every pixel; the contributions' weights sum to `total`,
+// which is 0 where they fill.
+template <typename Shade>
+void ForEachPixel(const FrameSetup& setup, const BlendingField& blending_field, const cv::Mat& depth,
+                  bool fill, Shade&& shade) {
+  const auto field = blending_field.From(setup.virtual_center);
+  const CameraModel& camera = setup.camera;
   FieldSample sample;
-
+  std::vector<Contribution> contributions;
   const auto shade_pixel = [&](int x, int y, const std::vector<int>& candidates) {
     const Vector3d ray_in_cam = RayThrough(camera, x + 0.5, y + 0.5);
     const Vector3d point = setup.world_from_cam * (ray_in_cam * depth.at<float>(y, x));
     const Vector3d ray_in_world = setup.world_from_cam.rotation * ray_in_cam.normalized();
     field->Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
-    const Shade shade = BlendViews(setup, sample, point);
-    if (shade.weight >= kLeastWeight) {
-      picture.linear.at<cv::Vec3f>(y, x) = shade.light * static_cast<float>(1 / shade.weight);
-      picture.confidence.at<float>(y, x) =
-          static_cast<float>(sample.confidence * std::min(1.0, shade.weight));
-      return;
+    contributions.clear();
+    double total = BlendViews(setup, sample, point, contributions);
+    if (total < kLeastWeight) {
+      total = 0;
+      contributions.clear();
+      if (fill) FillFromNearest(setup, point, contributions);
     }
-    const auto light = options_.fill ? NearestLight(setup, point) : std::nullopt;
-    if (light) picture.linear.at<cv::Vec3f>(y, x) = *light;
-    ++(light ? picture.filled_px : picture.empty_px);
+    shade(x, y, contributions, total, sample.confidence);
   };
-
   constexpr int kTile = 16;
   for (int top = 0; top < camera.height; top += kTile)
     for (int left = 0; left < camera.width; left += kTile) {
@@ -159,6 +195,80 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
       for (int y = tile.y; y < tile.y + tile.height; ++y)
         for (int x = tile.x; x < tile.x + tile.width; ++x) shade_pixel(x, y, candidates);
     }
+}
+
+// Of each view that gives light to any pixel.
+class WeightLayers {
+ public:
+  WeightLayers(const RenderScene& scene, const cv::Size& size)
+      : scene_(scene), size_(size), layers_(scene.views.size()) {}
+  void Add(int x, int y, const std::vector<Contribution>& contributions) {
+    double total = 0;
+    for (const Contribution& c : contributions) total += c.weight;
+    for (const Contribution& c : contributions) {
+      cv::Mat& layer = layers_[static_cast<std::size_t>(c.view)];
+      if (layer.empty()) layer = NewLayer();
+      layer.at<cv::float16_t>(y, x) = cv::float16_t(static_cast<float>(c.weight / total));
+    }
+  }
+  cv::Mat NewLayer() {
+    // As much again for encoding it.
+    if (AvailableMemory() < 2 * sizeof(cv::float16_t) * static_cast<std::uint64_t>(size_.area()))
+      throw Error(
+          "the weights of single views in a picture of {}x{} do not fit into memory; render it smaller, "
+          "or without weights",
+          size_.width, size_.height);
+    return cv::Mat::zeros(size_, CV_16F);
+  }
+  std::vector<ViewWeights> Take() {
+    std::vector<ViewWeights> weights;
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+      if (!layers_[i].empty()) weights.push_back({scene_.views[i].id, layers_[i]});
+    return weights;
+  }
+
+ private:
+  const RenderScene& scene_;
+  cv::Size size_;
+  std::vector<cv::Mat> layers_;
+};
+
+}  // namespace
+
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const BlendingField& field,
+                                        const CameraModel& camera, const Rigid3& cam_from_world,
+                                        const cv::Mat& depth, bool fill) {
+  WeightLayers layers(scene, depth.size());
+  ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, depth, fill,
+               [&](int x, int y, const std::vector<Contribution>& contributions, double /*total*/,
+                   double /*confidence*/) { layers.Add(x, y, contributions); });
+  return layers.Take();
+}
+
+Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {
+  RequireUndistorted(camera);
+  const auto start = std::chrono::steady_clock::now();
+  const cv::Mat depth = scene_->proxy->Depth(camera, cam_from_world);
+  Rendering picture;
+  picture.linear = cv::Mat::zeros(camera.height, camera.width, CV_32FC3);
+  picture.confidence = cv::Mat::zeros(camera.height, camera.width, CV_32F);
+  picture.drawn = cv::Mat::zeros(camera.height, camera.width, CV_8U);
+  WeightLayers layers(*scene_, depth.size());
+  ForEachPixel(
+      SetUp(*scene_, camera, cam_from_world, options_.show_field), *field_, depth, options_.fill,
+      [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
+        if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
+        if (contributions.empty()) return;
+        cv::Vec3f light(0, 0, 0);
+        for (const Contribution& c : contributions)
+          light += static_cast<float>(total > 0 ? c.weight / total : 1) * c.light;
+        picture.linear.at<cv::Vec3f>(y, x) = light;
+        picture.confidence.at<float>(y, x) = static_cast<float>(confidence * std::min(1.0, total));
+        picture.drawn.at<std::uint8_t>(y, x) = 255;
+        if (options_.weights) layers.Add(x, y, contributions);
+      });
+  if (options_.weights) picture.weights = layers.Take();
+  if (options_.depth) picture.depth = depth;
   picture.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return picture;
 }

@@ -11,6 +11,7 @@ class ReferenceRenderer : public Renderer {
   ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options);
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
   void SetField(const FieldOptions& field) override;
+  void SetProxy(std::shared_ptr<const Proxy> proxy) override;
   FieldOptions field() const override { return options_.field; }
   std::string Name() const override { return "reference"; }
   const RenderScene& scene() const override { return *scene_; }
@@ -18,12 +19,16 @@ class ReferenceRenderer : public Renderer {
  private:
   std::shared_ptr<const RenderScene> scene_;
   RenderOptions options_;
-  PlaneProxy proxy_;
   std::unique_ptr<BlendingField> field_;
 };
 
-// Bilinear between pixel centres, edges continued, in linear light: `img` in pixels of the pyramid's first
-// level.
-cv::Vec3f SampleView(const SceneView& view, int level, const Eigen::Vector2d& img);
+// What Rendering::weights asks for, of the field at every pixel; `depth` as from Proxy::Depth().
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const BlendingField& field,
+                                        const CameraModel& camera, const Rigid3& cam_from_world,
+                                        const cv::Mat& depth, bool fill);
+
+// Bilinear between pixel centres, edges continued, in linear light: B G R and how much of the four pixels has
+// light at all. `img` in pixels of the pyramid's first level.
+cv::Vec4f SampleView(const SceneView& view, int level, const Eigen::Vector2d& img);
 
 }  // namespace ulf

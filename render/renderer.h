@@ -9,13 +9,14 @@
 //
 // Per pixel: the proxy gives the point P, the blending field the views' weights; a view that does not see P
 // loses its weight, feathered over the last 3 % of its image; the rest is renormalised and blended in linear
-// light. Where no weight is left the nearest view that sees P fills in (counted), else the pixel is empty
-// (black, counted).
+// light. Where no weight is left the nearest view that sees P fills in, or has it in its image at least,
+// hidden or not (counted); else the pixel is empty (black, counted).
 #pragma once
 
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 #include "acquisition/image.h"
 #include "render/blending_field.h"
@@ -31,6 +32,14 @@ struct RenderOptions {
   RendererKind renderer = RendererKind::kGl;
   bool fill = true;         // pixels that nothing covers take the nearest view that sees them
   bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
+  bool depth = false;       // Rendering::depth
+  bool weights = false;     // Rendering::weights; takes the reference's time in either renderer
+};
+
+// How much of each pixel's light a view gives.
+struct ViewWeights {
+  int view_id = 0;
+  cv::Mat weight;  // CV_16F
 };
 
 struct Rendering {
@@ -38,6 +47,10 @@ struct Rendering {
   // CV_32F, 0 to 1: the weight of views that really see the point; times 0.25 outside the hull of the
   // viewpoints, less in wide triangles; 0 where filled or empty.
   cv::Mat confidence;
+  cv::Mat drawn;  // CV_8U, 255 where any view gives light
+  cv::Mat depth;  // CV_32F along the optical axis, the proxy's; empty unless asked for
+  // Of the views that have any, in order of id; they sum to one where there is light. Empty unless asked for.
+  std::vector<ViewWeights> weights;
   long filled_px = 0;  // nothing covered these; the nearest view did
   long empty_px = 0;   // no view sees these
   double ms = 0;       // drawing alone, without reading the picture back
@@ -50,6 +63,8 @@ class Renderer {
   virtual Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) = 0;
   // Another field over the same photographs, which stay where they are.
   virtual void SetField(const FieldOptions& field) = 0;
+  // The same photographs and field over another proxy.
+  virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
   // What is really used: FieldThatServes() of what was asked.
   virtual FieldOptions field() const = 0;
   virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name

@@ -1,6 +1,6 @@
-// What a renderer works from: the photographs with their pyramids, cameras and poses, the subject, and the
-// mesh of the viewpoints. Built once from a light field and shared by renderers and fields; never changed
-// afterwards.
+// What a renderer works from: the photographs with their pyramids, cameras and poses, the subject, the mesh
+// of the viewpoints, and the proxy. Built once from a light field and shared by renderers and fields; never
+// changed afterwards.
 #pragma once
 
 #include <memory>
@@ -11,18 +11,25 @@
 
 #include "acquisition/command_line.h"
 #include "acquisition/light_field.h"
+#include "render/proxy.h"
+#include "render/sight.h"
 #include "render/viewpoint_mesh.h"
 
 namespace ulf {
 
-// The photograph and its halvings (areas averaged in linear light), each 8-bit sRGB, three channels, B G R.
-// Sizes are those of OpenGL mipmaps: half of the level above, rounded down, at least one.
+// The photograph and its halvings (areas averaged in linear light). Sizes are those of OpenGL mipmaps: half
+// of the level above, rounded down, at least one. All views of a scene have one of two forms:
+//   CV_8UC3   8-bit sRGB, B G R
+//   CV_16FC4  halves in linear light, B G R and how much of the pixel has light at all, by which B G R are
+//             multiplied: where a photograph's numbers are not finite there is none
 using ViewPyramid = std::vector<cv::Mat>;
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
+// The second form, of CV_32FC3, made smaller first where another size is given.
+ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {});
 
 struct Seen {
   Eigen::Vector2d img;  // in the view's image
-  double feather = 1;   // 0 at the image's edge to 1 from kFeatherShare inwards
+  double feather = 1;   // 0 at the edge of what is seen to 1 from kFeatherShare of the image inwards
 };
 
 // A view loses its weight over this share of the shorter side of its image.
@@ -38,7 +45,15 @@ struct SceneView {
   float black = 0;
   float scale = 1;
 
+  bool has_gaps = false;  // pixels without light
+
+  std::shared_ptr<const Sight> sight;  // null: nothing hides anything
+
+  // The photograph for a display, in its own exposure.
+  cv::Mat Srgb8() const;
   // None when the point is behind the camera or outside its image.
+  std::optional<Seen> Frame(const Eigen::Vector3d& point_in_world) const;
+  // Of those the points that the proxy does not hide; the feather fades at its edges, too.
   std::optional<Seen> See(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -47,9 +62,18 @@ struct RenderScene {
   Subject subject;
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   ViewpointMesh mesh;
+  bool mesh_in_plane = false;
+  std::shared_ptr<const Proxy> proxy;
   int halvings = 0;  // how often photographs were halved on loading to keep within memory
 
   std::vector<Eigen::Vector3d> Centers() const;
+  void MakeMesh();  // from the views
+};
+
+enum class PhotographForm {
+  kAuto,       // kLinear where it says more and costs no resolution, else kEightBits
+  kEightBits,  // the photographs of images/, whatever masters hold more
+  kLinear,     // masters where there are some; halves in linear light
 };
 
 struct SceneOptions {
@@ -57,18 +81,23 @@ struct SceneOptions {
   int size_limit_px = 0;                // longer side of the loaded photographs; 0: as they are
   double memory_limit_mb = 2048;        // all pyramids together; beyond it photographs are halved
   std::vector<int> leave_out = {};      // indices of views that are not to be used
+  PhotographForm form = PhotographForm::kAuto;
+  bool mesh_in_plane = false;           // ViewpointMeshOptions::in_plane
 };
 
 // The subject to render about; UsageError that asks for --subject when there is none to be had.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
 // Reads every photograph. Throws Error for a photograph that is missing or truncated, and for an empty light
-// field.
+// field. The proxy is the plane through the subject that faces the virtual camera.
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options,
                                              Progress* progress = nullptr);
 
 // The same photographs with some views left out: pixels are shared, the mesh is built anew.
 std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out);
+
+// The same photographs over another proxy; what it hides from each view is found out here (all processors).
+std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shared_ptr<const Proxy> proxy);
 
 // The pyramid level at which a view is read: the nearest to one texel per output pixel at the subject's
 // distance,

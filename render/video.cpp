@@ -2,79 +2,93 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+#include <cstdint>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
+#include "render/picture_files.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-void MakeFolderFor(const fs::path& file) {
-  if (file.has_parent_path()) fs::create_directories(file.parent_path());
-}
-
-void WritePicture(const fs::path& path, const cv::Mat& srgb8) {
-  if (!cv::imwrite(path.string(), srgb8))
-    throw Error("{}: the picture cannot be written (disk full, no permission, or an unknown ending)",
-                path.string());
-}
-
-class SinglePicture : public PictureSink {
+class Pictures : public PictureSink {
  public:
-  explicit SinglePicture(fs::path path) : path_(std::move(path)) { MakeFolderFor(path_); }
-  void Add(const cv::Mat& srgb8) override { WritePicture(path_, srgb8); }
-  void Close() override {}
-
- private:
-  fs::path path_;
-};
-
-class PictureFolder : public PictureSink {
- public:
-  explicit PictureFolder(fs::path path) : path_(std::move(path)) {
-    std::error_code error;
-    fs::create_directories(path_, error);
-    if (error || !fs::is_directory(path_)) throw Error("{}: the folder cannot be made", path_.string());
+  explicit Pictures(fs::path out) : out_(std::move(out)) {
+    MakeFolder(IsSinglePicture(out_) ? fs::absolute(out_).parent_path() : out_);
   }
   void Add(const cv::Mat& srgb8) override {
-    WritePicture(path_ / fmt::format("frame_{:05}.png", count_++), srgb8);
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", srgb8, bytes);
+    WriteFileAtomically(IsSinglePicture(out_) ? out_ : out_ / fmt::format("frame_{:05}.png", count_++),
+                        {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
   void Close() override {}
 
  private:
-  fs::path path_;
+  fs::path out_;
   int count_ = 0;
 };
 
 class Video : public PictureSink {
  public:
-  Video(fs::path path, double fps) : path_(std::move(path)), fps_(fps) { MakeFolderFor(path_); }
+  Video(fs::path path, double fps)
+      : path_(std::move(path)), unfinished_(fs::path(path_).replace_extension(".part.mp4")), fps_(fps) {
+    MakeFolder(fs::absolute(path_).parent_path());
+  }
+  ~Video() override {
+    std::error_code ignored;
+    writer_.release();
+    fs::remove(unfinished_, ignored);  // not closed: a file that no player opens
+  }
 
   void Add(const cv::Mat& srgb8) override {
     const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // half-resolution colour asks for it
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
     if (!writer_.isOpened()) Open(even);
+    if (even != size_)
+      throw UsageError(
+          "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
+          path_.string(), count_, even.width, even.height, size_.width, size_.height);
+    // The encoder holds pictures back and writes without looking whether there was room.
+    if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) <
+        kReserve + Bytes(even)) {
+      const int written = count_;
+      if (written == 0)
+        throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
+      Close();
+      throw DiskFullError(
+          "{}: the disk is nearly full: the video ends after {} pictures; free some space and render the "
+          "rest "
+          "with --frames {}:",
+          path_.string(), written, written);
+    }
     writer_.write(srgb8(cv::Rect({0, 0}, even)));
+    ++count_;
   }
 
   void Close() override {
     writer_.release();
-    std::error_code error;
-    if (fs::file_size(path_, error) == 0 || error)
-      throw Error("{}: the video was not written (disk full or no permission)", path_.string());
+    cv::VideoCapture written(unfinished_.string(), cv::CAP_FFMPEG);
+    if (count_ == 0 || !written.isOpened() || std::lround(written.get(cv::CAP_PROP_FRAME_COUNT)) != count_)
+      throw Error("{}: the video was not written whole (disk full or no permission)", path_.string());
+    written.release();
+    fs::rename(unfinished_, path_);
   }
 
  private:
   void Open(const cv::Size& size) {
+    size_ = size;
     // A codec that is not there is tried and passed over without OpenCV's own messages.
     const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     for (const char* codec : {"avc1", "mp4v"}) {
       const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-      if (writer_.open(path_.string(), cv::CAP_FFMPEG, fourcc, fps_, size)) break;
+      if (writer_.open(unfinished_.string(), cv::CAP_FFMPEG, fourcc, fps_, size)) break;
     }
     cv::utils::logging::setLogLevel(level);
     if (!writer_.isOpened())
@@ -85,21 +99,26 @@ class Video : public PictureSink {
           path_.string());
   }
 
-  fs::path path_;
+  static constexpr std::uint64_t kReserve = 1 << 20;
+  // What the encoder may still hold back: about as much as a few pictures without compression.
+  static std::uint64_t Bytes(const cv::Size& size) {
+    return 4ull * 3 * static_cast<std::uint64_t>(size.area());
+  }
+
+  fs::path path_, unfinished_;
   double fps_;
+  cv::Size size_;
+  int count_ = 0;
   cv::VideoWriter writer_;
 };
 
 }  // namespace
 
-bool IsSinglePicture(const fs::path& out) { return out.extension() == ".png"; }
-
 std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
-  if (IsSinglePicture(out)) return std::make_unique<SinglePicture>(out);
   if (out.extension() == ".mp4") return std::make_unique<Video>(out, fps);
-  if (out.has_extension() && !fs::is_directory(out))
+  if (out.has_extension() && out.extension() != ".png" && !fs::is_directory(out))
     throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png or into a folder", out.string());
-  return std::make_unique<PictureFolder>(out);
+  return std::make_unique<Pictures>(out);
 }
 
 }  // namespace ulf

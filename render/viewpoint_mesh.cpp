@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "acquisition/counted.h"
+#include "render/planar_delaunay.h"
 #include "render/spherical_delaunay.h"
 
 namespace ulf {
@@ -203,13 +204,32 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology) {
   }
 }
 
+// Azimuth counts from the middle of the viewpoints: the seam is where most likely nobody stood.
+std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& directions, const Vector3d& up) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& direction : directions) middle += direction;
+  Vector3d front = middle - middle.dot(up) * up;
+  if (front.norm() < 1e-6) front = up.unitOrthogonal();
+  front.normalize();
+  const Vector3d east = up.cross(front);
+  std::vector<Eigen::Vector2d> points;
+  for (const Vector3d& d : directions)
+    points.emplace_back(std::atan2(d.dot(east), d.dot(front)), std::asin(std::clamp(d.dot(up), -1.0, 1.0)));
+  std::vector<Triangle> triangles = PlanarDelaunay(points);
+  std::erase_if(triangles, [&](const Triangle& t) {
+    return directions[At(t[0])].dot(directions[At(t[1])].cross(directions[At(t[2])])) <= 1e-14;
+  });
+  return triangles;
+}
+
 // Triangles, trimmed and made manifold; fills confidence. Vertices may be repeated where the mesh hangs by a
 // point.
-void Triangulate(ViewpointMesh& mesh) {
+void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   std::vector<Vector3d> directions;
   for (const auto& vertex : mesh.vertices)
     directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
-  mesh.triangles = SphericalDelaunay(directions);
+  mesh.triangles = options.in_plane ? AzimuthElevationDelaunay(directions, options.up_in_world.normalized())
+                                    : SphericalDelaunay(directions);
   const std::vector<double> spacing = SpacingOfTriangles(directions, mesh.triangles);
   std::vector<double> cap_ratio;
   std::vector<bool> keep;
@@ -268,7 +288,8 @@ bool InsideHull(const ViewpointMesh& mesh, const Vector3d& direction) {
   });
 }
 
-ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, const Subject& subject) {
+ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, const Subject& subject,
+                                const ViewpointMeshOptions& options) {
   constexpr double kSamePlaceShare = 1e-6;
   ViewpointMesh mesh;
   mesh.center_in_world = subject.center_in_world;
@@ -294,7 +315,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
 
   mesh.span = Span::kLine;
   const std::size_t viewpoints = mesh.vertices.size();
-  Triangulate(mesh);
+  Triangulate(mesh, options);
   const TriangleTopology topology = MakeTopology(static_cast<int>(mesh.vertices.size()), mesh.triangles);
   std::size_t inside = 0;
   for (std::size_t i = 0; i < viewpoints; ++i)

@@ -1,8 +1,9 @@
 // The recorded viewpoints as a triangle mesh around the subject (thesis, section 5.2).
 //
-// Directions (C - O)/|C - O| of the viewpoints C about the subject's centre O are triangulated on the sphere;
-// the mesh's vertices are the viewpoints themselves, in world coordinates, triangles counter-clockwise as
-// seen from outside. What the thesis leaves out:
+// Directions (C - O)/|C - O| of the viewpoints C about the subject's centre O are triangulated on the sphere,
+// or for comparison as the thesis does it, in the plane of their azimuth and elevation, which has a seam and
+// two poles; the mesh's vertices are the viewpoints themselves, in world coordinates, triangles
+// counter-clockwise as seen from outside. What the thesis leaves out:
 //   Rim       A rim triangle goes when its circumscribed cap is wider than a few times the local spacing, but
 //   only
 //             while the rest stays in one piece and keeps every vertex (the characteristic shape of Duckham
@@ -59,8 +60,14 @@ struct ViewpointMesh {
   std::string Description() const;
 };
 
+struct ViewpointMeshOptions {
+  bool in_plane = false;  // azimuth and elevation about `up_in_world`
+  Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
+};
+
 // Views at the subject's centre have no direction and are left out.
-ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject);
+ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject,
+                                const ViewpointMeshOptions& options = {});
 
 // Whether a direction from the subject's centre meets the mesh.
 bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_world);

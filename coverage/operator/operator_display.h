@@ -12,11 +12,14 @@
 #include "coverage/capture_request.h"
 #include "coverage/operator/live_texture.h"
 #include "coverage/operator/painter.h"
+#include "coverage/operator/panels.h"
 #include "coverage/operator/posed_pictures.h"
+#include "coverage/operator/recorded_pictures.h"
 #include "coverage/operator/reprojection.h"
 #include "coverage/operator/review.h"
 #include "coverage/operator/subject_tool.h"
 #include "coverage/operator/surface.h"
+#include "coverage/operator/wishes.h"
 
 namespace ulf {
 
@@ -33,38 +36,30 @@ class OperatorDisplay {
   // Takes what has been pressed and draws the newest state. False once the window has been asked to close or
   // the capture to finish.
   bool Step(double patience_s = 0);
+  // The light field is closed. True where the last words are worth a look: then any key ends Step().
+  bool ShowTheEnd();
+  // The capture goes on without a display: what only waited for the person no longer does. False: recording
+  // stays paused, as the person had asked.
+  bool LetGo();
 
  private:
-  void Handle(const InputEvent& event);
-  bool HandleInAnyMode(const InputEvent& event);
+  void Handle(InputEvent event);
+  bool TakesBackMarked(const InputEvent& event);
+  void HandleInAnyMode(const InputEvent& event);
+  void Press(Key key);
+  void Type(char32_t character);
+  void Finish();
   void TakeStates();
+  void Say(const std::string& words);
   void DrawFrame();
-  void DrawLive(const CaptureState& state);
-  void DrawSubjectTool(const CaptureState& state);
-  void DrawReview(const CaptureState& state);
-  void DrawStatus(const CaptureState& state);
-  void DrawSaid();
-  void DrawShare(const CaptureState& state);
-  void DrawTrackingHelp(const CaptureState& state);
-  void DrawInstruction(const std::string& words, const Rgba& color);
-  void DrawLegend(const CaptureState& state);
-  void DrawCloseLook(const CaptureState& state);
-  void DrawPreflight(const CaptureState& state);
-  void DrawKeys();
-  void DrawHint(const std::string& words);
-  struct Row {
-    std::optional<Rgba> swatch;
-    std::string left = {}, right = {};
-    Rgba color{235, 235, 235};
-  };
-  cv::Rect2d DrawTable(const std::vector<Row>& rows, const Eigen::Vector2d& corner,
-                       const Eigen::Vector2d& anchor, double wrap_points = 0);
-  double Px(double points) const { return points * scale_; }
+  void DrawLive(const CaptureState& state, const Panels& panels);
+  void DrawSubjectTool(const CaptureState& state, const Panels& panels);
+  void DrawReview(const CaptureState& state, const Panels& panels);
   const Palette& palette() const { return colour_blind_ ? Palette::ForColourBlind() : Palette::Standard(); }
 
   Surface& surface_;
   CaptureFeed& feed_;
-  CaptureRequests& requests_;
+  Wishes wishes_;
   Painter painter_;
   LiveTexture live_;
   Reprojection reprojection_;
@@ -75,11 +70,11 @@ class OperatorDisplay {
 
   std::shared_ptr<const CaptureState> state_;
   bool state_is_new_ = false;
-  cv::Size screen_;
-  double scale_ = 1;
   Placement placement_;
+  std::optional<int> marked_view_;  // on the screen, in review
 
   bool done_ = false;
+  bool over_ = false;  // so is the capture
   bool colour_blind_ = false;
   bool keys_shown_ = false;
   bool legend_shown_ = true;
@@ -88,8 +83,10 @@ class OperatorDisplay {
   bool sound_ = false;
   bool was_held_ = true;
   int frames_ = 0;
-  std::string said_;  // by the capture, last
+  std::string said_by_capture_;  // last
+  std::string said_;
   int said_at_frame_ = 0;
+  int flash_until_frame_ = 0;
 };
 
 }  // namespace ulf

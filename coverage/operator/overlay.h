@@ -16,6 +16,7 @@
 
 #include "coverage/capture_state.h"
 #include "coverage/operator/palette.h"
+#include "coverage/operator/shown_sphere.h"
 
 namespace ulf {
 
@@ -74,8 +75,5 @@ struct Instruction {
   bool urgent = false;  // nothing is recorded until it is done
 };
 Instruction InstructionFor(const CaptureState& state);
-
-// Whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
-std::optional<bool> SubjectIsHeld(const CaptureState& state);
 
 }  // namespace ulf

@@ -100,7 +100,7 @@ Placement Placement::Letterboxed(const cv::Size& picture, const cv::Size& screen
 
 Painter::Painter() {
   IMGUI_CHECKVERSION();
-  ImGui::CreateContext();
+  ImGui::SetCurrentContext(ImGui::CreateContext());  // also where another was left behind (SurfaceGone)
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;

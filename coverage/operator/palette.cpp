@@ -34,11 +34,7 @@ Rgba Mix(const Rgba& from, const Rgba& to, double share) {
 }
 
 const Palette& Palette::Standard() {
-  static const Palette palette{.name = "green, red, blue",
-                               .same_word = "green",
-                               .farther_word = "red",
-                               .nearer_word = "blue",
-                               .same = {70, 190, 90},
+  static const Palette palette{.same = {70, 190, 90},
                                .farther = {225, 60, 60},
                                .nearer = {50, 120, 230},
                                .reopened = {255, 60, 220},
@@ -49,11 +45,7 @@ const Palette& Palette::Standard() {
 }
 
 const Palette& Palette::ForColourBlind() {
-  static const Palette palette{.name = "pale, orange, blue (safe for colour-blind eyes)",
-                               .same_word = "pale",
-                               .farther_word = "orange",
-                               .nearer_word = "blue",
-                               .same = {240, 236, 215},
+  static const Palette palette{.same = {240, 236, 215},
                                .farther = {200, 90, 0},
                                .nearer = {0, 80, 190},
                                .reopened = {20, 20, 20},
@@ -61,6 +53,10 @@ const Palette& Palette::ForColourBlind() {
                                .alarm = {255, 45, 45},
                                .camera = {235, 30, 40}};
   return palette;
+}
+
+Rgba Palette::OfNearer(double nearer_by) const {
+  return nearer_by < 0 ? Mix(same, farther, -nearer_by) : Mix(same, nearer, nearer_by);
 }
 
 DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette)
@@ -78,10 +74,9 @@ double DistanceColors::Distance(const CriterionView& recorded) const {
   return (recorded.center_in_world - center_).norm();
 }
 
-Rgba DistanceColors::OfDistance(double recorded_distance) const {
+double DistanceColors::Nearer(double recorded_distance) const {
   const double ratio = present_distance_ / recorded_distance;
-  return ratio < 1 ? Mix(palette_.same, palette_.farther, std::log(ratio) / std::log(nearest_))
-                   : Mix(palette_.same, palette_.nearer, std::log(ratio) / std::log(farthest_));
+  return ratio < 1 ? -std::log(ratio) / std::log(nearest_) : std::log(ratio) / std::log(farthest_);
 }
 
 }  // namespace ulf

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 
 #include "coverage/coverage_map.h"
 
@@ -19,13 +18,14 @@ struct Rgba {
 Rgba Mix(const Rgba& from, const Rgba& to, double share);
 
 struct Palette {
-  std::string name;
-  std::string same_word, farther_word, nearer_word;  // the colours' names, for the legend
   Rgba same, farther, nearer;
   Rgba reopened;
   Rgba guide;
   Rgba alarm;
   Rgba camera;
+
+  // `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
+  Rgba OfNearer(double nearer_by) const;
 
   static const Palette& Standard();
   // Orange, pale, blue: apart for every common kind of colour vision, and in lightness.
@@ -38,7 +38,9 @@ class DistanceColors {
   // `map` has views.
   DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette);
   Rgba Of(const CriterionView& recorded) const { return OfDistance(Distance(recorded)); }
-  Rgba OfDistance(double recorded_distance) const;
+  Rgba OfDistance(double recorded_distance) const { return palette_.OfNearer(Nearer(recorded_distance)); }
+  // 0 the same, 1 so much nearer that it just does not cover any more, -1 farther.
+  double Nearer(double recorded_distance) const;
   double Distance(const CriterionView& recorded) const;
 
   // Ratios of present to recorded distance at which the colours are full.

@@ -4,31 +4,51 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <set>
 
 #include "acquisition/image.h"
 
 namespace ulf {
 
-PosedPicture PosedPicture::Of(const CaptureState& state, std::uint64_t key, int longer_side) {
+PosedPicture PosedPicture::Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
+                              std::uint64_t key) {
   const double scale =
-      std::min(1.0, static_cast<double>(longer_side) / std::max(state.camera.width, state.camera.height));
-  const cv::Size size(std::max(1, static_cast<int>(std::lround(scale * state.camera.width))),
-                      std::max(1, static_cast<int>(std::lround(scale * state.camera.height))));
+      std::min(1.0, static_cast<double>(kLongerSide) / std::max(camera.width, camera.height));
+  const cv::Size size(std::max(1, static_cast<int>(std::lround(scale * camera.width))),
+                      std::max(1, static_cast<int>(std::lround(scale * camera.height))));
   cv::Mat small;
-  cv::resize(ulf::Srgb8(state.live), small, size, 0, 0, cv::INTER_AREA);
+  cv::resize(ulf::Srgb8(image), small, size, 0, 0, cv::INTER_AREA);
   PosedPicture picture;
   picture.key = key;
-  picture.camera = state.camera.ScaledTo(size.width, size.height);
-  picture.cam_from_world = *state.cam_from_world;
-  picture.device_time_s = state.device_time_s;
+  picture.camera = camera.ScaledTo(size.width, size.height);
+  picture.cam_from_world = cam_from_world;
   cv::imencode(".jpg", small, picture.jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+  picture.jpeg.shrink_to_fit();  // its size is what is counted
   return picture;
 }
 
 cv::Mat PosedPicture::Srgb8() const { return cv::imdecode(jpeg, cv::IMREAD_COLOR); }
 
+std::vector<WeightedPicture> SpreadPictures::pictures() const {
+  std::vector<WeightedPicture> pictures;
+  for (const Kept& kept : kept_) pictures.push_back({&kept.picture, 1});
+  return pictures;
+}
+
+SpreadPictures::Kept SpreadPictures::Keep(const CaptureState& state) {
+  // A photograph that has just been recorded is not the live picture.
+  const auto view = state.takes_stills ? std::nullopt : state.recorded_view;
+  return {PosedPicture::Of(state.live, state.camera, *state.cam_from_world, next_key_++), state.device_time_s,
+          view};
+}
+
+void SpreadPictures::DropTakenBack(const std::vector<int>& view_ids) {
+  std::erase_if(kept_, [&](const Kept& kept) {
+    return kept.view && !std::binary_search(view_ids.begin(), view_ids.end(), *kept.view);
+  });
+}
+
 void SpreadPictures::Offer(const CaptureState& state) {
+  DropTakenBack(state.view_ids);
   if (!state.cam_from_world || state.points.empty()) return;
   const Eigen::Vector3d center = state.cam_from_world->OriginInSource();
   // What is a step depends on how far away things are.
@@ -39,77 +59,35 @@ void SpreadPictures::Offer(const CaptureState& state) {
     constexpr double kStep = 0.02;
     least_baseline_ = kStep * depths[depths.size() / 2];
   }
-  PosedPicture* nearest = nullptr;
+  Kept* nearest = nullptr;
   double nearest_distance = std::numeric_limits<double>::infinity();
-  for (PosedPicture& picture : pictures_) {
-    const double distance = (picture.cam_from_world.OriginInSource() - center).norm();
-    if (distance < nearest_distance) nearest_distance = distance, nearest = &picture;
+  for (Kept& kept : kept_) {
+    const double distance = (kept.Center() - center).norm();
+    if (distance < nearest_distance) nearest_distance = distance, nearest = &kept;
   }
   if (nearest_distance < least_baseline_) {
     // Replaced only by one that is as near to the middle of its place: else a slow hand would drag it along.
     constexpr double kStale_s = 2;
-    if (nearest_distance < 0.25 * least_baseline_ && state.device_time_s > nearest->device_time_s + kStale_s)
-      *nearest = PosedPicture::Of(state, next_key_++);
+    const bool stale =
+        nearest_distance < 0.25 * least_baseline_ && state.device_time_s > nearest->device_time_s + kStale_s;
+    const bool recorded = state.recorded_view && !state.takes_stills && !nearest->view;
+    if (stale || recorded) *nearest = Keep(state);
     return;
   }
-  pictures_.push_back(PosedPicture::Of(state, next_key_++));
-  while (pictures_.size() > most_) {
-    least_baseline_ *= 1.25;
-    std::vector<PosedPicture> kept;
-    for (PosedPicture& picture : pictures_) {
-      const Eigen::Vector3d at = picture.cam_from_world.OriginInSource();
-      const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const PosedPicture& other) {
-        return (other.cam_from_world.OriginInSource() - at).norm() < least_baseline_;
-      });
-      if (!crowded) kept.push_back(std::move(picture));
-    }
-    pictures_ = std::move(kept);
+  kept_.push_back(Keep(state));
+  while (kept_.size() > most_) Thin();
+}
+
+void SpreadPictures::Thin() {
+  least_baseline_ *= 1.25;
+  std::vector<Kept> apart;
+  for (Kept& kept : kept_) {
+    const bool crowded = std::any_of(apart.begin(), apart.end(), [&](const Kept& other) {
+      return (other.Center() - kept.Center()).norm() < least_baseline_;
+    });
+    if (!crowded) apart.push_back(std::move(kept));
   }
-}
-
-void RecordedPictures::Add(const CaptureState& state) {
-  if (!state.recorded_view || !state.cam_from_world) return;
-  const int id = *state.recorded_view;
-  pictures_.insert_or_assign(id, PosedPicture::Of(state, static_cast<std::uint64_t>(id)));
-}
-
-void RecordedPictures::Follow(const CaptureState& state) {
-  if (!state.coverage) return;
-  const std::set<int> living(state.view_ids.begin(), state.view_ids.end());
-  std::erase_if(pictures_, [&](const auto& picture) { return !living.contains(picture.first); });
-  if (state.takes_stills) return;
-  for (std::size_t i = 0; i < state.view_ids.size(); ++i) {
-    const auto found = pictures_.find(state.view_ids[i]);
-    if (found == pictures_.end()) continue;
-    const CriterionView& view = state.coverage->views()[i];
-    const Eigen::Quaterniond rotation(view.cam_from_world);
-    found->second.cam_from_world = {rotation, -(rotation * view.center_in_world)};
-  }
-}
-
-void CaptureFeed::Publish(std::shared_ptr<const CaptureState> state) {
-  constexpr std::size_t kMost = 32;  // of a display that stands still: the review then misses the oldest
-  const std::lock_guard lock(mutex_);
-  if (closed_) return;
-  if (state->recorded_view) {
-    recorded_.push_back(state);
-    if (recorded_.size() > kMost) recorded_.pop_front();
-  }
-  newest_.Publish(std::move(state));
-}
-
-void CaptureFeed::Close() {
-  const std::lock_guard lock(mutex_);
-  closed_ = true;
-  recorded_.clear();
-  newest_.Publish(nullptr);
-}
-
-std::vector<std::shared_ptr<const CaptureState>> CaptureFeed::TakeRecorded() {
-  const std::lock_guard lock(mutex_);
-  std::vector<std::shared_ptr<const CaptureState>> taken(recorded_.begin(), recorded_.end());
-  recorded_.clear();
-  return taken;
+  kept_ = std::move(apart);
 }
 
 }  // namespace ulf

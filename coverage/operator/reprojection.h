@@ -16,11 +16,6 @@
 
 namespace ulf {
 
-struct WeightedPicture {
-  const PosedPicture* picture;
-  float weight = 1;
-};
-
 class Reprojection {
  public:
   Reprojection();

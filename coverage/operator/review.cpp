@@ -35,6 +35,18 @@ Review::Review(std::string marker) : marker_(std::move(marker)) {
 }
 Review::~Review() = default;
 
+Vector3d Review::Orbit::Center() const {
+  return subject.center_in_world + distance * frame.Direction(azimuth, elevation);
+}
+
+std::optional<Review::Orbit> Review::OrbitAt(const CaptureState& state, const Vector3d& center_in_world) {
+  if (!HasViews(state)) return std::nullopt;
+  const CapFrame& frame = *state.coverage->frame();
+  const Vector3d offset = center_in_world - state.subject->center_in_world;
+  const CapFrame::Angles angles = frame.Of(offset.normalized());
+  return Orbit{*state.subject, frame, angles.azimuth, angles.elevation, offset.norm()};
+}
+
 void Review::Open(const CaptureState& state) {
   open_ = true;
   StartOrbit(state);
@@ -42,22 +54,31 @@ void Review::Open(const CaptureState& state) {
 
 void Review::StartOrbit(const CaptureState& state) {
   if (!HasViews(state)) return;
-  orbit_frame_ = *state.coverage->frame();
-  distance_ = state.coverage->reference_distance();
-  azimuth_ = elevation_ = 0;
-  if (!state.cam_from_world) return;
-  const Vector3d offset = state.cam_from_world->OriginInSource() - state.subject->center_in_world;
-  const CapFrame::Angles angles = orbit_frame_->Of(offset.normalized());
-  azimuth_ = angles.azimuth;
-  elevation_ = angles.elevation;
-  distance_ = offset.norm();
+  const Vector3d before_the_first_view =
+      state.subject->center_in_world +
+      state.coverage->reference_distance() * state.coverage->frame()->Direction(0, 0);
+  orbit_ =
+      OrbitAt(state, state.cam_from_world ? state.cam_from_world->OriginInSource() : before_the_first_view);
 }
 
-void Review::Orbit(double azimuth, double elevation) {
+void Review::FollowSubject(const CaptureState& state) {
+  if (orbit_ && orbit_->subject != state.subject) orbit_ = OrbitAt(state, orbit_->Center());
+  // Corrected poses turn the frame a little.
+  if (orbit_ && HasViews(state)) orbit_->frame = *state.coverage->frame();
+  if (!orbit_) StartOrbit(state);
+  if (mouse_subject_ != state.subject) marker_mouse_.reset();
+}
+
+void Review::Turn(double azimuth, double elevation) {
   constexpr double kSteepest = 80 * kDegree;
-  azimuth_ = std::remainder(azimuth_ + azimuth, 2 * M_PI);
-  elevation_ = std::clamp(elevation_ + elevation, -kSteepest, kSteepest);
   control_ = Control::kMouseAndKeys;
+  if (!orbit_) return;
+  orbit_->azimuth = std::remainder(orbit_->azimuth + azimuth, 2 * M_PI);
+  orbit_->elevation = std::clamp(orbit_->elevation + elevation, -kSteepest, kSteepest);
+}
+
+void Review::Zoom(double factor) {
+  if (orbit_) orbit_->distance *= factor;
 }
 
 bool Review::Handle(const InputEvent& event, const CaptureState& state) {
@@ -69,22 +90,22 @@ bool Review::Handle(const InputEvent& event, const CaptureState& state) {
         open_ = false;
         return true;
       case Key::kLeft:
-        Orbit(-kStep, 0);
+        Turn(-kStep, 0);
         return true;
       case Key::kRight:
-        Orbit(kStep, 0);
+        Turn(kStep, 0);
         return true;
       case Key::kUp:
-        Orbit(0, kStep);
+        Turn(0, kStep);
         return true;
       case Key::kDown:
-        Orbit(0, -kStep);
+        Turn(0, -kStep);
         return true;
       case Key::kPageUp:
-        distance_ /= kZoom;
+        Zoom(1 / kZoom);
         return true;
       case Key::kPageDown:
-        distance_ *= kZoom;
+        Zoom(kZoom);
         return true;
       default:
         return false;
@@ -120,7 +141,7 @@ bool Review::Handle(const InputEvent& event, const CaptureState& state) {
     }
   }
   if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
-    distance_ *= std::pow(kZoom, -wheel->steps);
+    Zoom(std::pow(kZoom, -wheel->steps));
     return true;
   }
   if (const auto* button = std::get_if<MouseButton>(&event)) {
@@ -131,45 +152,40 @@ bool Review::Handle(const InputEvent& event, const CaptureState& state) {
     constexpr double kRadiansAPixel = 0.25 * kDegree;
     // The subject follows the hand: the camera goes the other way.
     if (mouse_ && dragging_)
-      Orbit(-kRadiansAPixel * (moved->at.x() - mouse_->x()), kRadiansAPixel * (moved->at.y() - mouse_->y()));
+      Turn(-kRadiansAPixel * (moved->at.x() - mouse_->x()), kRadiansAPixel * (moved->at.y() - mouse_->y()));
     mouse_ = moved->at;
     return true;
   }
   return false;
 }
 
-std::optional<Rigid3> Review::OrbitPose(const CaptureState& state) const {
-  if (!orbit_frame_ || !state.subject) return std::nullopt;
-  const Vector3d& center = state.subject->center_in_world;
-  return LookAt(center + distance_ * orbit_frame_->Direction(azimuth_, elevation_), center,
-                orbit_frame_->Up());
-}
-
 std::optional<Rigid3> Review::MarkerPose(const CaptureState& state) {
   if (!HasViews(state)) return std::nullopt;
-  if (!locator_) {
-    const MarkerSpec spec = MarkerSpec::Parse(marker_);
-    locator_ = std::make_unique<MarkerLocator>(state.camera, spec);
+  const MarkerSpec spec = MarkerSpec::Parse(marker_);
+  if (!locator_) locator_ = std::make_unique<MarkerLocator>(state.camera, spec);
+  if (!marker_mouse_) {
+    mouse_subject_ = state.subject;
     marker_mouse_.emplace(ViewpointsOf(state), spec.Middle());
   }
   if (state.device_time_s != located_at_s_) {
     located_at_s_ = state.device_time_s;
     const auto pose = locator_->Locate(GrayForTracking(state.live), state.device_time_s);
     marker_is_seen_ = pose.has_value();
-    if (pose) marker_pose_ = marker_mouse_->CamFromWorld(pose->cam_from_world);
+    if (pose) cam_from_marker_ = pose->cam_from_world;
   }
-  return marker_pose_;  // without the marker the last picture stays
+  if (!cam_from_marker_) return std::nullopt;
+  return marker_mouse_->CamFromWorld(*cam_from_marker_);  // without the marker the last picture stays
 }
 
 std::optional<Review::VirtualCamera> Review::CameraNow(const CaptureState& state) {
+  FollowSubject(state);
   std::optional<Rigid3> pose;
   switch (control_) {
     case Control::kLiveCamera:
       if (state.cam_from_world) return VirtualCamera{state.camera, *state.cam_from_world};
       return std::nullopt;
     case Control::kMouseAndKeys:
-      if (!orbit_frame_) StartOrbit(state);
-      pose = OrbitPose(state);
+      if (orbit_) pose = LookAt(orbit_->Center(), orbit_->subject.center_in_world, orbit_->frame.Up());
       break;
     case Control::kMarker:
       pose = MarkerPose(state);
@@ -177,32 +193,6 @@ std::optional<Review::VirtualCamera> Review::CameraNow(const CaptureState& state
   }
   if (!pose) return std::nullopt;
   return VirtualCamera{state.camera.WithoutDistortion(), *pose};
-}
-
-std::vector<WeightedPicture> Review::Nearest(const std::map<int, PosedPicture>& pictures,
-                                             const Vector3d& subject_in_world, const Rigid3& cam_from_world) {
-  constexpr std::size_t kMost = 3;
-  const Vector3d direction = (cam_from_world.OriginInSource() - subject_in_world).normalized();
-  struct Found {
-    double angle;
-    const PosedPicture* picture;
-  };
-  std::vector<Found> found;
-  for (const auto& [id, picture] : pictures) {
-    const Vector3d of_picture = (picture.cam_from_world.OriginInSource() - subject_in_world).normalized();
-    found.push_back({std::acos(std::clamp(direction.dot(of_picture), -1.0, 1.0)), &picture});
-  }
-  const std::size_t count = std::min(found.size(), kMost + 1);
-  std::partial_sort(found.begin(), found.begin() + static_cast<long>(count), found.end(),
-                    [](const Found& a, const Found& b) { return a.angle < b.angle; });
-  std::vector<WeightedPicture> nearest;
-  const double end = count > kMost ? found[kMost].angle : 2 * (count > 0 ? found[count - 1].angle : 0) + 1e-6;
-  for (std::size_t i = 0; i < std::min(count, kMost); ++i) {
-    const double share = 1 - found[i].angle / std::max(end, 1e-9);
-    if (i == 0 || share > 0.01)
-      nearest.push_back({found[i].picture, static_cast<float>(std::max(0.01, share * share))});
-  }
-  return nearest;
 }
 
 }  // namespace ulf

@@ -1,18 +1,14 @@
 // Looking at what has been recorded so far while the capture goes on (thesis, section 3.2): the virtual
-// camera, moved by mouse and keys, by the live camera, or by a marker before it; and which recorded pictures
-// it sees. Pure but for the marker's detector.
+// camera, moved by mouse and keys, by the live camera, or by a marker before it. Where the subject is placed
+// anew the virtual camera stays where it is and looks at the new one. Pure but for the marker's detector.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "coverage/capture_state.h"
 #include "coverage/marker_mouse.h"
-#include "coverage/operator/posed_pictures.h"
-#include "coverage/operator/reprojection.h"
 #include "coverage/operator/surface.h"
 
 namespace ulf {
@@ -44,15 +40,19 @@ class Review {
   };
   std::optional<VirtualCamera> CameraNow(const CaptureState& state);
 
-  // The recorded pictures nearest in direction, with weights that fall to 0 at the first one left out.
-  static std::vector<WeightedPicture> Nearest(const std::map<int, PosedPicture>& pictures,
-                                              const Eigen::Vector3d& subject_in_world,
-                                              const Rigid3& cam_from_world);
-
  private:
+  // Round the subject, in the coverage map's own angles.
+  struct Orbit {
+    Subject subject;
+    CapFrame frame;
+    double azimuth = 0, elevation = 0, distance = 1;
+    Eigen::Vector3d Center() const;
+  };
+  static std::optional<Orbit> OrbitAt(const CaptureState& state, const Eigen::Vector3d& center_in_world);
   void StartOrbit(const CaptureState& state);
-  void Orbit(double azimuth, double elevation);
-  std::optional<Rigid3> OrbitPose(const CaptureState& state) const;
+  void FollowSubject(const CaptureState& state);
+  void Turn(double azimuth, double elevation);
+  void Zoom(double factor);
   std::optional<Rigid3> MarkerPose(const CaptureState& state);
 
   std::string marker_;
@@ -60,16 +60,16 @@ class Review {
   Control control_ = Control::kLiveCamera;
   Compare compare_ = Compare::kNone;
   double wipe_ = 0.5;
-  double azimuth_ = 0, elevation_ = 0, distance_ = 1;  // of the orbit, about its frame
-  std::optional<CapFrame> orbit_frame_;
+  std::optional<Orbit> orbit_;  // none: nothing to go round yet
   std::optional<Eigen::Vector2d> mouse_;
   bool dragging_ = false;
 
   std::unique_ptr<MarkerLocator> locator_;
-  std::optional<MarkerMouse> marker_mouse_;
-  std::optional<Rigid3> marker_pose_;
+  std::optional<Rigid3> cam_from_marker_;  // as it was last seen
   double located_at_s_ = -1;
   bool marker_is_seen_ = false;
+  std::optional<Subject> mouse_subject_;  // that the marker moves
+  std::optional<MarkerMouse> marker_mouse_;
 };
 
 }  // namespace ulf

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <exception>
 #include <thread>
+#include <vector>
 
 #include "acquisition/error.h"
 
@@ -14,18 +15,49 @@ namespace {
 
 // The display's own clock: no faster than this, so that tracking keeps the processor.
 constexpr double kFrameSeconds = 1.0 / 30;
+constexpr std::chrono::seconds kLastWords(3);
 
-void Show(Surface& surface, const DisplayOptions& options, CaptureFeed& feed, CaptureRequests& requests,
-          const std::atomic<bool>& over) {
-  using Clock = std::chrono::steady_clock;
-  OperatorDisplay display(surface, feed, requests, options);
+using Clock = std::chrono::steady_clock;
+
+// False once the person has closed it.
+bool ShowWhile(const std::function<bool()>& goes_on, OperatorDisplay& display) {
   auto next = Clock::now();
-  while (!over) {
-    if (!display.Step()) return;
+  while (goes_on()) {
+    if (!display.Step()) return false;
     next = std::max(
         next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kFrameSeconds)),
         Clock::now());
     std::this_thread::sleep_until(next);
+  }
+  return true;
+}
+
+// What may not even be given back is kept to the end of the process.
+template <typename Thing>
+void Abandon(std::unique_ptr<Thing> thing) {
+  static auto* const abandoned = new std::vector<Thing*>;
+  abandoned->push_back(thing.release());
+}
+
+void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, CaptureFeed& feed,
+          CaptureRequests& requests, const std::atomic<bool>& over) {
+  std::unique_ptr<OperatorDisplay> display;
+  const auto let_go = [&](const char* problem) {
+    const bool records = !display || display->LetGo();
+    fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it{}\n", problem,
+               records ? "" : "; recording stays paused, as was asked: Ctrl-C closes the light field");
+  };
+  try {
+    display = std::make_unique<OperatorDisplay>(*surface, feed, requests, options);
+    if (!ShowWhile([&] { return !over; }, *display) || !display->ShowTheEnd()) return;
+    const auto until = Clock::now() + kLastWords;
+    ShowWhile([&] { return Clock::now() < until; }, *display);
+  } catch (const SurfaceGone& gone) {
+    let_go(gone.what());
+    Abandon(std::move(display));
+    Abandon(std::move(surface));
+  } catch (const std::exception& error) {
+    let_go(error.what());  // the capture is worth more than its picture
   }
 }
 
@@ -54,14 +86,8 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
     }
     over = true;
   });
-  try {
-    Show(*surface, options, feed, requests, over);
-  } catch (const std::exception& error) {
-    // The capture is worth more than its picture.
-    fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it\n", error.what());
-  }
+  Show(std::move(surface), options, feed, requests, over);
   feed.Close();
-  surface.reset();
   session.join();
   if (thrown) std::rethrow_exception(thrown);
 }

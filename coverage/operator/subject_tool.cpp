@@ -7,23 +7,32 @@ namespace ulf {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-void SubjectTool::Open(const CaptureState& state, CaptureRequests& requests) {
-  open_ = true;
-  draft_ = of_capture_ = state.subject;
-  resume_ = state.recording;
-  if (resume_) requests.Ask(SetRecording{false});
-  if (!draft_ && state.cam_from_world) requests.Ask(FindSubject{});
+namespace {
+constexpr double kFine = 1.02, kCoarse = 1.15;
 }
 
-void SubjectTool::Close(CaptureRequests& requests) {
+void SubjectTool::Open(const CaptureState& state, Wishes& wishes) {
+  open_ = true;
+  draft_ = of_capture_ = wishes.SubjectOf(state);
+  paused_.reset();
+  if (wishes.Records(state)) {
+    wishes.Record(false);
+    paused_ = wishes.record_ticket();
+  }
+  if (!draft_ && state.cam_from_world) wishes.FindSubject();
+}
+
+void SubjectTool::Close(Wishes& wishes) {
   open_ = dragging_center_ = dragging_radius_ = false;
   draft_.reset();
-  if (resume_) requests.Ask(SetRecording{true});
+  if (paused_ == wishes.record_ticket()) wishes.Record(true);
+  paused_.reset();
 }
 
-void SubjectTool::Follow(const CaptureState& state) {
-  if (!open_ || state.subject == of_capture_) return;
-  draft_ = of_capture_ = state.subject;
+void SubjectTool::Follow(const CaptureState& state, const Wishes& wishes) {
+  const std::optional<Subject> now = wishes.SubjectOf(state);
+  if (!open_ || now == of_capture_) return;
+  draft_ = of_capture_ = now;
 }
 
 void SubjectTool::ScaleDistance(const CaptureState& state, double factor) {
@@ -46,48 +55,51 @@ void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img
   draft_->center_in_world += state.cam_from_world->DirectionInSource(by_cam);
 }
 
-bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img,
-                         CaptureRequests& requests) {
-  constexpr double kFine = 1.02, kCoarse = 1.15;
-  if (!open_) return false;
-  if (const auto* key = std::get_if<KeyPressed>(&event)) {
-    switch (key->key) {
-      case Key::kUp:
-        ScaleDistance(state, kFine);
-        return true;
-      case Key::kDown:
-        ScaleDistance(state, 1 / kFine);
-        return true;
-      case Key::kPageUp:
-        ScaleDistance(state, kCoarse);
-        return true;
-      case Key::kPageDown:
-        ScaleDistance(state, 1 / kCoarse);
-        return true;
-      case Key::kRight:
-        ScaleRadius(kFine);
-        return true;
-      case Key::kLeft:
-        ScaleRadius(1 / kFine);
-        return true;
-      case Key::kEnter:
-        if (draft_ && draft_ != of_capture_) requests.Ask(PlaceSubject{*draft_});
-        Close(requests);
-        return true;
-      case Key::kEscape:
-        Close(requests);
-        return true;
-      default:
-        return false;
-    }
+bool SubjectTool::Press(const KeyPressed& key, const CaptureState& state, Wishes& wishes) {
+  constexpr double kStepShare = 0.01;  // of the picture's width, across it
+  const double step = kStepShare * state.camera.width;
+  switch (key.key) {
+    case Key::kUp:
+      key.shift ? MoveSideways(state, {0, -step}) : ScaleDistance(state, kFine);
+      return true;
+    case Key::kDown:
+      key.shift ? MoveSideways(state, {0, step}) : ScaleDistance(state, 1 / kFine);
+      return true;
+    case Key::kRight:
+      key.shift ? MoveSideways(state, {step, 0}) : ScaleRadius(kFine);
+      return true;
+    case Key::kLeft:
+      key.shift ? MoveSideways(state, {-step, 0}) : ScaleRadius(1 / kFine);
+      return true;
+    case Key::kPageUp:
+      ScaleDistance(state, kCoarse);
+      return true;
+    case Key::kPageDown:
+      ScaleDistance(state, 1 / kCoarse);
+      return true;
+    case Key::kEnter:
+      if (draft_ && draft_ != of_capture_) wishes.Place(*draft_);
+      Close(wishes);
+      return true;
+    case Key::kEscape:
+      Close(wishes);
+      return true;
+    default:
+      return false;
   }
+}
+
+bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img,
+                         Wishes& wishes) {
+  if (!open_) return false;
+  if (const auto* key = std::get_if<KeyPressed>(&event)) return Press(*key, state, wishes);
   if (const auto* typed = std::get_if<Typed>(&event)) {
     switch (typed->character) {
       case 's':
-        Close(requests);
+        Close(wishes);
         return true;
       case 'c':
-        requests.Ask(FindSubject{});
+        wishes.FindSubject();
         return true;
       case 'a':
         aperture_ = !aperture_;

@@ -5,9 +5,9 @@
 
 #include <optional>
 
-#include "coverage/capture_request.h"
 #include "coverage/capture_state.h"
 #include "coverage/operator/surface.h"
+#include "coverage/operator/wishes.h"
 
 namespace ulf {
 
@@ -17,23 +17,23 @@ class SubjectTool {
   bool shows_aperture() const { return aperture_; }
   const std::optional<Subject>& draft() const { return draft_; }
 
-  // Recording pauses while the tool is open, where it was on.
-  void Open(const CaptureState& state, CaptureRequests& requests);
+  // Recording pauses while the tool is open, where it was on and unless somebody then wishes otherwise.
+  void Open(const CaptureState& state, Wishes& wishes);
+  void Close(Wishes& wishes);
   // Every new state: a subject that the capture found anew is the new draft.
-  void Follow(const CaptureState& state);
+  void Follow(const CaptureState& state, const Wishes& wishes);
   // True when the event was the tool's. `pixels_per_img`: of the screen, for dragging.
-  bool Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img,
-              CaptureRequests& requests);
+  bool Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img, Wishes& wishes);
 
  private:
-  void Close(CaptureRequests& requests);
+  bool Press(const KeyPressed& key, const CaptureState& state, Wishes& wishes);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);
   void MoveSideways(const CaptureState& state, const Eigen::Vector2d& by_img);
 
   bool open_ = false;
   bool aperture_ = true;
-  bool resume_ = false;  // recording, when the tool closes
+  std::optional<std::uint64_t> paused_;  // by this wish, which ends with the tool
   std::optional<Subject> draft_;
   std::optional<Subject> of_capture_;
   std::optional<Eigen::Vector2d> mouse_;

@@ -13,6 +13,11 @@
 
 #include "acquisition/error.h"
 #include "render/gl_objects.h"
+// Its macros come last.
+#include <X11/Xlib.h>
+
+// GLFW's own header for it asks for more of X11's. Not there in a GLFW that was built for Wayland alone.
+extern "C" [[gnu::weak]] Display* glfwGetX11Display();
 
 namespace ulf {
 namespace {
@@ -32,6 +37,8 @@ std::optional<Key> KeyOf(int glfw_key) {
       return Key::kEnter;
     case GLFW_KEY_BACKSPACE:
       return Key::kBackspace;
+    case GLFW_KEY_DELETE:
+      return Key::kDelete;
     case GLFW_KEY_LEFT:
       return Key::kLeft;
     case GLFW_KEY_RIGHT:
@@ -57,6 +64,7 @@ class Window : public Surface {
  public:
   Window(const std::string& title, cv::Size points) {
     if (!glfwInit()) throw Error("no window: {}", LastGlfwError());
+    OutliveTheDisplayServer();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -71,6 +79,7 @@ class Window : public Surface {
     }
     if (!window_) {
       const std::string reason = LastGlfwError();
+      RequireServer();
       glfwTerminate();
       throw Error("no window with OpenGL 4.5: {}", reason);
     }
@@ -98,6 +107,7 @@ class Window : public Surface {
     glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Came(CloseAsked{}); });
   }
   ~Window() override {
+    if (gone_) return;
     glfwDestroyWindow(window_);
     glfwTerminate();
   }
@@ -105,6 +115,7 @@ class Window : public Surface {
   cv::Size Size() const override {
     cv::Size size;
     glfwGetFramebufferSize(window_, &size.width, &size.height);
+    RequireServer();
     return size;
   }
   double ContentScale() const override {
@@ -117,6 +128,7 @@ class Window : public Surface {
       glfwWaitEventsTimeout(patience_s);
     else
       glfwPollEvents();
+    RequireServer();
     return std::exchange(events_, {});
   }
   void Bind() override {
@@ -124,7 +136,10 @@ class Window : public Surface {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, size.width, size.height);
   }
-  void Present() override { glfwSwapBuffers(window_); }
+  void Present() override {
+    glfwSwapBuffers(window_);
+    RequireServer();
+  }
   void ToggleFullScreen() override {
     if (glfwGetWindowMonitor(window_)) {
       glfwSetWindowMonitor(window_, nullptr, windowed_.x, windowed_.y, windowed_.width, windowed_.height, 0);
@@ -139,6 +154,17 @@ class Window : public Surface {
   }
 
  private:
+  // Xlib's own way is to end the process.
+  void OutliveTheDisplayServer() {
+    Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
+    if (!display) return;
+    XSetIOErrorHandler([](Display*) { return 0; });  // it writes about a fatal error, which it is not
+    XSetIOErrorExitHandler(
+        display, [](Display*, void* window) { static_cast<Window*>(window)->gone_ = true; }, this);
+  }
+  void RequireServer() const {
+    if (gone_) throw SurfaceGone("the display server has ended");
+  }
   static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
   void Came(InputEvent event) { events_.push_back(event); }
   // A window's own coordinates are pixels on some systems and points on others.
@@ -151,6 +177,7 @@ class Window : public Surface {
   }
 
   GLFWwindow* window_ = nullptr;
+  bool gone_ = false;
   cv::Rect windowed_;  // where it was before it filled the screen
   std::vector<InputEvent> events_;
 };
@@ -201,9 +228,6 @@ void OffscreenSurface::Bind() {
   glViewport(0, 0, size_.width, size_.height);
 }
 
-void OffscreenSurface::Present() {
-  glFinish();
-  ++presented_;
-}
+void OffscreenSurface::Present() { glFinish(); }
 
 }  // namespace ulf

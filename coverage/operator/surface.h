@@ -10,11 +10,25 @@
 #include <variant>
 #include <vector>
 
+#include "acquisition/error.h"
 #include "render/gl_context.h"
 
 namespace ulf {
 
-enum class Key { kEscape, kEnter, kBackspace, kLeft, kRight, kUp, kDown, kPageUp, kPageDown, kF1, kF11 };
+enum class Key {
+  kEscape,
+  kEnter,
+  kBackspace,
+  kDelete,
+  kLeft,
+  kRight,
+  kUp,
+  kDown,
+  kPageUp,
+  kPageDown,
+  kF1,
+  kF11
+};
 struct KeyPressed {
   Key key;
   bool shift = false;
@@ -36,6 +50,13 @@ struct WheelTurned {
 struct CloseAsked {};
 using InputEvent = std::variant<KeyPressed, Typed, MouseMoved, MouseButton, WheelTurned, CloseAsked>;
 
+// The display server has ended and took the surface with it: neither that nor anything of its OpenGL may be
+// touched again, not even to be given back.
+class SurfaceGone : public Error {
+ public:
+  using Error::Error;
+};
+
 class Surface {
  public:
   virtual ~Surface() = default;
@@ -49,7 +70,8 @@ class Surface {
   cv::Mat Read();  // what has been drawn since Bind(), 8-bit B, G, R
 };
 
-// Throws Error where there is no display, or no OpenGL 4.5 on it.
+// Throws Error where there is no display, or no OpenGL 4.5 on it. Whatever is asked of the window throws
+// SurfaceGone once its display server has ended.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
 class OffscreenSurface : public Surface {
@@ -66,7 +88,6 @@ class OffscreenSurface : public Surface {
   void Present() override;
   void ToggleFullScreen() override { full_screen_ = !full_screen_; }
   bool full_screen() const { return full_screen_; }
-  int presented() const { return presented_; }
 
  private:
   void Release();
@@ -75,7 +96,6 @@ class OffscreenSurface : public Surface {
   cv::Size size_;
   double content_scale_;
   bool full_screen_ = false;
-  int presented_ = 0;
   unsigned framebuffer_ = 0, color_ = 0;
   std::vector<InputEvent> events_;
 };

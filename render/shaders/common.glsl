@@ -1,4 +1,4 @@
-// What every fragment shader knows: where a point falls in a view, and the plane of the proxy.
+// What every fragment shader knows: where a point falls in a view, and how deep the proxy is.
 // Points are in the virtual camera's frame (x right, y down, z forward); row 0 of the target is the image's top.
 
 layout(binding = 0) uniform sampler2DArray photographs[ARRAYS];
@@ -6,10 +6,21 @@ layout(binding = 0) uniform sampler2DArray photographs[ARRAYS];
 uniform vec4 camera;     // fx fy cx cy
 uniform vec4 plane;      // normal, offset
 uniform float far_depth;
+#ifdef TRIANGLES
+layout(binding = 12) uniform sampler2D proxy_depth;  // 0 where there is no triangle
+#endif
+#ifdef HIDES
+layout(binding = 13) uniform sampler2DArrayShadow sights;
+#endif
 
 vec3 RayOfPixel() { return vec3((gl_FragCoord.xy - camera.zw) / camera.xy, 1.0); }
 
+// Of the pixel that is being drawn.
 float DepthOf(vec3 ray) {
+#ifdef TRIANGLES
+  float depth = texelFetch(proxy_depth, ivec2(gl_FragCoord.xy), 0).r;
+  if (depth > 0.0) return depth;
+#endif
   float slope = dot(plane.xyz, ray);
   return slope * far_depth <= plane.w ? far_depth : plane.w / slope;
 }
@@ -40,30 +51,60 @@ bool Distort(View v, vec3 q, out vec2 p) {
   return q.z > 1e-12;
 }
 
-// Where the view sees the point, and its feather, 0 when it does not see it.
-float See(View v, vec3 point, out vec2 img) {
-  vec4 h = vec4(point, 1.0);
+// Where the view has the point in its image, and its feather, 0 when it is outside.
+float Frame(View v, vec3 in_view, out vec2 img) {
   vec2 p;
-  if (!Distort(v, vec3(dot(v.row0, h), dot(v.row1, h), dot(v.row2, h)), p)) return 0.0;
+  if (!Distort(v, in_view, p)) return 0.0;
   img = v.intrinsics.xy * p + v.intrinsics.zw;
   vec2 to_edge = min(img, v.size.xy - img);
   return clamp(min(to_edge.x, to_edge.y) / v.size.z, 0.0, 1.0);
 }
 
-vec3 Photograph(ivec4 place, vec2 uv) {
+vec3 InView(View v, vec3 point) {
+  vec4 h = vec4(point, 1.0);
+  return vec3(dot(v.row0, h), dot(v.row1, h), dot(v.row2, h));
+}
+
+// How much of the point the proxy leaves to be seen.
+float SightShare(View v, vec3 in_view) {
+#ifdef HIDES
+  if (in_view.z <= 0.0) return 1.0;
+  vec2 uv = v.sight.xy * in_view.xy / in_view.z + v.sight.zw;
+  if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
+  return texture(sights, vec4(uv, float(v.place.w), 1.0 / in_view.z));
+#else
+  return 1.0;
+#endif
+}
+
+// Where the view sees the point, and its feather, 0 when it does not see it.
+float See(View v, vec3 point, out vec2 img) {
+  vec3 in_view = InView(v, point);
+  float feather = Frame(v, in_view, img);
+  return feather > 0.0 ? feather * SightShare(v, in_view) : 0.0;
+}
+
+vec4 Photograph(ivec4 place, vec2 uv) {
   vec3 at = vec3(uv, float(place.y));
   float level = float(place.z);
-  if (ARRAYS == 1) return textureLod(photographs[0], at, level).rgb;
-  vec3 light = vec3(0.0);
+  if (ARRAYS == 1) return textureLod(photographs[0], at, level);
+  vec4 light = vec4(0.0);
   for (int n = 0; n < ARRAYS; ++n)
-    if (n == place.x) light = textureLod(photographs[n], at, level).rgb;
+    if (n == place.x) light = textureLod(photographs[n], at, level);
   return light;
 }
 
-vec3 LightOf(View v, vec2 img) {
+// `share`: how much of the photograph's pixels there have light at all.
+vec3 LightOf(View v, vec2 img, out float share) {
+  share = 1.0;
 #ifdef SHOW_FIELD
   return v.color.rgb;
 #else
-  return (Photograph(v.place, img / v.size.xy) - v.more.y) * v.more.z;
+  vec4 light = Photograph(v.place, img / v.size.xy);
+#ifdef GAPS
+  share = light.a;
+  light.rgb /= max(light.a, 1e-6);
+#endif
+  return (light.rgb - v.more.y) * v.more.z;
 #endif
 }

@@ -11,6 +11,9 @@ layout(std430, binding = 3) readonly buffer ViewOfVertex { int view_of_vertex[];
 
 invariant gl_Position;
 flat out vec4 row0, row1, row2, intrinsics, size, k, more, color_of_view;
+#ifdef HIDES
+flat out vec4 sight;
+#endif
 flat out ivec4 place;
 // The weight is numerator . ray / denominator . ray.
 flat out vec3 numerator, denominator;
@@ -31,6 +34,9 @@ void main() {
   k = v.k;
   more = v.more;
   color_of_view = v.color;
+#ifdef HIDES
+  sight = v.sight;
+#endif
   place = v.place;
   gl_Position = ClipPosition(fan.triangle, uint(gl_VertexID) % 3u);
 }

@@ -1,4 +1,5 @@
-// Where nothing covered the pixel (the depth test knows): the nearest view that sees it. Alpha: -1 filled, -2 empty;
+// Where nothing covered the pixel (the depth test knows): the nearest view that sees it, or has it in its image though
+// the proxy hides it. Alpha: -1 filled, -2 empty;
 // where the nearest view is the field itself, its feather.
 layout(std430, binding = 4) readonly buffer NearestFirst { int nearest_first[]; };
 uniform int view_count;  // 0: fill nothing
@@ -12,9 +13,15 @@ void main() {
   for (int n = 0; n < view_count; ++n) {
     int i = nearest_first[n];
     vec2 img;
-    float feather = See(views[i], point, img);
+    vec3 in_view = InView(views[i], point);
+    float feather = Frame(views[i], in_view, img);
     if (feather <= 0.0) continue;
-    color = vec4(LightOf(views[i], img), nearest_is_the_field ? feather : -1.0);
-    break;
+    float seen = feather * SightShare(views[i], in_view);
+    if (seen <= 0.0 && color.a > -2.0) continue;
+    float share;
+    vec3 light = LightOf(views[i], img, share);
+    if (share <= 0.0) continue;
+    color = vec4(light, nearest_is_the_field && seen > 0.0 ? seen * share : -1.0);
+    if (seen > 0.0) break;
   }
 }

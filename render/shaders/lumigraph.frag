@@ -54,6 +54,8 @@ void main() {
   for (int n = 0; n < count; ++n) {
     vec2 img;
     float weight = weights[n] / total * See(views[best[n]], point, img);
-    if (weight > 0.0) color += vec4(weight * LightOf(views[best[n]], img), weight);
+    float share;
+    vec3 light = LightOf(views[best[n]], img, share);
+    if (weight * share > 0.0) color += weight * share * vec4(light, 1.0);
   }
 }

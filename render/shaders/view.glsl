@@ -7,5 +7,6 @@ struct View {
   vec4 more;              // k3, black, scale, distortion: 0 none, 1 radial-tangential, 2 fisheye
   vec4 color;             // of the blending field's picture
   vec4 center;            // of the view, to be read by itself
-  ivec4 place;            // texture array, layer, level
+  vec4 sight;             // its map of what the proxy hides: fx fy cx cy, of a map of size 1
+  ivec4 place;            // texture array, layer, level, layer of the map
 };

@@ -76,6 +76,9 @@ TEST_F(AravisAutomatics, SettleAreSwitchedOffAndHoldWhatTheyReached) {
   const auto device = OpenDriver(kUri);
   device->Start();
   for (const Frame& frame : Take(*device, 5)) ExpectHeld(frame);
+  EXPECT_EQ(device->Held().exposure, true);
+  EXPECT_EQ(device->Held().white_balance, true);
+  EXPECT_FALSE(device->Held().focus) << "no such feature";
   EXPECT_GT(SecondsSince(begun), 0.5) << "they were given time to settle";
   EXPECT_THAT(Said(*device),
               AllOf(Contains(HasSubstr("auto_exposure off, held at exposure_us=5000")),
@@ -129,6 +132,8 @@ TEST_F(AravisAutomatics, StayAsTheyAreAskedFor) {
     EXPECT_EQ(frame.exposure_s, 0) << "unknown: the camera chooses";
     EXPECT_NEAR(frame.gain, std::pow(10, 6 / 20.0), 1e-6) << "ended at once, at what was set by hand";
   }
+  EXPECT_EQ(device->Held().exposure, false);
+  EXPECT_EQ(device->Held().white_balance, false);
   EXPECT_THAT(Said(*device), Not(Contains(HasSubstr("auto_"))));
   auto values = Values();
   EXPECT_EQ(values["ExposureAuto"], "Continuous");

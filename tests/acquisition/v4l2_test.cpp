@@ -291,6 +291,9 @@ TEST_F(V4l2, AutomaticsAreSwitchedOffAndHeldWhereTheyWere) {
   EXPECT_GT(held, 100) << "the exposure had time to move";
   EXPECT_EQ(camera.Control(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL);
   EXPECT_EQ(camera.Control(V4L2_CID_AUTO_WHITE_BALANCE), 0);
+  EXPECT_EQ(device->Held().exposure, true);
+  EXPECT_EQ(device->Held().white_balance, true);
+  EXPECT_EQ(device->Held().focus, true);
   EXPECT_EQ(camera.Control(V4L2_CID_FOCUS_AUTO), 0);
   EXPECT_EQ(camera.Control(V4L2_CID_WHITE_BALANCE_TEMPERATURE), 4600);
   EXPECT_EQ(camera.Control(V4L2_CID_FOCUS_ABSOLUTE), 250);
@@ -329,6 +332,8 @@ TEST_F(V4l2, AnAutomaticThatCannotBeSwitchedOffIsSaid) {
   const auto frame = NextFrame(*device);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->exposure_s, 0) << "the camera chooses it: unknown";
+  EXPECT_EQ(device->Held().exposure, false);
+  EXPECT_EQ(device->Held().white_balance, true);
   EXPECT_THAT(Notices(*device),
               Contains(AllOf(HasSubstr("auto_exposure stays on"), HasSubstr("between views"))));
 }
@@ -355,8 +360,21 @@ TEST_F(V4l2, AnAutomaticThatIsAskedForStaysOn) {
   ASSERT_TRUE(frame);
   EXPECT_EQ(camera.Control(V4L2_CID_EXPOSURE_AUTO), 3);
   EXPECT_EQ(camera.Control(V4L2_CID_FOCUS_AUTO), 1);
+  EXPECT_EQ(device->Held().exposure, false);
+  EXPECT_EQ(device->Held().white_balance, true);
+  EXPECT_EQ(device->Held().focus, false);
   EXPECT_EQ(camera.Control(V4L2_CID_AUTO_WHITE_BALANCE), 0);
   EXPECT_EQ(frame->exposure_s, 0);
+}
+
+TEST_F(V4l2, WhatACameraDoesNotHaveIsNotKnownToBeHeld) {
+  const EmulatedV4l2Camera camera;
+  const auto device = Open();
+  device->Start();
+  ASSERT_TRUE(NextFrame(*device));
+  EXPECT_FALSE(device->Held().exposure);
+  EXPECT_FALSE(device->Held().white_balance);
+  EXPECT_FALSE(device->Held().focus);
 }
 
 TEST_F(V4l2, TimesAreTheKernelsMonotonicClock) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "coverage/coverage_map.h"
@@ -25,14 +26,17 @@ CriterionView ViewAt(double azimuth, double elevation, double distance) {
   return camera.AimedAt(Vector3d::Zero(), distance * frame.Direction(azimuth, elevation), Vector3d::UnitZ());
 }
 
+const Cap kUsualCap{1.04, 0.7};
+
 // As a capture leaves them: over a 60x40 degree cap, distances within a few percent, aim off by some degrees.
-std::vector<CriterionView> Capture(int count) {
+std::vector<CriterionView> Capture(int count, const Cap& cap = kUsualCap) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> azimuth(-0.52, 0.52), elevation(-0.35, 0.35), turn(-0.1, 0.1);
+  std::uniform_real_distribution<double> azimuth(-cap.width / 2, cap.width / 2), turn(-0.1, 0.1),
+      height(-std::sin(cap.height / 2), std::sin(cap.height / 2));
   std::normal_distribution<double> distance(1, 0.04);
   std::vector<CriterionView> views;
   for (int i = 0; i < count; ++i) {
-    views.push_back(ViewAt(azimuth(random), elevation(random), distance(random)));
+    views.push_back(ViewAt(azimuth(random), std::asin(height(random)), distance(random)));
     views.back().cam_from_world =
         Eigen::AngleAxisd(turn(random), Vector3d::UnitY()).toRotationMatrix() * views.back().cam_from_world;
   }
@@ -89,6 +93,49 @@ BENCHMARK(PaintOneView)
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(200);
 
+// As a capture with a display paints: somebody still looks at the map as it was before, so that it is copied
+// first.
+void PaintOneViewOfAMapInUse(benchmark::State& state, const Cap& cap) {
+  const auto in_use =
+      std::make_shared<CoverageMap>(kSubject, CoverageMapOptions{.cap = cap, .threshold_px = 7});
+  in_use->SetViews(Capture(static_cast<int>(state.range(0)), cap));
+  const std::vector<CriterionView> more = Capture(257, cap);
+  std::size_t i = 0;
+  double seconds = 0, copying_s = 0;
+  std::shared_ptr<CoverageMap> looked_at;
+  for (auto _ : state) {
+    const auto start = Clock::now();
+    auto map = std::make_shared<CoverageMap>(*in_use);
+    copying_s += SecondsSince(start);
+    map->Add(more[i++ % more.size()]);
+    const double one_s = SecondsSince(start);
+    state.SetIterationTime(one_s);
+    seconds += one_s;
+    looked_at = std::move(map);  // the one before goes
+  }
+  std::size_t cells = 0;
+  in_use->ForEachCell([&](const CoverageMap::CellView&) { ++cells; });
+  state.counters["cells"] = static_cast<double>(cells);
+  state.counters["a_second"] = static_cast<double>(i) / seconds;
+  state.counters["copy_us"] = 1e6 * copying_s / static_cast<double>(i);
+}
+void PaintInUseCap(benchmark::State& state) { PaintOneViewOfAMapInUse(state, Cap::ParseDegrees("60x40")); }
+void PaintInUseSphere(benchmark::State& state) { PaintOneViewOfAMapInUse(state, Cap::WholeSphere()); }
+BENCHMARK(PaintInUseCap)
+    ->Arg(100)
+    ->Arg(1000)
+    ->Arg(10'000)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(200);
+BENCHMARK(PaintInUseSphere)
+    ->Arg(100)
+    ->Arg(1000)
+    ->Arg(10'000)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(200);
+
 void PaintAnew(benchmark::State& state) {
   CoverageMap map(kSubject, {.cap = Cap::ParseDegrees("60x40"), .threshold_px = 7});
   const std::vector<CriterionView> views = Capture(static_cast<int>(state.range(0)));
@@ -113,5 +160,11 @@ int main(int argc, char** argv) {
       {{"Decision/1000", "a_second", 1 / 0.3e-3, "decisions a second, 1,000 views (0.3 ms)"},
        {"DecisionAmongMany/10000", "a_second", 1 / 3e-3, "decisions a second, 10,000 views (3 ms)"},
        {"PaintOneView/1000/", "a_second", 1 / 1e-3, "views painted a second, 1,000 views (1 ms)"},
-       {"PaintOneView/10000/", "a_second", 1 / 1e-3, "views painted a second, 10,000 views (1 ms)"}});
+       {"PaintOneView/10000/", "a_second", 1 / 1e-3, "views painted a second, 10,000 views (1 ms)"},
+       {"PaintInUseCap/1000/", "a_second", 1 / 1e-3,
+        "views painted a second while somebody looks, 1,000 views (1 ms)"},
+       {"PaintInUseCap/10000/", "a_second", 1 / 1e-3,
+        "views painted a second while somebody looks, 10,000 views (1 ms)"},
+       {"PaintInUseSphere/10000/", "a_second", 1 / 1e-3,
+        "views painted a second while somebody looks, whole sphere, 10,000 views (1 ms)"}});
 }

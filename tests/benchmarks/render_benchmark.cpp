@@ -77,11 +77,14 @@ void LumigraphWeightsAtVertices(benchmark::State& state) {
   const auto scene = BenchScene();
   const CameraModel camera = BenchCamera(*scene);
   const CameraPath path = OrbitPath(*scene, kFrames);
-  const PlaneProxy proxy(scene->subject);
   std::size_t frame = 0, triangles = 0;
   for (auto _ : state) {
     const Rigid3& pose = path.cam_from_world[frame++ % kFrames];
-    triangles = TriangulateLumigraph(*scene, camera, pose, *proxy.AsPlane(pose), 4).triangles.size();
+    const PlaneInCamera plane = scene->proxy->Background(pose);
+    const auto depth_at = [&](const Eigen::Vector2d& img) {
+      return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
+    };
+    triangles = TriangulateLumigraph(*scene, camera, pose, depth_at, 4).triangles.size();
   }
   state.counters["triangles"] = static_cast<double>(triangles);
 }

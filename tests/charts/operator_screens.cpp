@@ -77,7 +77,11 @@ class Screens {
 
     state = capture.At(capture.CameraAt(5, -4, 1, {1.5, 0.3}));
     state->decision.reason = Reason::kOutsideRectangle;
-    Write("out_of_view", Screen(capture).Show(state));
+    {
+      Screen after_the_flash(capture);
+      for (int i = 0; i < 20; ++i) after_the_flash.Show(state);
+      Write("out_of_view", after_the_flash.Show(state));
+    }
 
     auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
     lost->tracking = TrackState::kLost;
@@ -93,6 +97,17 @@ class Screens {
     Write("review", Screen(capture, "r").Show(capture.At(capture.CameraAt(-7, -5))));
     Write("review_wipe", Screen(capture, "rw").Show(capture.At(capture.CameraAt(-7.5, -5.5))));
     Write("review_gap", Screen(capture, "rw").Show(capture.At(capture.CameraAt(24, 14))));
+  }
+
+  void Covered() {
+    StagedCapture capture(options_);
+    capture.Record(capture.CameraAt(0, 0));
+    capture.RecordRows(-30, 30, -20, 20, 2.5);
+    auto state = capture.At(capture.CameraAt(28, 19));
+    state->ended = StoppedBecause::kCovered;
+    Screen screen(capture);
+    screen.display.ShowTheEnd();
+    Write("covered", screen.Show(state));
   }
 
   void Subject() {
@@ -149,5 +164,6 @@ int main(int argc, char** argv) {
   ulf::test::Screens screens(argv[1]);
   screens.Start();
   screens.Capture();
+  screens.Covered();
   screens.Subject();
 }

@@ -7,6 +7,7 @@
 
 #include "coverage/capture_session.h"
 #include "coverage/preflight.h"
+#include "coverage/subject_finder.h"
 #include "coverage/subject_watch.h"
 #include "tests/coverage/planar_capture.h"
 #include "tests/support/test_paths.h"
@@ -26,15 +27,16 @@ const PreflightItem& Item(const std::vector<PreflightItem>& items, const std::st
 }
 
 TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
-  const CapturePrediction prediction{.disc_radius = 0.02, .nearest = {}, .farthest = {}, .views = 500};
+  const CapturePrediction prediction{
+      .disc_radius = 0.02, .nearest = {}, .farthest = {}, .views = ViewsEstimate{500, 450, 560}};
   const PreflightInput good{.calibrated = true,
                             .calibration_source = "stored for serial 7",
                             .held = {.exposure = true, .white_balance = true, .focus = {}},
                             .prediction = prediction,
                             .bytes_per_view = 1'000'000,
                             .disk_left_bytes = 600'000'000,
-                            .tracking_quality = 0.8,
-                            .least_quality = 0.3};
+                            .pose_error_px = 0.2,
+                            .most_pose_error_px = 1};
   for (const PreflightItem& item : Preflight(good)) EXPECT_NE(item.in_order, false) << item.name;
   EXPECT_FALSE(Item(Preflight(good), "focus").in_order) << "cannot be known";
   EXPECT_THAT(Item(Preflight(good), "calibration").words, HasSubstr("serial 7"));
@@ -53,9 +55,69 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
   bad([](PreflightInput& input) { input.held.white_balance = false; }, "white balance", "ulf features");
   bad([](PreflightInput& input) { input.held.focus = false; }, "focus", "ulf features");
   bad([](PreflightInput& input) { input.disk_left_bytes = 400'000'000; }, "disk", "free some space");
-  bad([](PreflightInput& input) { input.tracking_quality = 0.2; }, "tracking", "move slowly");
-  bad([](PreflightInput& input) { input.prediction->views = 150'000, input.bytes_per_view = 10; }, "views",
-      "smaller cap");
+  bad([](PreflightInput& input) { input.pose_error_px = 1.2; }, "tracking", "move slowly");
+  bad([](PreflightInput& input) { input.prediction->views->usual = 150'000, input.bytes_per_view = 10; },
+      "views", "smaller cap");
+}
+
+TEST(SubjectFinder, SaysWhatIsWrongWithASubjectAndTheWayOut) {
+  const Rigid3 at_origin;
+  EXPECT_EQ(ProblemOf({{0, 0, 1}, 0.2}, at_origin), "");
+  EXPECT_EQ(ProblemOf({{0, 0, -1}, 0.2}, std::nullopt), "") << "nobody stands anywhere yet";
+  const double nan = std::nan("");
+  for (const double radius : {0.0, -0.1, nan, HUGE_VAL})
+    EXPECT_THAT(ProblemOf({{0, 0, 1}, radius}, at_origin), HasSubstr("a radius above 0")) << radius;
+  EXPECT_THAT(ProblemOf({{0, nan, 1}, 0.2}, std::nullopt), HasSubstr("a centre of numbers"));
+  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1.5}, at_origin),
+              AllOf(HasSubstr("inside that sphere"), HasSubstr("radius 1.5"), HasSubstr("step back")));
+  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1}, at_origin), HasSubstr("inside")) << "on its surface";
+  EXPECT_THAT(ProblemOf({{0, 0, -1}, 0.2}, at_origin),
+              AllOf(HasSubstr("behind the camera"), HasSubstr("turn the camera")));
+}
+
+// Brute force: a centre that is off, the rotation that keeps the sphere's centre where it was, and what that
+// does to the visible points of the sphere.
+TEST(PoseError, IsWhatMovesOnTheSubject) {
+  const double focal_px = 600, distance = 2, sigma = 0.001;
+  for (const double radius : {0.1, 0.3, 0.6}) {
+    double most_px = 0;
+    for (const double toward_deg : {0.0, 30.0, 60.0, 90.0}) {  // 0: across the line of sight
+      const double toward = toward_deg * M_PI / 180;
+      const Eigen::Vector3d off(sigma * std::cos(toward), 0, sigma * std::sin(toward));
+      const Eigen::Vector3d center(0, 0, distance);
+      const auto turn = Eigen::Quaterniond::FromTwoVectors(center - off, center);
+      for (double polar = 0; polar < std::acos(radius / distance); polar += 0.01) {
+        const Eigen::Vector3d point = center + radius * Eigen::Vector3d(std::sin(polar), 0, -std::cos(polar));
+        const Eigen::Vector3d seen = turn * (point - off);
+        most_px = std::max(most_px, focal_px * (point.hnormalized() - seen.hnormalized()).norm());
+      }
+    }
+    EXPECT_NEAR(PoseErrorPx(sigma, focal_px, distance, radius) / most_px, 1, 0.05) << radius;
+  }
+}
+
+TEST(Decide, RecordsNoViewWhosePoseMovesTheSubjectByMoreThanAPixel) {
+  const CameraModel camera = CameraModel::Pinhole(640, 480, 600);
+  const Subject subject{{0, 0, 1}, 0.15};
+  const CoverageMap map(subject, CoverageMapOptions{.cap = {}, .threshold_px = 7});
+  Frame frame;
+  frame.image.pixels = cv::Mat(480, 640, CV_8UC3, cv::Scalar(120, 120, 120));
+  Track track;
+  track.state = TrackState::kTracking;
+  track.cam_from_world = Rigid3{};
+  track.sharpness = 1;
+  const auto reason = [&](int coverage_width_px) {
+    return Decide({.frame = frame, .track = track, .camera = camera, .coverage_width_px = coverage_width_px},
+                  &map)
+        .reason;
+  };
+  EXPECT_EQ(reason(640), Reason::kRecorded) << "a pose that is given, without a word about its error";
+  const double at_the_limit = 0.85 / (600 * 0.15);
+  track.center_sigma = 0.98 * at_the_limit;
+  EXPECT_EQ(reason(640), Reason::kRecorded);
+  track.center_sigma = 1.02 * at_the_limit;
+  EXPECT_EQ(reason(640), Reason::kTracking);
+  EXPECT_EQ(reason(320), Reason::kRecorded) << "of the coverage image, never of the sensor";
 }
 
 TEST(Preflight, OfACaptureIsShownAndSaidOnce) {
@@ -77,7 +139,7 @@ TEST(Preflight, OfACaptureIsShownAndSaidOnce) {
     EXPECT_EQ(Item(last->preflight, "disk").in_order, true);
     EXPECT_FALSE(last->exposure_locked) << "a plane tells nothing of its exposure";
     ASSERT_TRUE(last->prediction);
-    EXPECT_GT(*last->prediction->views, 10);
+    EXPECT_GT(last->prediction->views->usual, 10);
   }
 }
 

@@ -1,15 +1,11 @@
 // What is asked of a running capture, and what whoever looks at it sees.
 #include <gmock/gmock.h>
-#include <sys/stat.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "coverage/capture_session.h"
-#include "coverage/request_lines.h"
 #include "tests/coverage/planar_capture.h"
 #include "tests/support/test_paths.h"
 
@@ -259,6 +255,38 @@ TEST(CaptureRequests, FinishClosesTheLightField) {
   EXPECT_TRUE(fs::exists(scratch / "lf/transforms.json"));
 }
 
+TEST(CaptureStateTest, TheLastSaysWhyTheCaptureEndsBeforeTheLightFieldIsClosed) {
+  const ScratchFolder scratch;
+  Asked asked;
+  CaptureHooks hooks = asked.Hooks();
+  std::vector<SharedCaptureState> last;
+  bool closed_by_then = false;
+  hooks.while_waiting = [&](const SharedCaptureState& now) {
+    if (!now->ended) return;
+    last.push_back(now);
+    closed_by_then = fs::exists(scratch / "lf/transforms.json");
+  };
+  CaptureOptions options = Options();
+  options.cap = Cap::ParseDegrees("6x4");
+  const Captured captured = Capture(scratch / "lf", Sweep(9, 7, 0.55), options, {}, hooks);
+  EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kCovered);
+  ASSERT_EQ(last.size(), 1u);
+  EXPECT_EQ(last[0]->ended, StoppedBecause::kCovered);
+  EXPECT_FALSE(closed_by_then);
+  for (const SharedCaptureState& state : asked.states) EXPECT_FALSE(state->ended);
+}
+
+TEST(CaptureStateTest, RequestsAreCountedWhenTheyAreAnswered) {
+  const ScratchFolder scratch;
+  Asked asked;
+  asked.after[2] = TakeBackViews{{77}};  // there is none: answered all the same
+  asked.after[4] = SetRecording{false};
+  Capture(scratch / "lf", Steps(6), Options(), {}, asked.Hooks());
+  std::vector<std::uint64_t> answered;
+  for (const SharedCaptureState& state : asked.states) answered.push_back(state->requests_answered);
+  EXPECT_THAT(answered, ElementsAre(0, 0, 1, 1, 2, 2));
+}
+
 TEST(CaptureStateTest, WhatWasShownNeverChanges) {
   const ScratchFolder scratch;
   Asked asked;
@@ -290,6 +318,25 @@ TEST(CaptureStateTest, WhatWasShownNeverChanges) {
   EXPECT_GT(*asked.states.back()->disk_left_bytes, 0u);
 }
 
+TEST(CaptureStateTest, AViewIsNewInOneStateAndStaysTheNewestInAllThatFollow) {
+  const ScratchFolder scratch;
+  Asked asked;
+  CaptureHooks hooks = asked.Hooks();
+  hooks.while_waiting = hooks.after_frame;  // the device has ended; the capture has
+  Capture(scratch / "lf", Steps(5), Options(), {}, hooks);
+  std::vector<int> recorded;
+  ASSERT_EQ(asked.states.size(), 7u);
+  for (std::size_t i = 0; i < asked.states.size(); ++i) {
+    const CaptureState& state = *asked.states[i];
+    if (state.recorded_view) recorded.push_back(*state.recorded_view);
+    ASSERT_TRUE(state.newest_view);
+    EXPECT_EQ(state.newest_view->id, state.view_ids.back());
+    EXPECT_EQ(state.newest_view->frame.image.pixels.data, state.live.pixels.data) << "shared, not copied";
+    EXPECT_EQ(state.light_field, scratch / "lf");
+  }
+  EXPECT_THAT(recorded, ElementsAre(1, 2, 3, 4, 5));
+}
+
 TEST(CaptureStateTest, NobodyWhoLooksAwayCostsACopyOfTheMap) {
   const ScratchFolder scratch;
   const CoverageMap* map = nullptr;
@@ -307,56 +354,16 @@ TEST(CaptureStateTest, ViewsExpectedComeFromTheEstimateAndThenFromWhatIsOpen) {
   options.cap = Cap::ParseDegrees("20x10");
   Capture(scratch / "lf", Sweep(20, 10, 0.9), options, {}, asked.Hooks());
   const double estimate =
-      ViewsEstimate(options.cap->SolidAngle(), *DiscRadius({600, 1, kSubject.radius, options.threshold_px}));
+      ViewsEstimate::Of(*options.cap, *DiscRadius({600, 1, kSubject.radius, options.threshold_px}),
+                        options.until_share)
+          .usual;
   EXPECT_NEAR(*asked.states.front()->views_expected / estimate, 1, 0.05);
   const CaptureState& last = *asked.states.back();
   EXPECT_NEAR(*last.views_expected,
-              static_cast<double>(last.view_ids.size()) + (1 - *last.covered) * estimate, 1);
-  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("views at 7 px"), HasSubstr("keep"))));
-}
-
-TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
-  const ScratchFolder scratch;
-  const std::string fifo = scratch / "requests";
-  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  RequestLines lines(fifo);
-  CaptureRequests requests;
-  std::vector<std::string> said;
-  const auto take = [&] {
-    lines.Take(requests, [&](const std::string& line) { said.push_back(line); });
-    return requests.Take();
-  };
-  EXPECT_TRUE(take().empty()) << "nobody has written";
-  {
-    std::ofstream writer(fifo);
-    writer << "pause\n\ntake-b" << std::flush;
-    EXPECT_EQ(take().size(), 1u);
-    writer << "ack 3\ntake-bak\nrecord\n" << std::flush;
-    const auto taken = take();
-    ASSERT_EQ(taken.size(), 2u);
-    EXPECT_EQ(std::get<TakeBackLast>(taken[0]).count, 3);
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said[0], HasSubstr("'take-bak' is not a request"));
-  }
-  EXPECT_TRUE(take().empty());
-  std::ofstream(fifo) << "finish\n" << std::flush;  // another one writes: the fifo has no end
-  EXPECT_THROW(RequestLines((scratch / "none").string()), UsageError);
-  EXPECT_THROW(RequestLines(scratch.path().string()), UsageError);
-}
-
-// Through the command: a wrong line is answered, the capture goes on to the next.
-TEST(RequestLines, ThroughTheCommand) {
-  const ScratchFolder scratch;
-  const std::string requests = scratch / "requests", dir = scratch / "lf";
-  std::ofstream(requests) << "tak-back\nfinish";
-  const CommandResult result = RunUlf(
-      "capture 'sim:studio?width=160&height=120' --headless --frames 60 --poses known --subject "
-      "0,0,0,0.2 --json -o " +
-      dir + " --requests - < " + requests);
-  EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.errors,
-              AllOf(HasSubstr("'tak-back' is not a request"), HasSubstr("finishing, as asked")));
-  EXPECT_EQ(nlohmann::json::parse(result.output)["stopped_because"], "closed");
+              static_cast<double>(last.view_ids.size()) +
+                  std::max(0.0, 1 - *last.covered / options.until_share) * estimate,
+              1);
+  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px, "), HasSubstr("keep"))));
 }
 
 }  // namespace

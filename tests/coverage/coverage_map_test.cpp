@@ -7,6 +7,7 @@
 #include <random>
 
 #include "acquisition/error.h"
+#include "coverage/capture_prediction.h"
 
 namespace ulf::test {
 namespace {
@@ -212,9 +213,9 @@ TEST(RecordedViews, BestIsTheSmallestBoundOfAll) {
   }
 }
 
-// Section 5 of the derivation: a hand that sweeps in rows and records what is not covered needs so many
-// views.
-TEST(CoverageMap, AHandThatSweepsNeedsTheEstimatedNumberOfViews) {
+// Section 5 of the derivation counts rows as far apart as they may be. A hand that sweeps closer ones, here
+// 0.7 disc radii apart, and records what is not covered needs more, but no more than a third or so.
+TEST(CoverageMap, AHandThatSweepsCloseRowsNeedsMoreViewsThanTheEstimate) {
   const Subject subject{Vector3d::Zero(), 0.15};
   std::mt19937 random(4);
   std::normal_distribution<double> tremor(0, 0.15);
@@ -233,9 +234,11 @@ TEST(CoverageMap, AHandThatSweepsNeedsTheEstimatedNumberOfViews) {
                 elevation_deg + 0.4 * std::sin(azimuth_deg) + tremor(random));
   // The hand goes a little past the cap on every side.
   const double estimate =
-      ViewsEstimate(Cap::ParseDegrees("62x42").SolidAngle(), *DiscRadius({600, 1, 0.15, 12}));
+      ViewsEstimate::Of(Cap::ParseDegrees("62x42"), *DiscRadius({600, 1, 0.15, 12})).usual;
   EXPECT_GT(map.CoveredShare(), 0.95);
-  EXPECT_NEAR(static_cast<double>(map.views().size()) / estimate, 1, 0.25) << "estimate " << estimate;
+  const double ratio = static_cast<double>(map.views().size()) / estimate;
+  EXPECT_GT(ratio, 1) << "estimate " << estimate;
+  EXPECT_LT(ratio, 1.4) << "estimate " << estimate;
 }
 
 }  // namespace

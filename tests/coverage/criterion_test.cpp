@@ -495,19 +495,5 @@ TEST(Plan, AThresholdLargerThanTheSpheresImageCoversEveryDirection) {
   EXPECT_DOUBLE_EQ(DiscRadius({600, 1, 0.005, 7}).value(), M_PI);
 }
 
-TEST(Plan, EstimatesViewsAsSimulatedCapturesNeeded) {
-  const double solid_angle_sr = Radians(60) * 2 * std::sin(Radians(20));
-  EXPECT_NEAR(solid_angle_sr, 0.716, 1e-3);
-  struct Case {
-    double disc_deg, fewest, most;
-  };
-  for (const Case& c :
-       {Case{.724, 2560, 3200}, Case{1.449, 725, 800}, Case{1.556, 643, 700}, Case{3.114, 160, 192}}) {
-    const double views = ViewsEstimate(solid_angle_sr, Radians(c.disc_deg));
-    EXPECT_GT(views, 0.9 * c.fewest);
-    EXPECT_LT(views, 1.1 * c.most);
-  }
-}
-
 }  // namespace
 }  // namespace ulf::test

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "coverage/capture_prediction.h"
+
 namespace ulf::test {
 namespace {
 
@@ -100,7 +102,7 @@ TEST(Guide, BeforeTheFirstViewItKnowsTheDistanceAndAfterItWhatIsNext) {
   EXPECT_LT(map.At(*after.toward)->index, 0) << "what is painted is not asked for again";
   EXPECT_LT(Between(*after.toward, DirectionOf(ViewAt(0, 0))), 5 * after.disc_radius);
   EXPECT_NEAR(after.distance, 1.1, 1e-9);
-  EXPECT_NEAR(*after.views_left / ViewsEstimate(kCap.SolidAngle(), after.disc_radius), 1, 0.1);
+  EXPECT_NEAR(*after.views_left / ViewsEstimate::Of(kCap, after.disc_radius).usual, 1, 0.1);
 }
 
 TEST(Guide, WithoutSubjectOrPoseItInventsNothing) {

@@ -1,8 +1,10 @@
 // Simulated people against the promise: a novice covers the whole cap without training. Without pictures; the
 // same with pictures and the tracker is in operator_capture_test.cpp.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "acquisition/error.h"
+#include "coverage/capture_prediction.h"
 #include "tests/support/imagined_capture.h"
 
 namespace ulf::test {
@@ -37,6 +39,34 @@ TEST(SimulatedOperator, GuidanceSavesTime) {
     without_s += RunImagined({.person = {.follows_guidance = false, .seed = seed}}).seconds;
   }
   EXPECT_LT(with_s, 0.9 * without_s);
+}
+
+// Over caps, thresholds, sizes and people; the estimate knows nothing of people.
+TEST(ViewsEstimate, HoldsForWhatPeopleTake) {
+  struct Case {
+    const char* cap;
+    double threshold_px, size, until_share;
+  };
+  std::vector<Case> cases{{"60x40", 12, 0.28, 0.95}, {"60x40", 12, 0.2, 0.95}, {"30x20", 12, 0.28, 0.98},
+                          {"30x20", 20, 0.2, 0.95},  {"90x60", 20, 0.28, 0.9}, {"30x20", 7, 0.2, 0.98}};
+  if (kSeeds > 2) cases.insert(cases.end(), {{"60x40", 7, 0.28, 0.95}, {"90x60", 12, 0.28, 0.95}});
+  for (const Case& c : cases)
+    for (const bool novice : {false, true})
+      for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kSeeds / 2; ++seed) {
+        const ImaginedResult result = RunImagined({.person = {.novice = novice, .seed = seed},
+                                                   .threshold_px = c.threshold_px,
+                                                   .cap = Cap::ParseDegrees(c.cap),
+                                                   .until_share = c.until_share,
+                                                   .subject_size = c.size});
+        const ViewsEstimate views =
+            ViewsEstimate::Of(Cap::ParseDegrees(c.cap), result.disc_radius, c.until_share);
+        const std::string what =
+            fmt::format("{}, {} px, {}, {} %, {}:{}, {}", c.cap, c.threshold_px, c.size, 100 * c.until_share,
+                        novice ? "novice" : "guided", seed, InWords(views));
+        EXPECT_GE(static_cast<double>(result.views), views.fewest) << what;
+        EXPECT_LE(static_cast<double>(result.views), views.most) << what;
+        EXPECT_LT(views.most / views.fewest, 2.5) << what;
+      }
 }
 
 TEST(SimulatedOperator, TheSameSeedIsTheSamePersonOnTheSameDay) {

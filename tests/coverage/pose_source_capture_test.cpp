@@ -139,6 +139,7 @@ TEST(NearestView, AgreesWithTheReference) {
     view.pyramid = MakePyramid(camera.CleanSrgb(view.cam_from_world));
     scene.views.push_back(view);
   }
+  scene.proxy = std::make_shared<PlaneProxy>(scene.subject);
   const NearestViewRenderer nearest(scene);
   const auto shared = std::make_shared<RenderScene>(scene);
   const auto reference =

@@ -50,6 +50,28 @@ TEST(Refusals, AReportThatCannotBeWrittenIsFoundOutBeforeTheBoardIsHeld) {
   EXPECT_THAT(refused.errors, AllOf(HasSubstr("/proc/report"), Not(HasSubstr("views"))));
 }
 
+TEST(Refusals, AMarkerToLookRoundWithWantsADisplay) {
+  const ScratchFolder scratch;
+  const CommandResult refused = RunUlf(
+      "capture " + kStudio + " --headless --marker marker:80:DICT_4X4_50:0 -o " + (scratch / "lf").string());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("--marker marker:80:DICT_4X4_50:0"), HasSubstr("--headless"),
+                                    HasSubstr("leave out one")));
+  EXPECT_FALSE(fs::exists(scratch / "lf"));
+}
+
+// Wider or higher than round is no cap, whatever is meant by it.
+TEST(Refusals, ACapLargerThanThereAreDirectionsIsUsage) {
+  const ScratchFolder scratch;
+  for (const char* cap : {"361x40", "60x181", "0x40", "60x-40", "60", "60x40x20", "nanx40"}) {
+    const CommandResult refused = RunUlf("capture " + kStudio + " --headless --until-covered " + cap +
+                                         " -o " + (scratch / "lf").string());
+    EXPECT_EQ(refused.exit_code, 2) << cap;
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr(cap), HasSubstr("up to 360x180"))) << cap;
+    EXPECT_FALSE(fs::exists(scratch / "lf")) << cap;
+  }
+}
+
 TEST(Refusals, AFocalLengthThatIsNotUsedIsSaid) {
   const ScratchFolder scratch;
   const CommandResult result =

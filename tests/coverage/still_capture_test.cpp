@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "acquisition/calibration/calibration_io.h"
@@ -20,6 +21,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
+#include "coverage/operator/recorded_pictures.h"
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
 #include "tracking/trajectory.h"
@@ -159,6 +161,15 @@ class StillCaptureTest : public ::testing::Test {
       if (const auto found = at_frame.find(progress->frames); found != at_frame.end()) found->second();
       hand.FrameWasRead();
     };
+    const auto look = [this](const SharedCaptureState& now) {
+      states_with_views_ += now->recorded_view.has_value();
+      if (now->recorded_view) shown_as_new_.insert(*now->recorded_view);
+      pictures_.Follow(*now);
+    };
+    hooks.while_waiting = look;
+    hooks.after_frame = [&, then = hooks.after_frame](const SharedCaptureState& now) {
+      look(now), then(now);
+    };
     const auto poses = MakeTrackerSource(hand.LiveCamera(), {.deterministic = true});
     return RunCapture(*device, hand.LiveCamera(), *poses, LightFieldWriter::Create(Dir(), header), options,
                       hooks);
@@ -174,6 +185,10 @@ class StillCaptureTest : public ::testing::Test {
   }
 
   ScratchFolder scratch_;
+  // Of the last capture, as its display knows it.
+  std::size_t states_with_views_ = 0;
+  std::set<int> shown_as_new_;
+  RecordedPictures pictures_;
 };
 
 #ifndef ULF_LINK_FAULTS
@@ -228,6 +243,22 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
   RecordProperty("recorded", static_cast<int>(counts.recorded));
   EXPECT_LT(error->ate_rmse, 0.005) << "metres, about one metre away";
   EXPECT_LT(error->rotation_rmse_deg, 0.3);
+  // The display has each of them, once, and the photograph in place of the live picture.
+  EXPECT_EQ(states_with_views_, counts.recorded);
+  EXPECT_EQ(shown_as_new_.size(), counts.recorded);
+  EXPECT_EQ(pictures_.size(), counts.recorded);
+  CaptureState state;
+  state.subject = summary.subject;
+  state.coverage = summary.map;
+  for (const View& view : light_field.views) state.view_ids.push_back(view.id);
+  for (const View& view : light_field.views) {
+    const auto nearest = pictures_.Nearest(state, view.cam_from_world);
+    ASSERT_FALSE(nearest.empty());
+    EXPECT_EQ(nearest[0].picture->key, static_cast<std::uint64_t>(view.id));
+    cv::Mat photograph;
+    cv::resize(ReadRecordedImage(light_field, view).pixels, photograph, {640, 427}, 0, 0, cv::INTER_AREA);
+    EXPECT_GT(cv::PSNR(nearest[0].picture->Srgb8(), photograph), 30) << "view " << view.id;
+  }
   // And not where the hand was when they were asked for: it moves at more than 10 degrees a second.
   EXPECT_GT(TetheredHand::kLagS * Simulated(1, 1).speed, 0.03);
 }

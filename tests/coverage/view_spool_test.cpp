@@ -1,11 +1,15 @@
 // The spool: order, masters before photographs, full disks and kills.
 #include "coverage/view_spool.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,6 +19,26 @@
 #include "acquisition/atomic_file.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
+
+namespace {
+// While positive: so many files may still be moved into unposed/, then the disk has no room for its folder.
+// A real one grows by a block now and then.
+std::atomic<int> moves_until_full{-1};
+std::atomic<bool> refused{false};
+}  // namespace
+
+// In place of the library's, which asks for nothing else.
+extern "C" int rename(const char* from, const char* to) noexcept {
+  if (std::strstr(to, "/unposed/") != nullptr && moves_until_full >= 0) {
+    if (moves_until_full == 0) {
+      refused = true;
+      errno = ENOSPC;
+      return -1;
+    }
+    --moves_until_full;
+  }
+  return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
 
 namespace ulf::test {
 namespace {
@@ -113,6 +137,39 @@ TEST(ViewSpool, AViewThatIsTakenBackMovesWhole) {
   for (const View& view : done.Contents().views) {
     EXPECT_EQ(view.device_time_s, view.id - 1);
     EXPECT_TRUE(fs::exists(scratch / "lf" / view.image_path)) << view.id;
+  }
+}
+
+// The folder has room for one of the view's two files: the other follows when there is more, and the capture
+// goes on.
+TEST(ViewSpool, AViewThatIsTakenBackOnAFullDiskMovesWhenThereIsRoom) {
+  for (const bool threaded : {true, false}) {
+    const ScratchFolder scratch;
+    const fs::path dir = scratch / "lf";
+    {
+      ViewSpool spool(LightFieldWriter::Create(dir, Header()), 16, threaded);
+      Frame with_raw = FrameNumber(1, false);
+      with_raw.raw = EncodedImage{".nef", std::make_shared<const std::string>("the camera's raw file")};
+      for (const Frame& frame : {FrameNumber(0), with_raw, FrameNumber(2)}) spool.AddView(frame, {});
+      while (spool.ViewsWaiting() > 0 || spool.PicturesWaiting() > 0) std::this_thread::sleep_for(1ms);
+      refused = false;
+      moves_until_full = 1;
+      spool.RemoveView(2);
+      while (!refused) std::this_thread::sleep_for(1ms);
+      EXPECT_TRUE(spool.Pause());
+      moves_until_full = -1;
+      spool.AddView(FrameNumber(3, true), {});
+      const LightFieldWriter done = spool.Finish();
+      EXPECT_FALSE(spool.Failure()) << *spool.Failure();
+      EXPECT_EQ(done.Contents().views.size(), 3u);
+    }
+    EXPECT_TRUE(fs::exists(dir / "unposed/000002.png")) << threaded;
+    EXPECT_TRUE(fs::exists(dir / "unposed/000002.master.nef")) << threaded;
+    const std::string journal = ReadWholeFile(dir / "journal.jsonl");
+    EXPECT_EQ(journal.find("remove"), journal.rfind("remove")) << "said once: " << journal;
+    std::vector<int> ids;
+    for (const View& view : ReadLightField(dir).views) ids.push_back(view.id);
+    EXPECT_EQ(ids, (std::vector<int>{1, 3, 4})) << threaded;
   }
 }
 

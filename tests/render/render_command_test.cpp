@@ -2,14 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
-#include "render/camera_path.h"
 #include "render/evaluate.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
@@ -22,91 +20,6 @@ using test::RunUlf;
 using testing::HasSubstr;
 
 test::SceneSpec SmallSpec() { return {.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)}; }
-
-// ---- Camera paths ----
-
-TEST(CameraPath, OrbitStaysInsideTheHullAndLooksAtTheSubject) {
-  for (const auto& viewpoints :
-       {test::GridViewpoints(6, 5, 0.2, 2.0), test::CapViewpoints(80, 0.7, 2.0, 0.05)}) {
-    const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
-    const CameraPath path = OrbitPath(*scene, 24);
-    ASSERT_EQ(path.cam_from_world.size(), 24u);
-    double widest = 0;
-    for (const Rigid3& pose : path.cam_from_world) {
-      EXPECT_TRUE(InsideHull(scene->mesh, pose.OriginInSource()));
-      const Vector3d subject_in_cam = pose * scene->subject.center_in_world;
-      EXPECT_LT(subject_in_cam.head<2>().norm(), 1e-9 * subject_in_cam.z());
-      widest = std::max(widest, pose.OriginInSource().head<2>().norm());
-    }
-    EXPECT_GT(widest, 0.2);
-  }
-}
-
-TEST(CameraPath, OrbitGoesAllTheWayRoundARing) {
-  auto viewpoints = test::RingViewpoints(40, 0.2, 2.0);
-  for (Vector3d& c : viewpoints) c = Vector3d(c.x(), c.z(), c.y());  // around y, which is up
-  const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
-  const CameraPath path = OrbitPath(*scene, 36);
-  Vector3d sum = Vector3d::Zero();
-  for (const Rigid3& pose : path.cam_from_world) sum += pose.OriginInSource();
-  sum /= 36;
-  EXPECT_LT(std::hypot(sum.x(), sum.z()), 0.05);
-  EXPECT_NEAR(sum.y(), 2 * std::sin(0.2), 0.05);
-}
-
-TEST(CameraPath, DollyHalvesTheDistance) {
-  const auto scene = test::MakeScene(SmallSpec());
-  const CameraPath path = DollyPath(*scene, 10);
-  const double first = path.cam_from_world.front().OriginInSource().norm();
-  EXPECT_NEAR(path.cam_from_world.back().OriginInSource().norm(), 0.5 * first, 1e-9);
-}
-
-// Cameras rolled by a third of a right angle: from between them corners are uncovered until zoomed in.
-TEST(CameraPath, ZoomFillsThePictures) {
-  auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)});
-  const CameraModel camera = scene->views.front().camera;
-  for (SceneView& view : scene->views) {
-    const Eigen::Quaterniond roll(Eigen::AngleAxisd(M_PI / 6, Vector3d::UnitZ()));
-    view.cam_from_world.rotation = roll * view.cam_from_world.rotation;
-    view.cam_from_world.translation = roll * view.cam_from_world.translation;
-  }
-  const auto renderer = MakeRenderer(scene, {.renderer = RendererKind::kReference});
-  const CameraPath path = OrbitPath(*scene, 6);
-  const auto uncovered = [&](double zoom) {
-    CameraModel zoomed = camera;
-    zoomed.fx *= zoom;
-    zoomed.fy *= zoom;
-    const Rendering picture = renderer->Render(zoomed, path.cam_from_world[2]);
-    return static_cast<double>(picture.filled_px + picture.empty_px) /
-           static_cast<double>(picture.linear.total());
-  };
-  const double zoom = ZoomThatFills(*renderer, path, camera);
-  EXPECT_GT(zoom, 1.1);
-  EXPECT_LE(zoom, 1.6);
-  EXPECT_GT(uncovered(1), 0.02);
-  EXPECT_LT(uncovered(zoom), 0.01);
-}
-
-TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
-  test::ScratchFolder scratch;
-  std::ofstream(scratch / "good.txt")
-      << "# time tx ty tz qx qy qz qw\n0.0 1 2 3 0 0 0 1\n0.1 1 2 4 0 1 0 0\n";
-  const CameraPath path = PathFromFile(scratch / "good.txt");
-  ASSERT_EQ(path.cam_from_world.size(), 2u);
-  EXPECT_LT((path.cam_from_world[1].OriginInSource() - Vector3d(1, 2, 4)).norm(), 1e-12);
-  EXPECT_LT((path.cam_from_world[1].DirectionInSource(Vector3d::UnitZ()) + Vector3d::UnitZ()).norm(), 1e-12);
-
-  std::ofstream(scratch / "bad.txt") << "0.0 1 2 3 0 0 0 1\n0.1 1 2 four 0 0 0 1\n";
-  std::ofstream(scratch / "empty.txt") << "# nothing\n";
-  for (const auto& [name, says] :
-       {std::pair{"bad.txt", "line 2"}, {"empty.txt", "no pose"}, {"none.txt", "no such"}})
-    try {
-      PathFromFile(scratch / name);
-      ADD_FAILURE() << name;
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
-}
 
 // ---- Evaluation ----
 
@@ -246,6 +159,29 @@ TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   const auto truncated = RunUlf("render " + dir + " -o " + Out("x.png"));
   EXPECT_EQ(truncated.exit_code, 1);
   EXPECT_THAT(truncated.errors, HasSubstr("truncated"));
+}
+
+TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
+  const std::string dir = dir_.string();
+  const auto unknown = RunUlf("render " + dir + " --proxy sphere -o " + Out("x.png"));
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("--proxy sphere"));
+  EXPECT_EQ(RunUlf("render " + dir + " --proxy plane:0,0,0,1 -o " + Out("x.png")).exit_code, 2);
+  const auto missing = RunUlf("render " + dir + " --proxy mesh -o " + Out("x.png"));
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.errors, HasSubstr("ulf proxy " + dir));
+
+  // The true surface, and a plane far behind it.
+  std::ofstream(Out("true.obj")) << "v -50 -50 0\nv 50 -50 0\nv 50 50 0\nv -50 50 0\nf 1 2 3 4\n";
+  const auto compared = RunUlf("evaluate " + dir + " --fields linear --proxy plane:0,0,1,-2 --proxy " +
+                               Out("true.obj") + " --json");
+  ASSERT_EQ(compared.exit_code, 0) << compared.errors;
+  const auto report = nlohmann::json::parse(compared.output);
+  ASSERT_EQ(report["results"].size(), 2u);
+  EXPECT_EQ(report["results"][0]["proxy"], "plane");
+  EXPECT_EQ(report["results"][1]["proxy"], "true.obj");
+  EXPECT_LT(report["results"][0]["psnr_db"], 25);
+  EXPECT_GT(report["results"][1]["psnr_db"], 30);
 }
 
 // Cameras with parallel axes that name no subject: the command asks.

@@ -36,7 +36,7 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, co
   const Vector3d v = cam_from_world.OriginInSource();
   const auto field = MakeField(scene_pointer, options)->From(v);
   const auto order = ViewsByDistance(scene, v);
-  const cv::Mat depth = PlaneProxy(scene.subject).Depth(camera, cam_from_world);
+  const cv::Mat depth = scene.proxy->Depth(camera, cam_from_world);
   const auto point_at = [&](int x, int y) -> Vector3d {
     const Vector3d ray((x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1);
     return world_from_cam * (ray * depth.at<float>(y, x));
@@ -318,6 +318,35 @@ TEST(Renderers, ADistortedVirtualCameraIsRefused) {
   for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
     EXPECT_THROW(MakeRenderer(scene, {.renderer = kind})->Render(camera, scene->views[0].cam_from_world),
                  Error);
+}
+
+// There is neither seam nor pole: the same scene turned in space gives the same picture.
+TEST(Renderers, TurningTheWorldChangesNothing) {
+  for (const auto& viewpoints :
+       {test::CapViewpoints(60, M_PI, 2.0, 0.03), test::CapViewpoints(60, 0.7, 2.0, 0.03)}) {
+    const auto scene = test::MakeScene({.viewpoints = viewpoints});
+    for (const Vector3d& axis : {Vector3d(1, 0, 0), Vector3d(0.3, -0.8, 0.5)}) {
+      const Rigid3 turned_from_world{Eigen::Quaterniond(Eigen::AngleAxisd(1.7, axis.normalized())),
+                                     Vector3d(0.4, -3, 2)};
+      auto turned = std::make_shared<RenderScene>(*scene);
+      turned->subject.center_in_world = turned_from_world * scene->subject.center_in_world;
+      turned->up_in_world = turned_from_world.rotation * scene->up_in_world;
+      for (SceneView& view : turned->views) {
+        view.cam_from_world = view.cam_from_world * turned_from_world.Inverse();
+        view.center_in_world = turned_from_world * view.center_in_world;
+      }
+      turned->proxy = std::make_shared<PlaneProxy>(turned->subject);
+      turned->MakeMesh();
+      const auto one = MakeRenderer(scene, {}), other = MakeRenderer(turned, {});
+      for (const Vector3d& center : {Vector3d(0.2, 0.1, 2.9), Vector3d(-0.1, 0.3, 1.2)}) {
+        const Rigid3 pose = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
+        const Agreement agreement =
+            Compare(one->Render(kCamera, pose), other->Render(kCamera, pose * turned_from_world.Inverse()),
+                    cv::Mat::zeros(kCamera.height, kCamera.width, CV_8U));
+        EXPECT_GE(agreement.within_share, 0.999) << axis.transpose();
+      }
+    }
+  }
 }
 
 TEST(Renderers, TwoOpenGlRenderersLiveSideBySide) {

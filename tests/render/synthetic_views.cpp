@@ -58,7 +58,21 @@ cv::Vec3f PlaneTexture(double x, double y) {
   return light;
 }
 
-cv::Mat PhotographOfPlane(const CameraModel& camera, const Rigid3& cam_from_world) {
+std::shared_ptr<const TriangleMesh> PlaneAndSquare() {
+  auto mesh = std::make_shared<TriangleMesh>();
+  const auto add = [&](float half, float z) {
+    const auto first = static_cast<std::uint32_t>(mesh->vertices.size());
+    for (const auto& [x, y] : {std::pair{-half, -half}, {half, -half}, {half, half}, {-half, half}})
+      mesh->vertices.emplace_back(x, y, z);
+    mesh->triangles.push_back({first, first + 1, first + 2});
+    mesh->triangles.push_back({first, first + 2, first + 3});
+  };
+  add(100, 0);
+  add(static_cast<float>(kSquareHalf), static_cast<float>(kSquareZ));
+  return mesh;
+}
+
+cv::Mat LightOfPlane(const CameraModel& camera, const Rigid3& cam_from_world, bool with_square) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   const Vector3d center = cam_from_world.OriginInSource();
   cv::Mat linear(camera.height, camera.width, CV_32FC3, cv::Scalar::all(0.02));
@@ -67,12 +81,24 @@ cv::Mat PhotographOfPlane(const CameraModel& camera, const Rigid3& cam_from_worl
       const auto ray_in_cam = camera.RayFromImg({x + 0.5, y + 0.5});
       if (!ray_in_cam) continue;
       const Vector3d ray = world_from_cam.rotation * *ray_in_cam;
+      if (with_square) {
+        const double t = (kSquareZ - center.z()) / ray.z();
+        const Vector3d point = center + t * ray;
+        if (t > 0 && point.head<2>().cwiseAbs().maxCoeff() <= kSquareHalf) {
+          linear.at<cv::Vec3f>(y, x) = PlaneTexture(5 * point.x() + 7, 5 * point.y() - 3);
+          continue;
+        }
+      }
       const double t = -center.z() / ray.z();
       if (!(t > 0) || t > 100) continue;
       const Vector3d point = center + t * ray;
       linear.at<cv::Vec3f>(y, x) = PlaneTexture(point.x(), point.y());
     }
-  return Srgb8FromLinear(linear);
+  return linear;
+}
+
+cv::Mat PhotographOfPlane(const CameraModel& camera, const Rigid3& cam_from_world, bool with_square) {
+  return Srgb8FromLinear(LightOfPlane(camera, cam_from_world, with_square));
 }
 
 namespace {
@@ -98,9 +124,10 @@ std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
     view.camera = CameraOf(spec, i);
     view.cam_from_world = LookAt(spec.viewpoints[i], spec.subject.center_in_world, Vector3d::UnitY());
     view.center_in_world = spec.viewpoints[i];
-    view.pyramid = MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world));
+    view.pyramid = MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square));
   }
   scene->mesh = MakeViewpointMesh(scene->Centers(), scene->subject);
+  scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
   return scene;
 }
 

@@ -1,5 +1,5 @@
 // Viewpoints and photographs made up for the renderer's tests: cameras around a subject at the origin that
-// all see one textured plane, so that any view can be computed exactly.
+// all see one textured plane, or a small square before it as well, so that any view can be computed exactly.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,15 +27,22 @@ struct SceneSpec {
   Distortion distortion = Distortion::kNone;
   bool two_sizes = false;  // every third view has a smaller image
   Subject subject{Eigen::Vector3d::Zero(), 0.3};
+  bool with_square = false;
 };
+
+// The square: |x| and |y| up to kSquareHalf at z = kSquareZ, seen from both sides.
+inline constexpr double kSquareHalf = 0.15, kSquareZ = 0.35;
+// The plane, as far as anybody sees, and the square.
+std::shared_ptr<const TriangleMesh> PlaneAndSquare();
 
 std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec);
 
 // Linear light of the plane z = 0 at a point of it: smooth waves with some hard-edged tiles.
 cv::Vec3f PlaneTexture(double x, double y);
 
-// The photograph that a camera takes of the plane.
-cv::Mat PhotographOfPlane(const CameraModel& camera, const Rigid3& cam_from_world);
+// The photograph that a camera takes of the plane: in linear light, CV_32FC3, and as 8-bit sRGB.
+cv::Mat LightOfPlane(const CameraModel& camera, const Rigid3& cam_from_world, bool with_square = false);
+cv::Mat PhotographOfPlane(const CameraModel& camera, const Rigid3& cam_from_world, bool with_square = false);
 
 // A light field on disk of the same views, without a subject unless asked.
 void WriteLightField(const std::filesystem::path& dir, const SceneSpec& spec, bool with_subject);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <map>
 #include <random>
 #include <set>
 
@@ -59,6 +60,20 @@ TEST(ViewpointMesh, CapsAreDiscsAndSpheresAreClosed) {
         EXPECT_EQ(mesh.boundary_vertices == 0, closed) << name;
         EXPECT_EQ(mesh.vertices.size(), viewpoints.size()) << name;
       }
+}
+
+// As the thesis did it: the same cap, and a seam where viewpoints stand all around.
+TEST(ViewpointMesh, InThePlaneOfAzimuthAndElevationThereIsASeam) {
+  const ViewpointMeshOptions in_plane{.in_plane = true, .up_in_world = Vector3d::UnitY()};
+  const auto cap = test::CapViewpoints(120, 0.6, 2.0, 0.05);
+  const ViewpointMesh plane = MakeViewpointMesh(cap, kSubject, in_plane),
+                      sphere = MakeViewpointMesh(cap, kSubject);
+  ExpectSound(plane, "cap");
+  EXPECT_NEAR(static_cast<double>(plane.triangles.size()), static_cast<double>(sphere.triangles.size()),
+              0.1 * static_cast<double>(sphere.triangles.size()));
+  const auto around = test::CapViewpoints(200, M_PI, 2.0);
+  EXPECT_EQ(MakeViewpointMesh(around, kSubject).boundary_vertices, 0);
+  EXPECT_GT(MakeViewpointMesh(around, kSubject, in_plane).boundary_vertices, 10);
 }
 
 TEST(ViewpointMesh, SubjectNeedNotBeTheOrigin) {
@@ -220,10 +235,10 @@ SubdividedMesh SubdivisionOf(const ViewpointMesh& mesh, int level) {
 
 TEST(LoopSubdivision, WeightsArePositiveSumToOneAndReachTheTwoRing) {
   for (const double half_angle : {0.5, M_PI})
-    for (const int level : {0, 1, 2, 3}) {
+    for (const int level : {0, 1, 2, 3, kLimitLevel}) {
       const ViewpointMesh mesh = MakeViewpointMesh(test::CapViewpoints(70, half_angle, 2.0, 0.05), kSubject);
       const SubdividedMesh fine = SubdivisionOf(mesh, level);
-      EXPECT_EQ(fine.triangles.size(), mesh.triangles.size() << (2 * level));
+      EXPECT_EQ(fine.triangles.size(), mesh.triangles.size() << (2 * std::min(level, kFinestLevel)));
       const auto topology = MakeTopology(static_cast<int>(mesh.vertices.size()), mesh.triangles);
       for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
         // Whatever weighs in a triangle stands within two edges of the original triangle's corners.
@@ -285,6 +300,89 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
         0.5 + 0.125 * std::pow(0.25, level - 1);  // 5/8, then a quarter of the excess each level
     EXPECT_NEAR(own, expected, 1e-12) << "level " << level;
   }
+}
+
+// The weights of the original vertices at each vertex, `levels` of subdivision beyond the third.
+SubdividedMesh SubdividedFurther(const SubdividedMesh& third, int levels) {
+  SubdividedMesh fine = SubdivideWeights(third.positions, third.outward, third.triangles, levels);
+  for (SparseWeights& weights : fine.weights) {
+    std::map<int, double> sum;
+    for (const auto& [between, share] : weights)
+      for (const auto& [of, weight] : third.weights[At(between)]) sum[of] += share * weight;
+    weights.assign(sum.begin(), sum.end());
+  }
+  return fine;
+}
+
+double Difference(const SparseWeights& a, const SparseWeights& b) {
+  std::map<int, double> difference;
+  for (const auto& [of, weight] : a) difference[of] += weight;
+  for (const auto& [of, weight] : b) difference[of] -= weight;
+  double most = 0;
+  for (const auto& [of, weight] : difference) most = std::max(most, std::abs(weight));
+  return most;
+}
+
+// Valences 3 to 12, a boundary with corners.
+TEST(LoopSubdivision, TheLimitIsWhereSubdivisionGoes) {
+  for (const int valence : {3, 4, 5, 6, 7, 12}) {
+    std::vector<Vector3d> positions{{0, 0, 0}};
+    std::vector<Triangle> triangles;
+    for (int ring = 1; ring <= 2; ++ring)
+      for (int k = 0; k < valence; ++k)
+        positions.emplace_back(ring * std::cos(2 * M_PI * k / valence),
+                               ring * std::sin(2 * M_PI * k / valence), 0);
+    for (int k = 0; k < valence; ++k) {
+      const int next = (k + 1) % valence;
+      triangles.push_back({0, 1 + k, 1 + next});
+      triangles.push_back({1 + k, 1 + valence + k, 1 + valence + next});
+      triangles.push_back({1 + k, 1 + valence + next, 1 + next});
+    }
+    const std::vector<Vector3d> outward(positions.size(), Vector3d::Zero());
+    const SubdividedMesh limit = SubdivideWeights(positions, outward, triangles, kLimitLevel);
+    const SubdividedMesh third = SubdivideWeights(positions, outward, triangles, 3);
+    const SubdividedMesh sixth = SubdividedFurther(third, 3);
+    for (std::size_t v = 0; v < third.positions.size(); ++v)
+      EXPECT_LT(Difference(limit.weights[v], sixth.weights[v]), 3e-4) << valence;  // a quarter a level
+    EXPECT_GT(Difference(limit.weights[0], third.weights[0]), 1e-4) << valence;
+    // Between the vertices of the third level, the limit is taken as linear.
+    const auto topology = MakeTopology(static_cast<int>(third.positions.size()), third.triangles);
+    double most = 0;
+    for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+      const MeshEdge& edge = topology.edges[e];
+      const Vector3d middle = 0.5 * (third.positions[At(edge.from)] + third.positions[At(edge.to)]);
+      SparseWeights mean;
+      for (const auto& [of, weight] : limit.weights[At(edge.from)]) mean.emplace_back(of, 0.5 * weight);
+      for (const auto& [of, weight] : limit.weights[At(edge.to)]) mean.emplace_back(of, 0.5 * weight);
+      // New vertices of a level come behind the old ones, in the order of the edges.
+      const std::size_t twin = third.positions.size() + e;
+      ASSERT_LT((sixth.positions[twin] - middle).norm(), 1e-12);
+      most = std::max(most, Difference(mean, sixth.weights[twin]));
+    }
+    EXPECT_LT(most, 1.0 / 200) << valence;
+  }
+}
+
+TEST(LoopSubdivision, LimitsByHand) {
+  // A regular vertex keeps one half, its neighbours have a twelfth each; on a boundary 1/6, 2/3, 1/6.
+  constexpr int kSide = 7;
+  std::vector<Vector3d> positions;
+  std::vector<Triangle> triangles;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, 0.9 * y, 0);
+  for (int y = 0; y + 1 < kSide; ++y)
+    for (int x = 0; x + 1 < kSide; ++x) {
+      const int a = y * kSide + x;
+      triangles.push_back({a, a + 1, a + kSide});
+      triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+    }
+  const SubdividedMesh limit = SubdivideWeights(
+      positions, std::vector<Vector3d>(positions.size(), Vector3d::Zero()), triangles, kLimitLevel);
+  const int middle = kSide / 2 * kSide + kSide / 2;
+  ASSERT_EQ(limit.weights[At(middle)].size(), 7u);
+  for (const auto& [of, weight] : limit.weights[At(middle)])
+    EXPECT_NEAR(weight, of == middle ? 0.5 : 1.0 / 12, 1e-12);
+  for (const auto& [of, weight] : limit.weights[3]) EXPECT_NEAR(weight, of == 3 ? 2.0 / 3 : 1.0 / 6, 1e-12);
 }
 
 TEST(LoopSubdivision, RulesByHand) {

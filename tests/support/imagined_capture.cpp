@@ -167,7 +167,7 @@ ImaginedResult RunImagined(const ImaginedCapture& capture) {
           capture.until_share)
         break;
     }
-    person.See(std::move(state));
+    person.See(time_s, *state);
   }
   if (!map) return result;
   result.recorded = map->views();

@@ -1,5 +1,6 @@
 #include "tests/support/staged_capture.h"
 
+#include <algorithm>
 #include <random>
 
 namespace ulf::test {
@@ -21,6 +22,7 @@ SimulationOptions Simulation(const StageOptions& options) {
 StagedCapture::StagedCapture(const StageOptions& options)
     : options_(options),
       simulated_(Simulation(options)),
+      subject_(simulated_.scene().subject()),
       frame_(simulated_.scene().FirstDirection(), simulated_.scene().UpInWorld()) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
@@ -57,11 +59,9 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
     if (img && camera().Contains(*img)) state->points.push_back({point, *img, (cam_from_world * point).z()});
   }
   state->subject = subject();
-  const CoverageMapOptions map_options{
-      .cap = options_.cap, .up_in_world = frame_.Up(), .threshold_px = options_.threshold_px};
-  state->coverage =
-      map_ ? std::make_shared<CoverageMap>(*map_) : std::make_shared<CoverageMap>(subject(), map_options);
+  state->coverage = std::make_shared<CoverageMap>(map_ ? *map_ : NewMap());
   state->view_ids = ids_;
+  state->newest_view = newest_;
   if (options_.cap && map_) state->covered = map_->CoveredShare();
   state->decision.reason = Reason::kCovered;
   state->disk_left_bytes = 212'000'000'000;
@@ -74,15 +74,15 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
 }
 
 std::shared_ptr<CaptureState> StagedCapture::Record(const Rigid3& cam_from_world) {
-  if (!map_)
-    map_ =
-        std::make_shared<CoverageMap>(subject(), CoverageMapOptions{.cap = options_.cap,
-                                                                    .up_in_world = frame_.Up(),
-                                                                    .threshold_px = options_.threshold_px});
+  if (!map_) map_ = std::make_shared<CoverageMap>(NewMap());
   map_->Add(CriterionView::From(camera(), cam_from_world, 640));
-  ids_.push_back(static_cast<int>(ids_.size()) + 1);
+  ids_.push_back(++last_id_);
   auto state = At(cam_from_world);
   state->recorded_view = ids_.back();
+  Frame frame;
+  frame.image = state->live;
+  newest_ = std::make_shared<RecordedView>(RecordedView{ids_.back(), frame, camera(), cam_from_world});
+  state->newest_view = newest_;
   state->decision.reason = Reason::kRecorded;
   recorded_.push_back(state);
   return state;
@@ -93,6 +93,26 @@ void StagedCapture::RecordRows(double from_azimuth_deg, double to_azimuth_deg, d
   for (double elevation = from_elevation_deg; elevation <= to_elevation_deg; elevation += step_deg)
     for (double azimuth = from_azimuth_deg; azimuth <= to_azimuth_deg; azimuth += step_deg)
       Record(CameraAt(azimuth, elevation, distance));
+}
+
+CoverageMap StagedCapture::NewMap() const {
+  return CoverageMap(
+      subject_, {.cap = options_.cap, .up_in_world = frame_.Up(), .threshold_px = options_.threshold_px});
+}
+
+void StagedCapture::TakeBack(int id) {
+  const auto found = std::find(ids_.begin(), ids_.end(), id);
+  std::vector<CriterionView> views = map_->views();
+  views.erase(views.begin() + (found - ids_.begin()));
+  ids_.erase(found);
+  map_->SetViews(views);
+}
+
+void StagedCapture::PlaceSubject(const Subject& subject) {
+  subject_ = subject;
+  const std::vector<CriterionView> views = map_->views();
+  map_ = std::make_shared<CoverageMap>(NewMap());
+  map_->SetViews(views);
 }
 
 std::shared_ptr<CaptureState> StagedCapture::Lost() const {

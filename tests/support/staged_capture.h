@@ -23,7 +23,7 @@ class StagedCapture {
   explicit StagedCapture(const StageOptions& options = {});
 
   const CameraModel& camera() const { return simulated_.camera(); }
-  const Subject& subject() const { return simulated_.scene().subject(); }
+  const Subject& subject() const { return subject_; }
   // Degrees about the first direction, distance from the subject's centre; aimed at a point off the centre by
   // `aside` (world units to the camera's right, and down).
   Rigid3 CameraAt(double azimuth_deg, double elevation_deg, double distance = 1,
@@ -37,16 +37,22 @@ class StagedCapture {
   void RecordRows(double from_azimuth_deg, double to_azimuth_deg, double from_elevation_deg,
                   double to_elevation_deg, double step_deg, double distance = 1);
   std::shared_ptr<CaptureState> Lost() const;
+  void TakeBack(int id);
+  void PlaceSubject(const Subject& subject);
 
   const std::vector<std::shared_ptr<const CaptureState>>& recorded() const { return recorded_; }
 
  private:
   StageOptions options_;
   SimulatedCamera simulated_;
+  Subject subject_;
   CapFrame frame_;
   std::vector<Eigen::Vector3d> points_;
+  CoverageMap NewMap() const;
   std::shared_ptr<CoverageMap> map_;
   std::vector<int> ids_;
+  int last_id_ = 0;
+  std::shared_ptr<const RecordedView> newest_;
   std::vector<std::shared_ptr<const CaptureState>> recorded_;
 };
 

@@ -34,7 +34,8 @@ int Ignore(Display*, XErrorEvent*) { return 0; }
 
 }  // namespace
 
-X11Person::X11Person(const std::string& title) : display_(XOpenDisplay(nullptr)) {
+X11Person::X11Person(const std::string& title, const std::string& display)
+    : display_(XOpenDisplay(display.empty() ? nullptr : display.c_str())) {
   if (!display_) throw Error("there is no X11 display; start the test under xvfb-run");
   XSetErrorHandler(Ignore);
   for (int i = 0; i < 300 && !window_; ++i) {

@@ -7,8 +7,9 @@ namespace ulf::test {
 
 class X11Person {
  public:
-  // Waits for a window of this title; throws Error when none comes within half a minute.
-  explicit X11Person(const std::string& title);
+  // Waits for a window of this title, on the display of the environment or the one named; throws Error when
+  // none comes within half a minute.
+  explicit X11Person(const std::string& title, const std::string& display = "");
   ~X11Person();
   X11Person(const X11Person&) = delete;
   X11Person& operator=(const X11Person&) = delete;

@@ -4,48 +4,14 @@
 
 #include <gmock/gmock.h>
 
-#include <opencv2/imgproc.hpp>
-
 #include "acquisition/error.h"
-#include "coverage/operator/run_with_display.h"
 #include "coverage/sphere_outline.h"
-#include "tests/support/staged_capture.h"
+#include "tests/coverage/operator/display_stage.h"
 
 namespace ulf::test {
 namespace {
 
 using Eigen::Vector2d;
-using ::testing::HasSubstr;
-
-struct Stage {
-  explicit Stage(cv::Size size = {1280, 960}, double scale = 1, const StageOptions& options = {})
-      : capture(options), surface(size, scale), display(surface, feed, requests) {}
-  cv::Mat Show(std::shared_ptr<const CaptureState> state) {
-    feed.Publish(std::move(state));
-    EXPECT_TRUE(display.Step());
-    return surface.Read();
-  }
-  void Press(Key key, bool shift = false) { surface.Push(KeyPressed{key, shift}); }
-  void Type(char32_t character) { surface.Push(Typed{character}); }
-  template <typename Request>
-  std::vector<Request> Asked() {
-    display.Step();
-    std::vector<Request> found;
-    for (const CaptureRequest& request : requests.Take())
-      if (const auto* kind = std::get_if<Request>(&request)) found.push_back(*kind);
-    return found;
-  }
-  Vector2d OnScreen(const Vector2d& img) const {
-    return Placement::Letterboxed({capture.camera().width, capture.camera().height}, surface.Size())
-        .ScreenFromImg(img);
-  }
-
-  StagedCapture capture;
-  OffscreenSurface surface;
-  CaptureFeed feed;
-  CaptureRequests requests;
-  OperatorDisplay display;
-};
 
 cv::Vec3b Pixel(const cv::Mat& picture, const Vector2d& at) {
   return picture.at<cv::Vec3b>(static_cast<int>(at.y()), static_cast<int>(at.x()));
@@ -179,6 +145,69 @@ TEST(OperatorDisplay, TheSecondPaletteIsUsedOnRequest) {
   ExpectPainted(stage.Show(state), at, Palette::ForColourBlind().same, "for the colour-blind");
 }
 
+TEST(OperatorDisplay, TheWindowsFrameFlashesWhenTheSubjectLeavesTheRectangle) {
+  for (const Screen& screen : {kScreens[0], kScreens[4]}) {
+    Stage stage(screen.size, screen.scale);
+    const auto held = stage.capture.At(stage.capture.CameraAt(0, 0));
+    const auto left = stage.capture.At(stage.capture.CameraAt(0, 0, 1, {0.1, 0.6}));
+    const auto frame_is_red = [&](const cv::Mat& picture) {
+      const double middle = 0.5 * screen.size.height;
+      return IsRed(Pixel(picture, {2, middle})) && IsRed(Pixel(picture, {screen.size.width - 3.0, middle})) &&
+             IsRed(Pixel(picture, {0.5 * screen.size.width, screen.size.height - 3.0}));
+    };
+    EXPECT_FALSE(frame_is_red(stage.Show(held))) << screen.size;
+    EXPECT_TRUE(frame_is_red(stage.Show(left))) << screen.size;
+    for (int i = 0; i < 15; ++i) stage.display.Step();
+    EXPECT_FALSE(frame_is_red(stage.Show(std::make_shared<CaptureState>(*left)))) << "it only flashes";
+    stage.Show(held);
+    EXPECT_TRUE(frame_is_red(stage.Show(std::make_shared<CaptureState>(*left)))) << "each time";
+  }
+}
+
+TEST(OperatorDisplay, TheKeysAreShownAndGoAgain) {
+  Stage stage;
+  const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
+  const cv::Rect middle(480, 200, 320, 500);
+  const cv::Mat without = stage.Show(state)(middle).clone();
+  const auto differs = [&](const cv::Mat& picture) {
+    return cv::norm(picture(middle), without, cv::NORM_L1) / static_cast<double>(middle.area()) > 20;
+  };
+  const auto show = [&] { return stage.Show(std::make_shared<CaptureState>(*state)); };
+  stage.Type('?');
+  EXPECT_TRUE(differs(show()));
+  stage.Press(Key::kEscape);
+  EXPECT_FALSE(differs(show()));
+  stage.Press(Key::kF1);
+  EXPECT_TRUE(differs(show()));
+  stage.Press(Key::kF1);
+  EXPECT_FALSE(differs(show()));
+}
+
+TEST(OperatorDisplay, TheLegendShowsThePalettesColoursAndGoes) {
+  Stage stage;
+  stage.capture.Record(stage.capture.CameraAt(0, 0));
+  const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
+  const auto color_at = [&](const cv::Mat& picture, const Vector2d& at) {
+    return cv::Vec3d(Pixel(picture, at));
+  };
+  const auto bgr = [](const Rgba& color) { return cv::Vec3d(color.b, color.g, color.r); };
+  const auto show = [&] { return stage.Show(std::make_shared<CaptureState>(*state)); };
+  // The bar is under the first line of a panel of one mark, in the lower left corner.
+  const double y = 960 - 12 - 100 + 10 + 20 + 8;
+  for (const bool colour_blind : {false, true}) {
+    const Palette& palette = colour_blind ? Palette::ForColourBlind() : Palette::Standard();
+    const cv::Mat picture = show();
+    EXPECT_LT(cv::norm(color_at(picture, {24, y}) - bgr(palette.nearer)), 25) << picture.size();
+    EXPECT_LT(cv::norm(color_at(picture, {137, y}) - bgr(palette.same)), 25);
+    EXPECT_LT(cv::norm(color_at(picture, {250, y}) - bgr(palette.farther)), 25);
+    stage.Type('p');
+  }
+  stage.Type('p');
+  stage.Type('p');
+  stage.Type('l');
+  EXPECT_LT(cv::norm(color_at(show(), {24, y}) - cv::Vec3d::all(StagedCapture::kGrey)), 3) << "gone";
+}
+
 TEST(OperatorDisplay, NothingIsDrawnOnTheSphereWhenLost) {
   Stage stage({1280, 960});
   stage.capture.RecordRows(-10, 10, -10, 10, 5);
@@ -216,8 +245,6 @@ TEST(OperatorDisplay, KeysAskTheCapture) {
   const auto paused = stage.Asked<SetRecording>();
   ASSERT_EQ(paused.size(), 1u);
   EXPECT_FALSE(paused[0].on);
-  stage.Press(Key::kBackspace);
-  EXPECT_EQ(stage.Asked<TakeBackLast>().size(), 1u);
   stage.Press(Key::kF11);
   EXPECT_EQ(stage.Asked<FinishCapture>().size(), 0u);
   EXPECT_TRUE(stage.surface.full_screen());
@@ -240,10 +267,26 @@ TEST(OperatorDisplay, BeforeTheFirstFrameKeysDoNothingAndClosingWorks) {
 }
 
 TEST(OperatorDisplay, AWindowWithoutAreaDrawsNothing) {
-  Stage stage;
-  stage.surface.Resize({1, 1}, 1);
-  EXPECT_TRUE(stage.display.Step());
-  stage.Show(stage.capture.At(stage.capture.CameraAt(0, 0)));
+  class Iconified : public OffscreenSurface {
+   public:
+    Iconified() : OffscreenSurface({64, 48}) {}
+    cv::Size Size() const override { return iconified ? cv::Size() : OffscreenSurface::Size(); }
+    void Present() override { ++presented; }
+    bool iconified = true;
+    int presented = 0;
+  } surface;
+  const StagedCapture capture;
+  CaptureFeed feed;
+  CaptureRequests requests;
+  OperatorDisplay display(surface, feed, requests);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(display.Step());
+    feed.Publish(capture.At(capture.CameraAt(i, 0)));
+  }
+  EXPECT_EQ(surface.presented, 0);
+  surface.iconified = false;
+  EXPECT_TRUE(display.Step());
+  EXPECT_EQ(surface.presented, 1);
 }
 
 // ---- the subject tool
@@ -321,201 +364,6 @@ TEST(SubjectTool, WithoutASubjectAsksForOneAndTakesWhatIsFound) {
   stage.Press(Key::kUp);
   stage.Press(Key::kEnter);
   EXPECT_EQ(stage.Asked<PlaceSubject>().size(), 1u);
-}
-
-double Sharpness(const cv::Mat& picture, const cv::Rect& where) {
-  cv::Mat gray, edges;
-  cv::cvtColor(picture(where), gray, cv::COLOR_BGR2GRAY);
-  cv::Laplacian(gray, edges, CV_32F);
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(edges, mean, deviation);
-  return deviation[0];
-}
-
-TEST(AugmentedAperture, IsSharpestWhereTheSubjectIs) {
-  StageOptions options;
-  options.rendered = true;
-  const OffscreenSurface surface({64, 64});
-  const StagedCapture capture(options);
-  SpreadPictures spread;
-  for (const double elevation : {-4.0, 0.0, 4.0})
-    for (const double azimuth : {-6.0, -3.0, 3.0, 6.0})
-      spread.Offer(*capture.At(capture.CameraAt(azimuth, elevation)));
-  ASSERT_EQ(spread.pictures().size(), 12u);
-  std::vector<WeightedPicture> pictures;
-  for (const PosedPicture& picture : spread.pictures()) pictures.push_back({&picture, 1});
-  Reprojection reprojection;
-  const Rigid3 pose = capture.CameraAt(0, 0);
-  const CameraModel camera = capture.camera().ScaledTo(480, 360);
-  const Eigen::Vector3d from = pose.OriginInSource(), to = capture.subject().center_in_world;
-  const auto sharpness_at = [&](double distance) {
-    reprojection.Draw(camera, pose, from + distance * (to - from), pictures);
-    return Sharpness(reprojection.Read(), cv::Rect(200, 140, 80, 80));
-  };
-  const double sharp = std::max({sharpness_at(0.9), sharpness_at(0.95), sharpness_at(1.0)});
-  for (const double off : {0.6, 0.75, 1.3, 1.6})
-    EXPECT_GT(sharp, 1.3 * sharpness_at(off)) << "focused at " << off;
-}
-
-// ---- review
-
-TEST(Review, FromTheLiveCameraShowsWhatTheLivePictureShows) {
-  StageOptions options;
-  options.rendered = true;
-  Stage stage({640, 480}, 1, options);
-  const Rigid3 pose = stage.capture.CameraAt(2, 1);
-  for (const auto& [azimuth, elevation] :
-       {std::pair{2.0, 1.0}, {8.0, 1.0}, {-4.0, 1.0}, {2.0, 7.0}, {2.0, -5.0}})
-    stage.Show(stage.capture.Record(stage.capture.CameraAt(azimuth, elevation)));
-  const auto state = stage.capture.At(pose);
-  stage.Type('r');
-  const cv::Mat picture = stage.Show(state);
-  const cv::Rect middle(230, 160, 180, 160);  // the subject, and what no panel hides
-  EXPECT_GT(cv::PSNR(picture(middle), state->live.pixels(middle)), 26);
-  // Where nothing near has been recorded the review is wrong, and looks so.
-  const auto elsewhere = stage.capture.At(stage.capture.CameraAt(45, 1));
-  EXPECT_LT(cv::PSNR(stage.Show(elsewhere)(middle), elsewhere->live.pixels(middle)), 20);
-}
-
-TEST(Review, WipeShowsLiveOnTheLeftAndRecordedOnTheRight) {
-  StageOptions options;
-  options.rendered = true;
-  Stage stage({640, 480}, 1, options);
-  stage.Show(stage.capture.Record(stage.capture.CameraAt(0, 0)));
-  const auto state = stage.capture.At(stage.capture.CameraAt(20, 0));
-  stage.Type('r');
-  stage.Type('w');
-  const cv::Mat picture = stage.Show(state);
-  const cv::Rect left(230, 160, 80, 130), right(330, 160, 80, 130);
-  EXPECT_LT(cv::norm(picture(left), state->live.pixels(left), cv::NORM_INF), 2);
-  EXPECT_LT(cv::PSNR(picture(right), state->live.pixels(right)), 25);
-}
-
-TEST(Review, OrbitGoesWhereTheKeysSay) {
-  StagedCapture capture;
-  capture.Record(capture.CameraAt(0, 0));
-  const auto state = capture.At(capture.CameraAt(0, 0));
-  Review review;
-  review.Open(*state);
-  for (int i = 0; i < 5; ++i) review.Handle(KeyPressed{Key::kRight}, *state);
-  for (int i = 0; i < 2; ++i) review.Handle(KeyPressed{Key::kUp}, *state);
-  EXPECT_EQ(review.control(), Review::Control::kMouseAndKeys);
-  const auto there = review.CameraNow(*state);
-  ASSERT_TRUE(there);
-  const Rigid3 expected = capture.CameraAt(10, 4);
-  EXPECT_LT((there->cam_from_world.OriginInSource() - expected.OriginInSource()).norm(), 1e-6);
-  EXPECT_EQ(there->camera.distortion, Distortion::kNone);
-}
-
-TEST(Review, TakenBackViewsAreGone) {
-  StagedCapture capture;
-  RecordedPictures recorded;
-  for (const double azimuth : {0.0, 5.0, 10.0}) recorded.Add(*capture.Record(capture.CameraAt(azimuth, 0)));
-  EXPECT_EQ(recorded.pictures().size(), 3u);
-  auto state = capture.At(capture.CameraAt(0, 0));
-  auto fewer = std::make_shared<CoverageMap>(*state->coverage);
-  const std::vector<CriterionView> left{state->coverage->views()[0], state->coverage->views()[2]};
-  fewer->SetViews(left);
-  state->coverage = fewer;
-  state->view_ids = {1, 3};
-  recorded.Follow(*state);
-  ASSERT_EQ(recorded.pictures().size(), 2u);
-  EXPECT_LT((recorded.pictures().at(3).cam_from_world.OriginInSource() - left[1].center_in_world).norm(),
-            1e-9);
-}
-
-TEST(SpreadPictures, StayFewAndFarApart) {
-  StagedCapture capture;
-  SpreadPictures spread(12);
-  for (int i = 0; i < 400; ++i)
-    spread.Offer(*capture.At(capture.CameraAt(-30 + 0.15 * i, 10 * std::sin(0.05 * i))));
-  EXPECT_LE(spread.pictures().size(), 12u);
-  EXPECT_GE(spread.pictures().size(), 6u);
-}
-
-// ---- the two threads
-
-TEST(RunWithDisplay, WithoutADisplayTheCaptureGoesOnAndThatIsSaid) {
-  CaptureFeed feed;
-  CaptureRequests requests;
-  const StagedCapture capture;
-  bool captured = false;
-  ::testing::internal::CaptureStderr();
-  RunWithDisplay([]() -> std::unique_ptr<Surface> { throw Error("no window: the reason"); }, {}, feed,
-                 requests,
-                 [&] {
-                   feed.Publish(capture.At(capture.CameraAt(0, 0)));
-                   captured = true;
-                 });
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  EXPECT_TRUE(captured);
-  EXPECT_EQ(feed.Newest(), nullptr) << "pictures are kept for nobody";
-  EXPECT_THAT(said, HasSubstr("the reason"));
-  EXPECT_THAT(said, HasSubstr("without the operator display"));
-}
-
-std::unique_ptr<Surface> Small() { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }
-
-TEST(RunWithDisplay, ClosingTheWindowAsksTheCaptureToFinishAndWaitsForIt) {
-  CaptureFeed feed;
-  CaptureRequests requests;
-  bool finished = false, waited_for = false;
-  const auto closes_at_once = [] {
-    auto surface = std::make_unique<OffscreenSurface>(cv::Size(320, 240));
-    surface->Push(CloseAsked{});
-    return surface;
-  };
-  RunWithDisplay(closes_at_once, {}, feed, requests, [&] {
-    for (int i = 0; i < 1000 && !finished; ++i) {
-      for (const CaptureRequest& request : requests.Take())
-        finished = finished || std::holds_alternative<FinishCapture>(request);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // closing a light field takes its time
-    waited_for = true;
-  });
-  EXPECT_TRUE(finished);
-  EXPECT_TRUE(waited_for);
-}
-
-TEST(RunWithDisplay, TheEndOfTheCaptureIsTheEndOfTheDisplay) {
-  CaptureFeed feed;
-  CaptureRequests requests;
-  const StagedCapture capture;
-  int published = 0;
-  RunWithDisplay(Small, {}, feed, requests, [&] {
-    for (; published < 10; ++published) {
-      feed.Publish(capture.At(capture.CameraAt(published, 0)));
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-  });
-  EXPECT_EQ(published, 10);
-  EXPECT_TRUE(requests.Take().empty());
-}
-
-TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
-  CaptureFeed feed;
-  CaptureRequests requests;
-  EXPECT_THROW(RunWithDisplay(Small, {}, feed, requests, [] { throw Error("the disk"); }), Error);
-}
-
-TEST(RunWithDisplay, ADisplayThatBreaksDoesNotBreakTheCapture) {
-  CaptureFeed feed;
-  CaptureRequests requests;
-  class Breaking : public OffscreenSurface {
-   public:
-    Breaking() : OffscreenSurface(cv::Size(320, 240)) {}
-    void Present() override { throw Error("the driver is gone"); }
-  };
-  bool captured = false;
-  ::testing::internal::CaptureStderr();
-  RunWithDisplay([] { return std::make_unique<Breaking>(); }, {}, feed, requests,
-                 [&] {
-                   std::this_thread::sleep_for(std::chrono::milliseconds(300));
-                   captured = true;
-                 });
-  EXPECT_TRUE(captured);
-  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("the driver is gone"));
 }
 
 }  // namespace

@@ -216,6 +216,31 @@ TEST(Overlay, WhatFellOpenAgainIsMarked) {
   EXPECT_EQ(marks().size(), 1u);
 }
 
+// Not only where it lies on the map: on the near side, in the guide's colour, and nothing when it is done.
+TEST(Overlay, WhatTheMovementLeavesOpenIsMarked) {
+  StagedCapture stage;
+  stage.RecordRows(-10, 10, 0, 0, 5);
+  const Rigid3 pose = stage.CameraAt(0, 0);
+  auto state = stage.At(pose);
+  const auto marks = [&] {
+    std::vector<Spot> dots = All<Spot>(MakeOverlay(*state));
+    std::erase_if(dots, [](const Spot& dot) { return dot.color != Palette::Standard().guide; });
+    return dots;
+  };
+  EXPECT_THAT(marks(), IsEmpty());
+  const Eigen::Vector3d center = stage.subject().center_in_world;
+  const auto toward = [&](double azimuth_deg) -> Eigen::Vector3d {
+    return (stage.CameraAt(azimuth_deg, 3).OriginInSource() - center).normalized();
+  };
+  state->guidance.left_open = {toward(-6), toward(2), toward(180)};
+  const auto found = marks();
+  ASSERT_EQ(found.size(), 2u) << "the far side is not seen";
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Eigen::Vector3d on_sphere = center + stage.subject().radius * state->guidance.left_open[i];
+    EXPECT_LT((found[i].img - *stage.camera().ImgFromCam(pose * on_sphere)).norm(), 1e-6) << i;
+  }
+}
+
 TEST(Overlay, NoSphereIsDrawnFromInsideIt) {
   const StagedCapture stage;
   const auto state = stage.At(stage.CameraAt(0, 0, 0.5 * stage.subject().radius));
@@ -273,6 +298,21 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
   state->decision.reason = Reason::kCovered;
   EXPECT_THAT(InstructionFor(*state).words, ::testing::StartsWith("paused"));
+}
+
+TEST(Overlay, TheEndIsSaidBeforeAnythingElse) {
+  StagedCapture stage;
+  auto state = stage.Lost();
+  state->recording = false;
+  state->ended = StoppedBecause::kCovered;
+  EXPECT_EQ(InstructionFor(*state).words, "covered: all that was asked for is recorded");
+  EXPECT_FALSE(InstructionFor(*state).urgent);
+  state->ended = StoppedBecause::kDisk;
+  EXPECT_TRUE(InstructionFor(*state).urgent);
+  state->ended = StoppedBecause::kDeviceLost;
+  EXPECT_TRUE(InstructionFor(*state).urgent);
+  state->ended = StoppedBecause::kFrames;
+  EXPECT_EQ(InstructionFor(*state).words, "finished");
 }
 
 // ---- colours

@@ -53,16 +53,17 @@ class BusyPerson : public OffscreenSurface {
         // Two views back.
         KeyPressed{Key::kBackspace}, KeyPressed{Key::kBackspace},
         // The subject: focused through its aperture, moved, and left as it was.
-        Typed{U's'}, Typed{U'a'}, KeyPressed{Key::kUp}, WheelTurned{1}, KeyPressed{Key::kRight}, Typed{U'a'},
-        KeyPressed{Key::kEscape},
+        Typed{U's'}, Typed{U'a'}, KeyPressed{Key::kUp}, WheelTurned{1}, KeyPressed{Key::kRight},
+        KeyPressed{Key::kLeft, true}, Typed{U'a'}, KeyPressed{Key::kEscape},
         // And placed anew.
         Typed{U's'}, Typed{U'c'}, KeyPressed{Key::kPageUp}, KeyPressed{Key::kPageDown},
         KeyPressed{Key::kEnter},
         // What is recorded: from the live camera, round the subject, against the live picture.
-        Typed{U'r'}, Typed{U'w'}, Typed{U'.'}, Typed{U'b'}, Typed{U'b'}, Typed{U'c'}, KeyPressed{Key::kLeft},
-        MouseMoved{{300, 200}}, MouseButton{0, true}, MouseMoved{{340, 220}}, MouseButton{0, false},
-        KeyPressed{Key::kPageUp}, KeyPressed{Key::kPageDown}, Typed{U','}, Typed{U'r'}, Typed{U'z'},
-        Typed{U'z'}, KeyPressed{Key::kF1}, KeyPressed{Key::kF1}, KeyPressed{Key::kF11}, Typed{U'f'}};
+        Typed{U'r'}, KeyPressed{Key::kDelete}, Typed{U'w'}, Typed{U'.'}, Typed{U'b'}, Typed{U'b'},
+        Typed{U'c'}, KeyPressed{Key::kLeft}, MouseMoved{{300, 200}}, MouseButton{0, true},
+        MouseMoved{{340, 220}}, MouseButton{0, false}, KeyPressed{Key::kPageUp}, KeyPressed{Key::kPageDown},
+        Typed{U','}, Typed{U'r'}, Typed{U'z'}, Typed{U'z'}, KeyPressed{Key::kF1}, KeyPressed{Key::kF1},
+        KeyPressed{Key::kF11}, Typed{U'f'}};
     return kRound[static_cast<std::size_t>(frames_ / kFramesBetween) % kRound.size()];
   }
   int& shown_;

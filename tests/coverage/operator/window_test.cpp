@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "coverage/operator/operator_display.h"
@@ -113,6 +114,67 @@ TEST(Window, ClosedInMidCaptureClosesTheLightField) {
   const LightField light_field = ReadLightField(dir);
   EXPECT_GT(light_field.views.size(), 0u);
   EXPECT_TRUE(std::filesystem::exists(dir / "transforms.json"));
+}
+
+std::size_t Photographs(const std::filesystem::path& dir) {
+  std::error_code none;
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(dir / "images", none)) ++count;
+  return count;
+}
+
+// On a display server of its own, which is killed in mid-capture.
+TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
+  const ScratchFolder scratch;
+  const auto dir = scratch.path() / "lf";
+  const std::string errors = scratch / "errors";
+  ChildProcess server({"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"});
+  const std::string display = ":" + std::to_string(std::stoi(server.ReadUntil("\n", 30)));
+  ChildProcess capture({"/bin/bash", "-c",
+                        fmt::format("exec env DISPLAY={} {} capture 'sim:studio?width=320&height=240&fps=30' "
+                                    "--frames 75 --json -o {} 2> {}",
+                                    display, std::getenv("ULF_BINARY"), dir.string(), errors)});
+  { const X11Person person("ulf capture", display); }
+  for (int i = 0; i < 300 && Photographs(dir) == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const std::size_t before = Photographs(dir);
+  ASSERT_GT(before, 0u);
+  server.Kill();
+  const std::string output = capture.ReadUntil("stopped_because", 60);
+  EXPECT_EQ(capture.Wait(60), 0);
+  EXPECT_THAT(output, HasSubstr("\"stopped_because\":\"frames\""));
+  EXPECT_THAT(output, HasSubstr("\"frames\":75"));
+  const std::string said = ReadWholeFile(errors);
+  EXPECT_THAT(said, HasSubstr("the operator display is gone (the display server has ended); the capture goes "
+                              "on without it"));
+  EXPECT_THAT(said, ::testing::Not(HasSubstr("fatal")));
+  const LightField light_field = ReadLightField(dir);
+  EXPECT_GT(light_field.views.size(), before) << "nothing was recorded after it";
+  EXPECT_EQ(Photographs(dir), light_field.views.size());
+  EXPECT_TRUE(std::filesystem::exists(dir / "transforms.json")) << "closed";
+}
+
+TEST(Window, ThatIsGivenBackAfterItsDisplayServerDied) {
+  ChildProcess server({"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"});
+  const std::string display = ":" + std::to_string(std::stoi(server.ReadUntil("\n", 30)));
+  const char* usual = std::getenv("DISPLAY");
+  const std::string before = usual ? usual : "";
+  setenv("DISPLAY", display.c_str(), 1);
+  auto window = OpenWindow("ulf test", {400, 300});
+  setenv("DISPLAY", before.c_str(), 1);
+  EXPECT_EQ(window->Size(), cv::Size(400, 300));
+  server.Kill();
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 100; ++i) {
+          window->TakeEvents(0.01);
+          window->Bind();
+          window->Present();
+        }
+      },
+      SurfaceGone);
+  EXPECT_THROW(window->Size(), SurfaceGone) << "for good";
+  window.reset();
 }
 
 TEST(Window, WithoutADisplayServerTheCaptureGoesOn) {

@@ -1,0 +1,144 @@
+#include "coverage/operator/shown_sphere.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "coverage/operator/palette.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+
+// The map's own cells, neighbours of one view in one patch.
+void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
+  const DistanceColors colors(map, distance, Palette::Standard());
+  std::vector<double> nearer;
+  for (const CriterionView& view : map.views()) nearer.push_back(colors.Nearer(colors.Distance(view)));
+  constexpr double kWidest = 5 * kDegree;
+  for (const CoverageMap::PaintedRun& run : map.PaintedRuns(kWidest)) {
+    const CapFrame& frame = sphere.frame;
+    const std::array corners{frame.Direction(run.left, run.bottom), frame.Direction(run.right, run.bottom),
+                             frame.Direction(run.right, run.top), frame.Direction(run.left, run.top)};
+    if (std::all_of(corners.begin(), corners.end(), [&](const Vector3d& at) { return sphere.Faces(at); }))
+      sphere.paint.push_back(
+          {run.left, run.right, run.bottom, run.top, nearer[static_cast<std::size_t>(run.view)]});
+  }
+}
+
+// Each recorded view is a disc of what it covers; its rim is drawn near the present camera, where the rims
+// tell how far to go on. All rims of a full map would hide it.
+void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
+  constexpr double kRimReach = 2.5;  // disc radii
+  const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;
+  std::map<long, double> radius_of_distance;  // views lie at much the same distances
+  for (const CriterionView& view : map.views()) {
+    const Vector3d offset = cam_from_world * (view.center_in_world - map.subject().center_in_world);
+    ShownSphere::View shown{offset.normalized()};
+    if (!sphere.Faces(shown.direction)) continue;
+    if (sphere.FromDot(shown.direction) <= kRimReach * usual_radius) {
+      const long step = std::lround(100 * std::log(offset.norm()));
+      const auto [found, is_new] = radius_of_distance.try_emplace(step, 0.0);
+      if (is_new)
+        found->second = DiscRadius({.focal_px = view.fx,
+                                    .distance = offset.norm(),
+                                    .radius = map.subject().radius,
+                                    .threshold_px = map.options().threshold_px},
+                                   map.reference_distance() / offset.norm())
+                            .value_or(0);
+      if (found->second < M_PI / 2) shown.rim = found->second;
+    }
+    sphere.views.push_back(shown);
+  }
+}
+
+std::vector<Vector3d> Facing(const ShownSphere& sphere, const Eigen::Matrix3d& cam_from_world,
+                             const std::vector<Vector3d>& directions) {
+  std::vector<Vector3d> facing;
+  for (const Vector3d& direction : directions)
+    if (const Vector3d in_cam = cam_from_world * direction; sphere.Faces(in_cam)) facing.push_back(in_cam);
+  return facing;
+}
+
+}  // namespace
+
+Vector3d ShownSphere::Along(const Vector3d& direction, double angle) const {
+  const Vector3d sideways = direction - direction.dot(toward_camera) * toward_camera;
+  if (sideways.norm() < 1e-9) return toward_camera;
+  return std::cos(angle) * toward_camera + std::sin(angle) * sideways.normalized();
+}
+
+double ShownSphere::FromDot(const Vector3d& direction) const {
+  return std::acos(std::clamp(direction.dot(toward_camera), -1.0, 1.0));
+}
+
+std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double reach) {
+  if (!state.cam_from_world || !state.subject) return std::nullopt;
+  const Vector3d center = *state.cam_from_world * state.subject->center_in_world;
+  const double distance = center.norm(), radius = state.subject->radius;
+  if (!(distance > radius)) return std::nullopt;
+  const Eigen::Matrix3d cam_from_world = state.cam_from_world->rotation.toRotationMatrix();
+  const Vector3d toward_camera = -center / distance;
+  const CoverageMap* map =
+      state.coverage && !state.coverage->views().empty() ? state.coverage.get() : nullptr;
+  const CapFrame frame =
+      map ? CapFrame(cam_from_world * map->frame()->Direction(0, 0), cam_from_world * map->frame()->Up())
+          : CapFrame(toward_camera, -Vector3d::UnitY());
+  const double limb = std::min(reach, std::acos(radius / distance));
+  ShownSphere sphere{.radius = radius / distance,
+                     .toward_camera = toward_camera,
+                     .least_cosine = std::cos(limb),
+                     .frame = frame,
+                     .cap = map ? map->options().cap : std::nullopt,
+                     .paint = {},
+                     .views = {},
+                     .reopened = {},
+                     .left_open = {},
+                     .target = {}};
+  if (map) {
+    AddPaint(*map, distance, sphere);
+    AddViews(*map, cam_from_world, sphere);
+  }
+  sphere.reopened = Facing(sphere, cam_from_world, state.reopened);
+  sphere.left_open = Facing(sphere, cam_from_world, state.guidance.left_open);
+  if (const auto& toward = state.guidance.toward) {
+    const double radius_shown = state.guidance.disc_radius;
+    Target target{.direction = cam_from_world * *toward,
+                  .ring = radius_shown > 0 ? std::min(radius_shown, 0.5) : 3 * kDegree};
+    target.hidden = !sphere.Faces(target.direction);
+    if (target.hidden) target.direction = sphere.Along(target.direction, limb);
+    sphere.target = target;
+  }
+  return sphere;
+}
+
+std::optional<bool> SubjectIsHeld(const CaptureState& state) {
+  if (!state.cam_from_world || !state.subject) return std::nullopt;
+  const auto outline = SphereOutline(state.camera, *state.cam_from_world, *state.subject);
+  return outline && SafetyRectangle::Of(state.camera, state.rectangle_share).Holds(*outline);
+}
+
+ShownPicture ShownPicture::Of(const CaptureState& state) {
+  ShownPicture shown;
+  shown.camera = state.camera;
+  if (!state.cam_from_world) return shown;
+  shown.rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
+  shown.held = SubjectIsHeld(state).value_or(true);
+  shown.sphere = ShownSphere::Of(state);
+  if (shown.held) return shown;
+  const Vector3d center_in_cam = *state.cam_from_world * state.subject->center_in_world;
+  const auto img = state.camera.ImgFromCam(center_in_cam);
+  const Vector2d &low = shown.rectangle->low, &high = shown.rectangle->high;
+  if (img && (img->array() >= low.array()).all() && (img->array() <= high.array()).all()) return shown;
+  const Vector2d toward = img ? Vector2d(*img - 0.5 * (low + high)) : Vector2d(center_in_cam.head<2>());
+  // Straight behind: any way is as good.
+  shown.way_to_subject = toward.norm() > 1e-9 ? Vector2d(toward.normalized()) : Vector2d(1, 0);
+  return shown;
+}
+
+}  // namespace ulf

@@ -1,0 +1,75 @@
+// What the display shows of the subject's sphere, as values: all that the overlay draws on it, and all that a
+// person who looks at the display, a simulated one included, can know of the map. The side that faces away is
+// not in it, nor are views that paint nothing there.
+//
+// Directions are unit vectors from the sphere's centre in the camera's axes (x right, y down, z away from the
+// camera), as the sphere stands in the picture; angles are radians. How large the world is no picture tells:
+// the distance of the sphere's centre counts as 1.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "coverage/capture_state.h"
+#include "coverage/coverage_map.h"
+#include "coverage/sphere_outline.h"
+
+namespace ulf {
+
+struct ShownSphere {
+  double radius = 0;              // share of the distance
+  Eigen::Vector3d toward_camera;  // where the red dot is
+  double least_cosine = 0;        // to the dot, of all that is shown: the limb
+  CapFrame frame;                 // of the wireframe
+  std::optional<Cap> cap;         // its outline
+
+  // Painted cells: azimuths and elevations about `frame`. `nearer` is the colour: 0 where the view lies as
+  // far away as the camera is, 1 where it is so much nearer that it just does not cover, -1 farther.
+  struct Paint {
+    double left = 0, right = 0, bottom = 0, top = 0;
+    double nearer = 0;
+  };
+  std::vector<Paint> paint;
+  struct View {
+    Eigen::Vector3d direction;
+    double rim = 0;  // radius of the circle around it; 0: none is drawn
+  };
+  std::vector<View> views;
+  std::vector<Eigen::Vector3d> reopened, left_open;  // marks
+  struct Target {
+    Eigen::Vector3d direction;  // of one that is hidden: where the way to it meets the limb
+    double ring = 0;
+    bool hidden = false;
+  };
+  std::optional<Target> target;  // the yellow arrow's
+
+  // None without a pose and a subject, or from inside it. `reach`: nothing farther from the dot is shown.
+  static std::optional<ShownSphere> Of(const CaptureState& state, double reach = M_PI);
+
+  // Of the sphere's surface.
+  Eigen::Vector3d PointInCam(const Eigen::Vector3d& direction) const {
+    return radius * direction - toward_camera;
+  }
+  bool Faces(const Eigen::Vector3d& direction) const { return direction.dot(toward_camera) > least_cosine; }
+  // Away from the dot along the sphere, `angle` towards `direction`.
+  Eigen::Vector3d Along(const Eigen::Vector3d& direction, double angle) const;
+  double FromDot(const Eigen::Vector3d& direction) const;
+};
+
+// All that the live picture shows of a capture's state besides the picture itself. Nothing while there is no
+// pose.
+struct ShownPicture {
+  CameraModel camera;
+  std::optional<SafetyRectangle> rectangle;
+  bool held = true;                               // the rectangle is white
+  std::optional<Eigen::Vector2d> way_to_subject;  // the red arrow's direction
+  std::optional<ShownSphere> sphere;
+
+  static ShownPicture Of(const CaptureState& state);
+};
+
+// Whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
+std::optional<bool> SubjectIsHeld(const CaptureState& state);
+
+}  // namespace ulf

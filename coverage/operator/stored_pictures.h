@@ -1,0 +1,60 @@
+// Small copies of views that are on disk, read in a thread of its own while the capture goes on writing:
+// those that are wanted now, the most wanted first. Reads the journal and the photographs, and writes
+// nothing.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "acquisition/light_field.h"
+#include "coverage/operator/posed_pictures.h"
+
+namespace ulf {
+
+class StoredPictures {
+ public:
+  explicit StoredPictures(const std::filesystem::path& light_field);
+  ~StoredPictures();  // waits for the picture that is being read
+  StoredPictures(const StoredPictures&) = delete;
+  StoredPictures& operator=(const StoredPictures&) = delete;
+
+  // In place of what was wanted before; tells how many of them are to come. A view that is not on disk yet is
+  // looked for again.
+  std::size_t Want(std::vector<int> ids);
+  // What has been read since the last call, by view id; poses are the journal's.
+  std::map<int, PosedPicture> Take();
+  // Why a picture cannot be read: once for each, and it is not tried again. None: nothing new.
+  std::optional<std::string> TakeProblem();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void Loop();
+  void Read(const View& view);
+  void ReadJournal();
+  const View* Find(int id) const;
+  void Say(const std::string& problem);
+
+  // The thread's own.
+  LightField on_disk_;
+  Clock::time_point journal_due_;
+  bool said_journal_ = false;
+
+  std::mutex mutex_;  // of all below
+  std::condition_variable changed_;
+  std::vector<int> wanted_;
+  std::map<int, PosedPicture> read_;
+  std::set<int> unreadable_;
+  std::vector<std::string> problems_;
+  bool over_ = false;
+  std::thread thread_;
+};
+
+}  // namespace ulf

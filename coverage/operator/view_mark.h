@@ -1,0 +1,22 @@
+// The recorded view that a camera which looks round is nearest to, in direction as seen from the subject: the
+// one that is meant when somebody takes back what they are looking at.
+#pragma once
+
+#include <optional>
+
+#include "coverage/capture_state.h"
+#include "coverage/operator/overlay.h"
+#include "coverage/operator/wishes.h"
+
+namespace ulf {
+
+struct MarkedView {
+  int id = 0;
+  Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
+};
+// Of those that nobody has asked to take back. None without any.
+std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishes& wishes,
+                                          const CameraModel& camera, const Rigid3& cam_from_world,
+                                          const Palette& palette);
+
+}  // namespace ulf

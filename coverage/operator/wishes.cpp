@@ -1,0 +1,35 @@
+#include "coverage/operator/wishes.h"
+
+namespace ulf {
+
+void Wishes::Record(bool on) { record_ = {on, requests_.Ask(SetRecording{on})}; }
+
+void Wishes::Place(const Subject& subject) { subject_ = {subject, requests_.Ask(PlaceSubject{subject})}; }
+
+void Wishes::FindSubject() {
+  requests_.Ask(ulf::FindSubject{});
+  subject_ = {};  // nobody knows yet where it will be
+}
+
+void Wishes::TakeBack(int view_id) {
+  taken_back_.insert(view_id);
+  requests_.Ask(TakeBackViews{{view_id}});
+}
+
+void Wishes::Finish() { requests_.Ask(FinishCapture{}); }
+
+bool Wishes::Records(const CaptureState& state) const {
+  return record_.IsOpen(state) ? record_.value : state.recording;
+}
+
+std::optional<Subject> Wishes::SubjectOf(const CaptureState& state) const {
+  return subject_.IsOpen(state) ? subject_.value : state.subject;
+}
+
+std::optional<int> Wishes::LastView(const CaptureState& state) const {
+  for (auto id = state.view_ids.rbegin(); id != state.view_ids.rend(); ++id)
+    if (!IsTakenBack(*id)) return *id;
+  return std::nullopt;
+}
+
+}  // namespace ulf

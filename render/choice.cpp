@@ -1,0 +1,123 @@
+#include "render/choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "render/evaluate.h"
+#include "render/proxy_choice.h"
+
+namespace ulf {
+namespace {
+
+constexpr std::size_t kLeastViews = 10;
+
+std::string NameOf(const FieldOptions& field) {
+  return field.kind == FieldKind::kSubdivision ? "subdivision " + LevelName(field.level)
+                                               : FieldName(field.kind);
+}
+
+// The same views with their first pyramid levels left off.
+RenderScene Small(const RenderScene& scene) {
+  RenderScene small = scene;
+  for (SceneView& view : small.views) {
+    std::size_t skip = 0;
+    while (skip + 1 < view.pyramid.size() &&
+           std::max(view.pyramid[skip].cols, view.pyramid[skip].rows) > kChoiceSizePx)
+      ++skip;
+    view.pyramid.erase(view.pyramid.begin(), view.pyramid.begin() + static_cast<std::ptrdiff_t>(skip));
+    view.camera = view.camera.ScaledTo(view.pyramid.front().cols, view.pyramid.front().rows);
+  }
+  return small;
+}
+
+// The first candidate that is within the margin of the best.
+const Candidate& SimplestOf(const std::vector<Candidate>& candidates) {
+  const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+    return candidate.psnr_db >= best->psnr_db - kSimplerWithinDb;
+  });
+}
+
+std::vector<Candidate> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                           const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
+  const int every = std::max(2, static_cast<int>(scene.views.size()) / kChoiceViews);
+  const EvaluateSummary summary =
+      Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < summary.results.size(); ++i) {
+    const FieldScore& result = summary.results[i];
+    const MeanScore& mean = result.inside.views > 0 ? result.inside : result.all;
+    candidates.push_back({result.used, proxies[i / fields.size()], mean.psnr_db});
+  }
+  return candidates;
+}
+
+std::string Listed(const std::vector<Candidate>& candidates, bool by_proxy) {
+  std::string text;
+  for (const Candidate& candidate : candidates)
+    text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ",
+                        by_proxy ? candidate.proxy->Name() : NameOf(candidate.field), candidate.psnr_db);
+  return text;
+}
+
+}  // namespace
+
+Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
+  Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}};
+  if (choice.field.kind != fields.front().kind) {
+    choice.why = FieldName(choice.field.kind) +
+                 " weights are used, the others are not to be had from these viewpoints";
+    if (proxies.size() == 1) return choice;
+  }
+  if (scene.views.size() < kLeastViews) {
+    if (choice.why.empty())
+      choice.why = fmt::format("{} with the {} proxy: too few views to leave some out and compare",
+                               NameOf(choice.field), choice.proxy->Name());
+    return choice;
+  }
+  const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
+  if (proxies.size() == 1 && !fields_differ) return choice;
+
+  const RenderScene small = Small(scene);
+  if (proxies.size() > 1) {
+    const auto tried = Try(small, {fields.front()}, proxies, renderer);
+    choice.proxy = SimplestOf(tried).proxy;
+    choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
+                              Listed(tried, true));
+    choice.candidates = tried;
+  }
+  if (fields_differ) {
+    const auto tried = Try(small, fields, {choice.proxy}, renderer);
+    choice.field = SimplestOf(tried).field;
+    choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
+                              Listed(tried, false));
+    choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
+  }
+  choice.why += fmt::format(" on left-out views; the first within {} dB of the best", kSimplerWithinDb);
+  return choice;
+}
+
+Choice ChooseByName(const RenderScene& scene, const std::string& field, int level, const std::string& proxy,
+                    const std::filesystem::path& light_field, RendererKind renderer) {
+  std::vector<FieldOptions> fields;
+  if (field == kAuto)
+    fields = {{.kind = FieldKind::kSubdivision, .level = level},
+              {.kind = FieldKind::kLinear},
+              {.kind = FieldKind::kLumigraph}};
+  else
+    fields = {{.kind = FieldFromName(field), .level = level}};
+  std::vector<std::shared_ptr<const Proxy>> proxies;
+  if (proxy != kAuto) {
+    proxies = {ProxyFromName(proxy, scene.subject, light_field)};
+  } else {
+    proxies = {ProxyFromName("plane", scene.subject, light_field)};
+    if (std::filesystem::exists(light_field / kMeshProxyFile))
+      proxies.push_back(ProxyFromName("mesh", scene.subject, light_field));
+  }
+  return ChooseByEvidence(scene, fields, proxies, renderer);
+}
+
+}  // namespace ulf

@@ -1,0 +1,48 @@
+// Which blending field and which proxy a light field deserves, by evidence: a few views are left out,
+// rendered small from the others, and compared with their photographs. The simplest that is within a margin
+// of the best is taken. A mesh that was built from all views knows the left-out ones, too, and scores a
+// little too well.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/blending_field.h"
+#include "render/proxy.h"
+#include "render/renderer.h"
+#include "render/scene.h"
+
+namespace ulf {
+
+struct Candidate {
+  FieldOptions field;
+  std::shared_ptr<const Proxy> proxy;
+  double psnr_db = 0;  // mean over the left-out views
+};
+
+struct Choice {
+  FieldOptions field;
+  std::shared_ptr<const Proxy> proxy;
+  std::vector<Candidate> candidates;  // none where there was nothing to choose
+  std::string why;                    // one line for people
+};
+
+inline constexpr char kAuto[] = "auto";
+inline constexpr double kSimplerWithinDb = 0.3;
+inline constexpr int kChoiceViews = 8;     // left out, evenly through the light field
+inline constexpr int kChoiceSizePx = 320;  // longer side of the pictures
+
+// `fields` and `proxies`: in order of preference, the first of each the simplest. Every proxy is tried with
+// the first field, then every field with the proxy that was chosen: what geometry brings is more than what
+// weights bring. With fewer than ten views, and where one of each is given, the first ones are taken untried.
+Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer);
+
+// What a command line asks for: "auto" leaves the choice of subdivision (with `level`), linear and lumigraph
+// weights to the evidence, and that of the plane and of the light field's own mesh where it has one.
+Choice ChooseByName(const RenderScene& scene, const std::string& field, int level, const std::string& proxy,
+                    const std::filesystem::path& light_field, RendererKind renderer);
+
+}  // namespace ulf

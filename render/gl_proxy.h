@@ -1,0 +1,44 @@
+// The proxy's triangles on the graphics side: a pass that draws how deep every pixel is, before anything is
+// blended, and the maps of what it hides from each view. As GlContext's objects, all need their context to be
+// current.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "render/gl_objects.h"
+#include "render/scene.h"
+
+namespace ulf {
+
+class GlProxy {
+ public:
+  // Compiles its shader; Error where the driver does not.
+  void Build();
+
+  // Draws `mesh` into a picture of depths along the optical axis, 0 where there is none; of what is much
+  // nearer than `usual_depth` nothing.
+  void Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
+            const Rigid3& cam_from_world, double usual_depth);
+  void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }
+  cv::Mat ReadDepth() const;  // CV_32F
+
+  // The views' maps, one layer each; none where no view has one. Error when there are too many views.
+  void UploadSights(const std::vector<SceneView>& views);
+  void BindSights(unsigned unit) const;
+
+  void Release();
+
+ private:
+  GlProgram program_;
+  GlBuffer vertices_, corners_;
+  GlEmptyVertexArray no_vertices_;
+  std::shared_ptr<const TriangleMesh> uploaded_;
+  GlDepth nearness_;
+  GlTarget depth_{kDepthFormat};
+  unsigned sights_ = 0;
+
+  static const unsigned kDepthFormat;
+};
+
+}  // namespace ulf

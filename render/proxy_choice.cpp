@@ -1,0 +1,60 @@
+#include "render/proxy_choice.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "render/mesh_file.h"
+
+namespace ulf {
+namespace {
+
+PlaneProxy::InWorld PlaneFromText(const std::string& text) {
+  PlaneProxy::InWorld plane;
+  int end = 0;
+  const int read = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &plane.normal.x(), &plane.normal.y(),
+                               &plane.normal.z(), &plane.offset, &end);
+  const double length = plane.normal.norm();
+  if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
+      !std::isfinite(plane.offset) || !(length > 0))
+    throw UsageError("--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point", text);
+  plane.normal /= length;
+  plane.offset /= length;
+  return plane;
+}
+
+std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const std::string& name,
+                                      const Subject& subject) {
+  MeshReading reading = ReadMeshFile(file);
+  spdlog::info("{}: {}", file.string(), Counted(reading.mesh.triangles.size(), "triangle"));
+  if (const std::string dropped = reading.Dropped(); !dropped.empty())
+    spdlog::warn("{}: {}", file.string(), dropped);
+  return std::make_shared<MeshProxy>(subject, std::make_shared<TriangleMesh>(std::move(reading.mesh)), name);
+}
+
+}  // namespace
+
+std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
+                                           const std::filesystem::path& light_field) {
+  constexpr char kPlane[] = "plane:";
+  if (name == "plane") return std::make_shared<PlaneProxy>(subject);
+  if (name.rfind(kPlane, 0) == 0)
+    return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
+  if (name == "mesh") {
+    const std::filesystem::path file = light_field / kMeshProxyFile;
+    if (!std::filesystem::exists(file))
+      throw Error("--proxy mesh: {} is not there; make it with: ulf proxy {}", file.string(),
+                  light_field.string());
+    return MeshFrom(file, name, subject);
+  }
+  const std::string extension = std::filesystem::path(name).extension().string();
+  if (extension == ".ply" || extension == ".obj" || extension == ".PLY" || extension == ".OBJ")
+    return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
+  throw UsageError("--proxy {}: no such proxy; there are plane, plane:x,y,z,d, mesh, and PLY or OBJ files",
+                   name);
+}
+
+}  // namespace ulf

@@ -1,0 +1,23 @@
+// Proxies by name, as on the command line.
+//   plane            through the subject, facing the virtual camera
+//   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
+//   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
+//   FILE.ply, .obj   a mesh made elsewhere, in the light field's frame
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "render/proxy.h"
+
+namespace ulf {
+
+inline constexpr char kMeshProxyFile[] = "proxy.ply";
+
+// Says on the log what a mesh file holds. UsageError for a name that is none, Error for a file that is not to
+// be had.
+std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
+                                           const std::filesystem::path& light_field);
+
+}  // namespace ulf

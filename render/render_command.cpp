@@ -1,0 +1,335 @@
+#include "render/render_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/available_memory.h"
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "acquisition/number_checks.h"
+#include "render/camera_path.h"
+#include "render/choice.h"
+#include "render/frame_range.h"
+#include "render/picture_files.h"
+#include "render/picture_memory.h"
+#include "render/scene_options.h"
+#include "render/tiled_rendering.h"
+#include "render/video.h"
+
+namespace ulf {
+namespace {
+
+constexpr int kLargestPicture = 16384;  // what OpenGL draws into on the machines this was tried on
+
+struct RenderArgs : SceneArgs {
+  std::string path = "orbit";
+  std::string field = "auto";
+  std::string proxy = "auto";
+  std::string level = "1";
+  std::string frames;
+  int width = 0, height = 0;
+  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: as the photographs' or the path's
+  double zoom = 0;                   // 0: just enough to fill the pictures of a named path
+  double fps = 30;
+  std::string out = "orbit.mp4";
+  std::string format;
+  std::string exr_compression = "zip";
+  double exposure_stops = 0;
+  bool weights = false;
+  bool overwrite = false;
+  bool show_field = false;
+  bool no_fill = false;
+  bool json = false;
+};
+
+// The size that was asked for: one of width and height keeps the shape, both keep the horizontal field of
+// view.
+CameraModel Sized(CameraModel camera, const RenderArgs& args) {
+  if (args.width == 0 && args.height == 0) return camera;
+  const int width =
+      args.width > 0
+          ? args.width
+          : std::max(1, static_cast<int>(std::lround(1.0 * camera.width * args.height / camera.height)));
+  const int kept_height =
+      std::max(1, static_cast<int>(std::lround(1.0 * camera.height * width / camera.width)));
+  camera = camera.ScaledTo(width, kept_height);
+  if (args.height > 0 && args.height != kept_height) {
+    camera.cy += 0.5 * (args.height - kept_height);
+    camera.height = args.height;
+  }
+  return camera;
+}
+
+// The lens that was asked for, in pixels of the picture.
+CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
+  const double focal_px =
+      args.fov_deg > 0 ? 0.5 * camera.width / std::tan(0.5 * args.fov_deg * M_PI / 180) : args.focal_px;
+  if (focal_px > 0) camera.fx = camera.fy = focal_px;
+  return camera;
+}
+
+// With a camera for each pose, as asked: the lens of a named path is that of its first picture.
+CameraPath PathOf(const RenderArgs& args, const RenderScene& scene, int frames) {
+  const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
+  CameraPath path = MakePath(
+      {.path = args.path, .frames = frames, .camera = asked, .fps = args.fps, .light_field = args.dir},
+      scene);
+  if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
+  if (!IsNamedPath(args.path))
+    for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
+  return path;
+}
+
+void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
+  const bool lens_is_free = IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
+  const double zoom = args.zoom > 0  ? args.zoom
+                      : lens_is_free ? ZoomThatFills(renderer, path, path.cameras.front())
+                                     : 1.0;
+  if (zoom > 1)
+    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
+  for (CameraModel& camera : path.cameras) {
+    camera.fx *= zoom;
+    camera.fy *= zoom;
+  }
+}
+
+// FNV-1a over what numbers are made of.
+class Fingerprint {
+ public:
+  void Add(double value) {
+    std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
+    for (int n = 0; n < 8; ++n, bits >>= 8) hash_ = (hash_ ^ (bits & 0xff)) * 0x100000001b3;
+  }
+  void Add(const Rigid3& pose) {
+    for (const double value : pose.rotation.coeffs()) Add(value);
+    for (const double value : pose.translation) Add(value);
+  }
+  void Add(const CameraModel& camera) {
+    for (const double value :
+         {1.0 * camera.width, 1.0 * camera.height, camera.fx, camera.fy, camera.cx, camera.cy})
+      Add(value);
+  }
+  std::string Text() const { return fmt::format("{:016x}", hash_); }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325;
+};
+
+// All that a picture of the path depends on: pictures of one folder have it in common.
+std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
+                                              const CameraPath& path) {
+  const RenderScene& scene = renderer.scene();
+  Fingerprint views, poses;
+  for (const SceneView& view : scene.views) {
+    views.Add(view.id);
+    views.Add(view.cam_from_world);
+    views.Add(view.camera);
+    views.Add(view.scale);
+  }
+  for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
+    poses.Add(path.cam_from_world[i]);
+    poses.Add(path.cameras[i]);
+  }
+  const Subject& subject = scene.subject;
+  return {{"views", fmt::format("{} ({})", scene.views.size(), views.Text())},
+          {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
+                                  subject.center_in_world.z(), subject.radius)},
+          {"path", fmt::format("{}, {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
+                               poses.Text())},
+          {"field", fmt::format("{}, level {}", FieldName(renderer.field().kind), renderer.field().level)},
+          {"proxy", args.proxy == kAuto ? scene.proxy->Name() : args.proxy},
+          {"renderer", args.renderer},
+          {"fill", args.no_fill ? "none" : "nearest view"},
+          {"shows", args.show_field ? "blending field" : "light"},
+          {"format", args.format.empty() ? "png" : args.format},
+          {"exposure", fmt::format("{} stops", args.exposure_stops)},
+          {"weights", args.weights ? "written" : "not written"}};
+}
+
+// What came of a render.
+struct RenderReport {
+  int rendered = 0, kept = 0;
+  double ms = 0;  // of all but the first, at which drivers compile
+  long filled = 0, empty = 0, pixels = 0;
+
+  void Add(const Rendering& picture) {
+    ms = rendered <= 1 ? picture.ms : ms + picture.ms;
+    ++rendered;
+    filled += picture.filled_px;
+    empty += picture.empty_px;
+    pixels += static_cast<long>(picture.linear.total());
+  }
+  double MsPerFrame() const { return ms / std::max(1, rendered - 1); }
+  double Share(long count) const {
+    return static_cast<double>(count) / static_cast<double>(std::max(1L, pixels));
+  }
+};
+
+void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport& report) {
+  if (args.json) {
+    const nlohmann::json json{{"frames", report.rendered},
+                              {"kept", report.kept},
+                              {"output", args.out},
+                              {"field", FieldName(renderer.field().kind)},
+                              {"level", LevelName(renderer.field().level)},
+                              {"proxy", renderer.scene().proxy->Name()},
+                              {"renderer", renderer.Name()},
+                              {"ms_per_frame", report.MsPerFrame()},
+                              {"filled_share", report.Share(report.filled)},
+                              {"empty_share", report.Share(report.empty)}};
+    fmt::print("{}\n", json.dump(1));
+    return;
+  }
+  const std::string kept =
+      report.kept > 0 ? fmt::format("{} there already, ", Counted(report.kept, "picture")) : "";
+  fmt::print("{}: {}{}, {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
+             args.out, kept, Counted(report.rendered, "picture"), FieldName(renderer.field().kind),
+             report.MsPerFrame(), renderer.Name(), 100 * report.Share(report.filled),
+             100 * report.Share(report.empty));
+}
+
+PictureEncoding EncodingOf(const RenderArgs& args) {
+  const PictureEncoding encoding{
+      .format = FormatOf(args.out, args.format),
+      .exposure_stops = args.exposure_stops,
+      .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
+  if (args.weights && encoding.format != PictureFormat::kExr)
+    throw UsageError("--weights: only EXR holds layers; give -o OUT.exr or --format exr");
+  return encoding;
+}
+
+std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding) {
+  const int level = LevelFromName(args.level);
+  if (args.field != kAuto) FieldFromName(args.field);  // before anything is loaded
+  SceneArgs scene_args = args;
+  if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
+  const auto plain = Load(scene_args);
+  spdlog::info("{}", plain->mesh.Description());
+  const Choice choice =
+      ChooseByName(*plain, args.field, level, args.proxy, args.dir, RendererFromName(args.renderer));
+  if (!choice.why.empty()) spdlog::info("{}", choice.why);
+  const auto scene = WithProxy(*plain, choice.proxy);
+  auto renderer = MakeRenderer(scene, {.field = choice.field,
+                                       .renderer = RendererFromName(args.renderer),
+                                       .fill = !args.no_fill,
+                                       .show_field = args.show_field,
+                                       .depth = encoding.format == PictureFormat::kExr,
+                                       .weights = args.weights});
+  return renderer;
+}
+
+int RunRender(const RenderArgs& args) {
+  const FrameRange range = ParseFrames(args.frames);
+  const PictureEncoding encoding = EncodingOf(args);
+  const auto renderer = RendererOf(args, encoding);
+  const bool single = IsSinglePicture(args.out);
+  CameraPath path = PathOf(args, renderer->scene(), single && args.frames.empty() ? 1 : range.count);
+  const int all = static_cast<int>(path.cam_from_world.size());
+  if (range.first >= all)
+    throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
+  const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
+  Zoom(args, *renderer, path);
+  for (int i = range.first; i < end; ++i) {
+    const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
+    RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
+  }
+
+  std::unique_ptr<PictureSink> video;
+  std::unique_ptr<PictureFiles> files;
+  if (IsVideo(args.out))
+    video = OpenPictureSink(args.out, args.fps);
+  else
+    files =
+        std::make_unique<PictureFiles>(args.out, encoding, SettingsOf(args, *renderer, path), args.overwrite);
+  Progress progress("rendering");
+  RenderReport report;
+  for (int i = range.first; i < end; ++i) {
+    if (files && files->Has(i)) {
+      ++report.kept;
+      continue;
+    }
+    const auto at = static_cast<std::size_t>(i);
+    const Rendering picture = RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
+    if (video)
+      video->Add(DisplaySrgb8(picture.linear, args.exposure_stops));
+    else
+      files->Write(i, picture);
+    report.Add(picture);
+    progress.Show(static_cast<double>(i + 1 - range.first) / (end - range.first),
+                  fmt::format("picture {}", i));
+  }
+  if (video) video->Close();
+  Print(args, *renderer, report);
+  return kOk;
+}
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<RenderArgs>();
+  CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
+  AddSceneOptions(*sub, *args);
+  sub->add_option(
+      "--path", args->path,
+      "orbit, dolly (towards the subject), vertigo (the same while zooming out), spiral, a file of TUM "
+      "poses, "
+      "another light field whose poses to take, or a JSON file: keyframes, or a camera path of nerfstudio's "
+      "viewer");
+  sub->add_option(
+      "--field", args->field,
+      "Blending weights: auto (by evidence), subdivision, linear, lumigraph, lumigraph-per-pixel, nearest");
+  sub->add_option("--level", args->level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  sub->add_option(
+      "--proxy", args->proxy,
+      "Geometry that photographs are projected onto: auto (by evidence), plane (through the subject, facing "
+      "the camera), "
+      "plane:x,y,z,d (normal . point = d), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+  sub->add_option(
+      "--frames", args->frames,
+      "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "
+      "say); A:B: only pictures A to B - 1 of the path, A:B/N: of a path of N");
+  sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
+      ->check(CLI::Range(1, kLargestPicture));
+  sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
+      ->check(CLI::Range(1, kLargestPicture));
+  auto* focal = sub->add_option("--focal-px", args->focal_px,
+                                "Focal length in pixels of the pictures, instead of the photographs' or the "
+                                "path's; of a vertigo's first picture")
+                    ->check(Positive());
+  sub->add_option("--fov-deg", args->fov_deg, "The same as horizontal field of view")
+      ->check(CLI::Range(0.01, 179.0))
+      ->excludes(focal);
+  sub->add_option(
+         "--zoom", args->zoom,
+         "Times the focal length; if neither is said, named paths zoom until photographs fill their pictures")
+      ->check(Positive());
+  sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
+  sub->add_option(
+      "-o,--output", args->out,
+      "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures, in which those "
+      "that are there already are kept: a render that was stopped goes on");
+  sub->add_option("--format", args->format,
+                  "Of pictures: png, png16 (16 bits), exr (linear light, depth, confidence)")
+      ->check(CLI::IsMember({"png", "png16", "exr"}));
+  sub->add_option("--exr-compression", args->exr_compression, "zip or piz")
+      ->check(CLI::IsMember({"zip", "piz"}));
+  sub->add_option("--exposure", args->exposure_stops, "Brighter by so many stops, for a display: not in EXR")
+      ->check(CLI::Range(-100.0, 100.0));
+  sub->add_flag("--weights", args->weights, "EXR with a layer for each view: its weight (slow)");
+  sub->add_flag("--overwrite", args->overwrite, "Replace the pictures that are in the folder");
+  sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");
+  sub->add_flag("--no-fill", args->no_fill, "Leave black what no weighted view covers");
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf render lightfield --path orbit --width 640 -o orbit.mp4");
+  sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });
+}
+
+}  // namespace ulf

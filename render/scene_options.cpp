@@ -1,0 +1,50 @@
+#include "render/scene_options.h"
+
+#include "acquisition/import_export.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/number_checks.h"
+#include "render/proxy_choice.h"
+
+namespace ulf {
+
+RendererKind RendererFromName(const std::string& name) {
+  return name == "reference" ? RendererKind::kReference : RendererKind::kGl;
+}
+
+std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
+  SceneOptions options{.size_limit_px = args.size_limit_px,
+                       .memory_limit_mb = args.memory_mb,
+                       .form = args.form,
+                       .mesh_in_plane = args.viewpoint_mesh == "plane"};
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  const LightField light_field = ReadLightField(args.dir);
+  Progress progress("loading");
+  return LoadScene(light_field, options, &progress);
+}
+
+std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
+  std::vector<std::shared_ptr<const Proxy>> proxies;
+  for (const std::string& name : args.proxies) proxies.push_back(ProxyFromName(name, subject, args.dir));
+  return proxies;
+}
+
+void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
+  sub.add_option("dir", args.dir, "The light field: a folder with a journal or a transforms.json")
+      ->required();
+  sub.add_option(
+      "--subject", args.subject,
+      "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
+  sub.add_option("--size-limit", args.size_limit_px,
+                 "Longer side of the loaded photographs in pixels; 0: as they are")
+      ->check(NonNegative());
+  sub.add_option("--memory-mb", args.memory_mb, "Photographs are halved until they fit")->check(Positive());
+  sub.add_option(
+         "--viewpoint-mesh", args.viewpoint_mesh,
+         "Viewpoints are triangulated on the sphere, or in the plane of azimuth and elevation as in the "
+         "thesis, for comparison")
+      ->check(CLI::IsMember({"sphere", "plane"}));
+  sub.add_option("--renderer", args.renderer, "gl (OpenGL without a window) or reference (plain, slow)")
+      ->check(CLI::IsMember({"gl", "reference"}));
+}
+
+}  // namespace ulf

@@ -1,0 +1,30 @@
+// What the commands that render have in common: which light field, how much of it is loaded, which renderer.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+
+namespace ulf {
+
+struct SceneArgs {
+  std::string dir;
+  std::string subject;
+  int size_limit_px = 0;
+  double memory_mb = 2048;
+  std::string renderer = "gl";
+  std::vector<std::string> proxies{"plane"};
+  std::string viewpoint_mesh = "sphere";
+  PhotographForm form = PhotographForm::kAuto;
+};
+
+void AddSceneOptions(CLI::App& sub, SceneArgs& args);
+
+RendererKind RendererFromName(const std::string& name);
+std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
+std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
+
+}  // namespace ulf

@@ -1,0 +1,34 @@
+// How far a recorded view sees: what lies behind the proxy is hidden from it.
+//
+// A small depth map of the proxy from the view's own place, as a shadow map. A point is compared with the
+// four texels around it (percentage closer filtering, Reeves et al. 1987), so that sight fades over a texel
+// instead of breaking off; it does so a texel before an edge, whose colours a photograph mixes. Distances are
+// compared as inverse depths, which are linear in the image over a plane: what a surface that is seen at a
+// slant changes over a texel is allowed for exactly.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+#include "acquisition/camera_model.h"
+#include "acquisition/rigid3.h"
+#include "render/triangle_mesh.h"
+
+namespace ulf {
+
+struct Sight {
+  CameraModel camera;           // without distortion, and wide enough for the view's own
+  cv::Mat least_inverse_depth;  // CV_32F: points with a smaller one are hidden
+
+  // 0 hidden to 1 seen. Points that fall outside the map are seen.
+  double Share(const Eigen::Vector3d& point_in_view) const;
+};
+
+// Width and height of the maps of all views, whatever the shape of their images.
+inline constexpr int kSightPx = 256;
+// A point may lie behind the proxy by this share of its depth: proxies are rough.
+inline constexpr double kSightTolerance = 0.01;
+
+Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, const Rigid3& view_from_world);
+
+}  // namespace ulf

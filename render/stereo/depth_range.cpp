@@ -1,0 +1,69 @@
+#include "render/stereo/depth_range.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace ulf {
+namespace {
+
+constexpr int kFewestPlanes = 16;
+constexpr int kMostPlanes = 256;
+
+StereoView HalfSize(const StereoView& view) {
+  StereoView half = view;
+  half.camera = view.camera.ScaledTo(std::max(1, view.camera.width / 2), std::max(1, view.camera.height / 2));
+  cv::resize(view.grey, half.grey, {half.camera.width, half.camera.height}, 0, 0, cv::INTER_AREA);
+  return half;
+}
+
+// How far the middle of the view's picture moves in a neighbour's while its depth goes through the range.
+double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
+  const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
+  const auto at = [&](double depth) {
+    return neighbour.camera.ImgFromCam(neighbour.cam_from_world * (view.center_in_world + depth * ray));
+  };
+  const auto near = at(nearest), far = at(farthest);
+  return near && far ? (*near - *far).norm() : 0;
+}
+
+}  // namespace
+
+InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                                   double nearest, double farthest) {
+  double widest = 0;
+  for (const StereoView* neighbour : neighbours)
+    widest = std::max(widest, PathLengthPx(view, *neighbour, nearest, farthest));
+  const int planes =
+      std::clamp(static_cast<int>(std::ceil(std::min(widest, 1e6))) + 1, kFewestPlanes, kMostPlanes);
+  return {1 / farthest, 1 / nearest, planes};
+}
+
+InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                            double subject_distance) {
+  constexpr double kNearest = 0.2, kFarthest = 100;  // in distances to the subject
+  constexpr float kSure = 0.6f;                      // agreement
+  constexpr double kLeftOut = 0.005;                 // of the pixels, on either side
+  constexpr double kMargin = 0.1;                    // of the range, on either side
+  const StereoView half = HalfSize(view);
+  std::vector<StereoView> half_neighbours;
+  for (const StereoView* neighbour : neighbours) half_neighbours.push_back(HalfSize(*neighbour));
+  std::vector<const StereoView*> pointers;
+  for (const StereoView& neighbour : half_neighbours) pointers.push_back(&neighbour);
+  const double nearest = kNearest * subject_distance, farthest = kFarthest * subject_distance;
+  const DepthMap map = SweepPlanes(half, pointers, PixelSpacedRange(half, pointers, nearest, farthest));
+
+  std::vector<double> inverse;
+  for (int y = 0; y < map.depth.rows; ++y)
+    for (int x = 0; x < map.depth.cols; ++x)
+      if (map.agreement.at<float>(y, x) > kSure) inverse.push_back(1 / map.depth.at<float>(y, x));
+  if (inverse.size() < 100) return PixelSpacedRange(view, neighbours, nearest, farthest);
+  std::sort(inverse.begin(), inverse.end());
+  const std::size_t left_out = static_cast<std::size_t>(kLeftOut * static_cast<double>(inverse.size()));
+  const double least = inverse[left_out], most = inverse[inverse.size() - 1 - left_out];
+  const double margin = kMargin * (most - least) + 0.02 * most;
+  return PixelSpacedRange(view, neighbours, 1 / std::min(1 / nearest, most + margin),
+                          1 / std::max(1 / farthest, least - margin));
+}
+
+}  // namespace ulf

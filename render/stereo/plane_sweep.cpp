@@ -1,0 +1,273 @@
+#include "render/stereo/plane_sweep.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "render/stereo/semi_global.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3f;
+using Eigen::Vector3f;
+
+Eigen::Matrix3d Intrinsics(const CameraModel& camera) {
+  Eigen::Matrix3d matrix;
+  matrix << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return matrix;
+}
+
+// Takes pixels of the view to pixels of a neighbour by way of a plane: far + inverse_depth * near.
+struct Carrier {
+  const StereoView* neighbour;
+  Matrix3f at_infinity;
+  Vector3f per_inverse_depth;
+};
+
+Carrier MakeCarrier(const StereoView& view, const StereoView& neighbour) {
+  const Rigid3 neighbour_from_view = neighbour.cam_from_world * view.cam_from_world.Inverse();
+  const Eigen::Matrix3d to = Intrinsics(neighbour.camera), from = Intrinsics(view.camera);
+  return {&neighbour, (to * neighbour_from_view.RotationMatrix() * from.inverse()).cast<float>(),
+          (to * neighbour_from_view.translation).cast<float>()};
+}
+
+constexpr float kUnseen = 4.0f;  // above any cost
+
+// Written so that the compiler does eight pixels at a time: plain arrays, windows of a size it knows.
+template <int kRadius>
+class Matcher {
+ public:
+  Matcher(const cv::Mat& grey, double noise)
+      : width_(grey.cols), height_(grey.rows), floor_(static_cast<float>(noise * noise * kArea)) {
+    cv::copyMakeBorder(grey, padded_, kRadius, kRadius, kRadius, kRadius, cv::BORDER_REPLICATE);
+    sum_ = cv::Mat(grey.size(), CV_32F);
+    spread_ = cv::Mat(grey.size(), CV_32F);
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) {
+        float sum = 0, square = 0;
+        for (int dy = 0; dy < kSide; ++dy)
+          for (int dx = 0; dx < kSide; ++dx) {
+            const float value = padded_.at<float>(y + dy, x + dx);
+            sum += value;
+            square += value * value;
+          }
+        sum_.at<float>(y, x) = sum;
+        spread_.at<float>(y, x) = std::max(0.0f, square - sum * sum / kArea) + floor_;
+      }
+    const std::size_t wide = static_cast<std::size_t>(width_ + 2 * kRadius);
+    offset_.resize(wide);
+    for (auto* row : {&right_share_, &lower_share_, &carried_}) row->resize(wide);
+    for (auto& row : ring_)
+      for (auto& sums : row) sums.resize(static_cast<std::size_t>(width_));
+  }
+
+  // Costs of the rows from `first` to before `end`, one after another, in `costs`; the window's rows outside
+  // the image repeat its edge.
+  void Match(const Carrier& carrier, float inverse_depth, int first, int end, float* costs) {
+    Matrix3f h = carrier.at_infinity;
+    h.col(2) += inverse_depth * carrier.per_inverse_depth;
+    for (int y = first - kRadius; y < end + kRadius; ++y) {
+      Carry(carrier.neighbour->grey, h, y);
+      SumAlongRow(y);
+      if (y >= first + kRadius)
+        Compare(y - kRadius, carrier.neighbour->grey, h, costs + (y - kRadius - first) * width_);
+    }
+  }
+
+ private:
+  static constexpr int kSide = 2 * kRadius + 1;
+  static constexpr float kArea = kSide * kSide;
+  using Row = std::vector<float>;
+
+  // A row of the neighbour as this view would see it on the plane.
+  void Carry(const cv::Mat& image, const Matrix3f& h, int y) {
+    const int wide = width_ + 2 * kRadius;
+    const Vector3f start =
+        h * Vector3f(0.5f - kRadius, static_cast<float>(std::clamp(y, 0, height_ - 1)) + 0.5f, 1.0f);
+    const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
+    const float right = static_cast<float>(image.cols) - 1.001f,
+                bottom = static_cast<float>(image.rows) - 1.001f;
+    const int stride = static_cast<int>(image.step1());
+    int* __restrict offset = offset_.data();
+    float* __restrict right_share = right_share_.data();
+    float* __restrict lower_share = lower_share_.data();
+    for (int x = 0; x < wide; ++x) {
+      const float t = static_cast<float>(x);
+      const float z = z0 + t * dz;
+      const float per_z = 1.0f / (z > 1e-6f ? z : 1e-6f);
+      right_share[x] = (x0 + t * dx) * per_z - 0.5f;
+      lower_share[x] = (y0 + t * dy) * per_z - 0.5f;
+    }
+    for (int x = 0; x < wide; ++x) {
+      const float u = std::min(std::max(right_share[x], 0.0f), right);
+      const float v = std::min(std::max(lower_share[x], 0.0f), bottom);
+      const int left = static_cast<int>(u), top = static_cast<int>(v);
+      right_share[x] = u - static_cast<float>(left);
+      lower_share[x] = v - static_cast<float>(top);
+      offset[x] = top * stride + left;
+    }
+    const float* __restrict pixels = image.ptr<float>();
+    const float* __restrict pixels_below = pixels + stride;
+    float* __restrict carried = carried_.data();
+    for (int x = 0; x < wide; ++x) {
+      const int at = offset[x];
+      const float a = pixels[at], b = pixels[at + 1], c = pixels_below[at], d = pixels_below[at + 1];
+      const float above = a + right_share[x] * (b - a), below = c + right_share[x] * (d - c);
+      carried[x] = above + lower_share[x] * (below - above);
+    }
+  }
+
+  void SumAlongRow(int y) {
+    auto& row = ring_[static_cast<std::size_t>((y + kSide) % kSide)];
+    const float* __restrict own = padded_.ptr<float>(std::clamp(y, 0, height_ - 1) + kRadius);
+    const float* __restrict carried = carried_.data();
+    float* __restrict value = row[0].data();
+    float* __restrict square = row[1].data();
+    float* __restrict product = row[2].data();
+    for (int x = 0; x < width_; ++x) {
+      float v = 0, s = 0, p = 0;
+      for (int d = 0; d < kSide; ++d) {
+        const float c = carried[x + d];
+        v += c;
+        s += c * c;
+        p += c * own[x + d];
+      }
+      value[x] = v;
+      square[x] = s;
+      product[x] = p;
+    }
+  }
+
+  void Compare(int y, const cv::Mat& image, const Matrix3f& h, float* __restrict costs) const {
+    std::array<const float*, kSide> values, squares, products;
+    for (std::size_t i = 0; i < kSide; ++i) {
+      values[i] = ring_[i][0].data();
+      squares[i] = ring_[i][1].data();
+      products[i] = ring_[i][2].data();
+    }
+    const float* __restrict own_sum = sum_.ptr<float>(y);
+    const float* __restrict own_spread = spread_.ptr<float>(y);
+    const Vector3f start = h * Vector3f(0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+    const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
+    const float right = static_cast<float>(image.cols), bottom = static_cast<float>(image.rows);
+    const float floor = floor_;
+    for (int x = 0; x < width_; ++x) {
+      float value = 0, square = 0, product = 0;
+      for (std::size_t i = 0; i < kSide; ++i) {
+        value += values[i][x];
+        square += squares[i][x];
+        product += products[i][x];
+      }
+      const float covariance = product - value * own_sum[x] * (1 / kArea);
+      const float variance = square - value * value * (1 / kArea);
+      const float spread = (variance > 0 ? variance : 0.0f) + floor;
+      const float cost = 1.0f - covariance / std::sqrt(spread * own_spread[x]);
+      const float t = static_cast<float>(x);
+      const float z = z0 + t * dz, u = x0 + t * dx, v = y0 + t * dy;
+      const bool inside = (z > 1e-6f) & (u > 0) & (v > 0) & (u < right * z) & (v < bottom * z);
+      costs[x] = inside ? cost : kUnseen;
+    }
+  }
+
+  int width_, height_;
+  float floor_;
+  cv::Mat padded_, sum_, spread_;
+  std::vector<int> offset_;
+  Row right_share_, lower_share_, carried_;
+  std::array<std::array<Row, 3>, kSide>
+      ring_;  // of the window's rows: values, squares, products with the view
+};
+
+// Mean of the better half, with what is unseen left out; where nothing is seen, as bad as can be.
+void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t pixels, float truncation,
+                      float* mean) {
+  constexpr std::size_t kBlock = 512;
+  constexpr std::size_t kMost = 16;
+  const std::size_t keep = std::clamp<std::size_t>((costs.size() + 1) / 2, 1, kMost);
+  std::array<std::array<float, kBlock>, kMost> best;
+  std::array<float, kBlock> rest;
+  for (std::size_t first = 0; first < pixels; first += kBlock) {
+    const std::size_t count = std::min(kBlock, pixels - first);
+    for (std::size_t k = 0; k < keep; ++k) best[k].fill(kUnseen);
+    for (const auto& of_neighbour : costs) {
+      std::copy_n(of_neighbour.data() + first, count, rest.data());
+      for (std::size_t k = 0; k < keep; ++k) {
+        float* __restrict kept = best[k].data();
+        float* __restrict other = rest.data();
+        for (std::size_t i = 0; i < kBlock; ++i) {
+          const float a = kept[i], b = other[i];
+          kept[i] = a < b ? a : b;
+          other[i] = a < b ? b : a;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      float sum = 0, seen = 0;
+      for (std::size_t k = 0; k < keep; ++k) {
+        const float cost = best[k][i];
+        sum += cost < kUnseen ? std::min(cost, truncation) : 0.0f;
+        seen += cost < kUnseen ? 1.0f : 0.0f;
+      }
+      mean[first + i] = seen > 0 ? sum / seen : truncation;
+    }
+  }
+}
+
+constexpr float kCostUnit = 80;  // of the 8-bit costs
+
+template <int kRadius>
+CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                      const InverseDepthRange& range, const SweepOptions& options) {
+  const int width = view.grey.cols, height = view.grey.rows;
+  CostVolume volume(width, height, range.planes);
+  std::vector<Carrier> carriers;
+  for (const StereoView* neighbour : neighbours) carriers.push_back(MakeCarrier(view, *neighbour));
+  Matcher<kRadius> matcher(view.grey, options.noise);
+  // So many rows that their part of the volume stays in the cache while all planes are written into it.
+  const int band = std::clamp(static_cast<int>(2'000'000 / (static_cast<long>(width) * range.planes)), 8, 64);
+  std::vector<std::vector<float>> costs(carriers.size(),
+                                        std::vector<float>(static_cast<std::size_t>(width * band)));
+  std::vector<float> mean(static_cast<std::size_t>(width * band));
+  for (int first = 0; first < height; first += band) {
+    const int end = std::min(height, first + band);
+    const std::size_t pixels = static_cast<std::size_t>((end - first) * width);
+    for (int plane = 0; plane < range.planes; ++plane) {
+      const float inverse_depth = static_cast<float>(range.At(plane));
+      for (std::size_t i = 0; i < carriers.size(); ++i)
+        matcher.Match(carriers[i], inverse_depth, first, end, costs[i].data());
+      MeanOfBetterHalf(costs, pixels, static_cast<float>(options.truncation), mean.data());
+      std::uint8_t* out = volume.At(0, first) + plane;
+      for (std::size_t i = 0; i < pixels; ++i, out += volume.stride())
+        *out = static_cast<std::uint8_t>(mean[i] * kCostUnit + 0.5f);
+    }
+  }
+  return volume;
+}
+
+}  // namespace
+
+DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                     const InverseDepthRange& range, const SweepOptions& options) {
+  const CostVolume volume = options.window_radius_px <= 1   ? FillVolume<1>(view, neighbours, range, options)
+                            : options.window_radius_px == 2 ? FillVolume<2>(view, neighbours, range, options)
+                                                            : FillVolume<3>(view, neighbours, range, options);
+  const cv::Mat plane = SemiGlobalMinimum(volume, view.grey,
+                                          {.small_step = static_cast<int>(options.small_step * kCostUnit),
+                                           .large_step = static_cast<int>(options.large_step * kCostUnit),
+                                           .edge_grey = static_cast<float>(options.edge_grey)});
+  DepthMap map{cv::Mat::zeros(view.grey.size(), CV_32F), cv::Mat::zeros(view.grey.size(), CV_32F)};
+  for (int y = 0; y < view.grey.rows; ++y)
+    for (int x = 0; x < view.grey.cols; ++x) {
+      const float at = plane.at<float>(y, x);
+      // Least at the range's end is no minimum: it would go on beyond.
+      if (at < 0.5f || at > static_cast<float>(range.planes) - 1.5f) continue;
+      map.depth.at<float>(y, x) = static_cast<float>(1 / range.At(at));
+      map.agreement.at<float>(y, x) = 1 - static_cast<float>(volume.At(x, y)[std::lround(at)]) / kCostUnit;
+    }
+  return map;
+}
+
+}  // namespace ulf

@@ -1,0 +1,138 @@
+#include "render/stereo/proxy_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "acquisition/import_export.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/number_checks.h"
+#include "acquisition/output_path.h"
+#include "render/mesh_file.h"
+#include "render/proxy_choice.h"
+#include "render/stereo/proxy_builder.h"
+
+namespace ulf {
+namespace {
+
+struct ProxyArgs {
+  std::string dir;
+  std::string subject;
+  std::string from;
+  std::string out;
+  int leave_out_every = 0;
+  ProxyOptions options;
+  bool json = false;
+};
+
+double PeakMebibytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out, double seconds) {
+  const ProxySummary& summary = proxy.summary;
+  if (args.json) {
+    const nlohmann::json report{{"output", out},
+                                {"views", summary.views},
+                                {"depth_maps", summary.depth_maps},
+                                {"agreeing_share", summary.agreeing_share},
+                                {"points", summary.points},
+                                {"vertices", proxy.mesh.vertices.size()},
+                                {"triangles", proxy.mesh.triangles.size()},
+                                {"seconds", seconds},
+                                {"sweep_s", summary.sweep_s},
+                                {"fusion_s", summary.fusion_s},
+                                {"surface_s", summary.surface_s},
+                                {"peak_mib", PeakMebibytes()}};
+    fmt::print("{}\n", report.dump(1));
+    return;
+  }
+  if (summary.depth_maps > 0)
+    fmt::print("{}, {} of them with a depth map, {:.0f} % of whose pixels others confirm: {}\n",
+               Counted(summary.views, "view"), summary.depth_maps, 100 * summary.agreeing_share,
+               Counted(summary.points, "point"));
+  fmt::print("{}: {}, {:.1f} s (depth maps {:.1f}, fusion {:.1f}, surface {:.1f}), {:.0f} MiB\n", out,
+             Counted(proxy.mesh.triangles.size(), "triangle"), seconds, summary.sweep_s, summary.fusion_s,
+             summary.surface_s, PeakMebibytes());
+}
+
+ProxyMesh Imported(const std::string& file) {
+  MeshReading reading = ReadMeshFile(file);
+  if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
+  return {std::move(reading.mesh), {}};
+}
+
+ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
+  SceneOptions scene_options{.size_limit_px = args.options.size_px, .form = PhotographForm::kEightBits};
+  if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
+  if (args.leave_out_every > 0)
+    for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
+      scene_options.leave_out.push_back(static_cast<int>(i));
+  if (light_field.views.size() < 2 + scene_options.leave_out.size())
+    throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
+                args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
+                scene_options.leave_out.size());
+  std::shared_ptr<const RenderScene> scene;
+  {
+    Progress loading("loading");
+    scene = LoadScene(light_field, scene_options, &loading);
+  }
+  Progress progress("proxy");
+  return BuildProxy(*scene, args.options, &progress);
+}
+
+int RunProxy(const ProxyArgs& args) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::string out =
+      args.out.empty() ? (std::filesystem::path(args.dir) / kMeshProxyFile).string() : args.out;
+  const LightField light_field = ReadLightField(args.dir);
+  RequireWritable(out);
+  const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
+  WriteMeshPly(out, proxy.mesh);
+  Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  return kOk;
+}
+
+}  // namespace
+
+void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<ProxyArgs>();
+  CLI::App* sub = app.add_subcommand(
+      "proxy", "Builds a triangle mesh of the scene from a light field's views, for rendering");
+  sub->add_option("dir", args->dir, "The light field: a folder with a journal or a transforms.json")
+      ->required();
+  sub->add_option("-o,--output", args->out, "PLY file to write (DIR/proxy.ply)");
+  sub->add_option("--from", args->from, "Take this mesh (PLY or OBJ, in the light field's world) instead");
+  sub->add_option("--subject", args->subject,
+                  "Centre and radius x,y,z,r of the subject, where the light field does not say");
+  sub->add_option("--leave-out-every", args->leave_out_every,
+                  "Do not use every k-th view, those that evaluate --every k leaves out")
+      ->check(CLI::Range(2, 1000000));
+  sub->add_option("--size", args->options.size_px, "Longer side of the pictures that are compared, in pixels")
+      ->check(CLI::Range(32, 4096))
+      ->capture_default_str();
+  sub->add_option("--depth-maps", args->options.depth_maps, "Views that get a depth map, at most")
+      ->check(CLI::Range(2, 60000))
+      ->capture_default_str();
+  sub->add_option("--neighbours", args->options.neighbours, "Views that each of them is compared with")
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  sub->add_option("--triangles", args->options.most_triangles, "At most about so many")
+      ->check(CLI::Range(100, 20000000))
+      ->capture_default_str();
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
+  sub->callback([&chosen, args] { chosen = [args] { return RunProxy(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,46 @@
+// Semi-global matching (Hirschmueller 2008): the label of each pixel that minimises its cost and its changes
+// along eight directions.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace ulf {
+
+// Costs of `labels` labels at each pixel, a pixel's labels side by side.
+class CostVolume {
+ public:
+  CostVolume(int width, int height, int labels)
+      : width_(width),
+        height_(height),
+        labels_(labels),
+        stride_((labels + 15) / 16 * 16),
+        costs_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * stride(), 255) {}
+  std::uint8_t* At(int x, int y) { return costs_.data() + Offset(x, y); }
+  const std::uint8_t* At(int x, int y) const { return costs_.data() + Offset(x, y); }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int labels() const { return labels_; }
+  std::size_t stride() const { return static_cast<std::size_t>(stride_); }  // the rest costs the most
+
+ private:
+  std::size_t Offset(int x, int y) const {
+    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) *
+           stride();
+  }
+  int width_, height_, labels_, stride_;
+  std::vector<std::uint8_t> costs_;
+};
+
+struct SemiGlobalOptions {
+  int small_step = 8;    // for a change by one label
+  int large_step = 72;   // by more, where brightness does not change
+  float edge_grey = 12;  // a change of brightness that halves it
+};
+
+// CV_32F: the label, between labels by a parabola through the pixel's own costs: the summed ones lean towards
+// whole labels, because steps from one label to the next cost. `grey`: CV_32F.
+cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
+
+}  // namespace ulf

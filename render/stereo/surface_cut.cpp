@@ -1,0 +1,295 @@
+#include "render/stereo/surface_cut.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc/detail/gcgraph.hpp>
+
+#include "render/stereo/tetrahedra.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using Cell = std::uint32_t;
+
+constexpr int kSightLine = 1000;  // the weight of one; whole numbers add up to the same in any order
+
+double Det(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return a.dot(b.cross(c)); }
+
+void Add(std::int32_t& sum, double weight) {
+  std::atomic_ref<std::int32_t>(sum).fetch_add(static_cast<std::int32_t>(std::lround(weight)),
+                                               std::memory_order_relaxed);
+}
+
+// What the lines of sight say.
+struct Evidence {
+  explicit Evidence(std::size_t cells) : crossing(cells, {0, 0, 0, 0}), empty(cells, 0), filled(cells, 0) {}
+  // Against this cell being empty while its neighbour k is not.
+  std::vector<std::array<std::int32_t, 4>> crossing;
+  std::vector<std::int32_t> empty, filled;
+};
+
+// The cells at each point.
+class CellsAtPoints {
+ public:
+  explicit CellsAtPoints(const Tetrahedra& space) : first_(space.points.size() + 1, 0) {
+    for (const auto& corners : space.corners)
+      for (const std::uint32_t corner : corners)
+        if (corner != Tetrahedra::kAtInfinity) ++first_[corner + 1];
+    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+    cells_.resize(first_.back());
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (Cell cell = 0; cell < space.corners.size(); ++cell)
+      for (const std::uint32_t corner : space.corners[cell])
+        if (corner != Tetrahedra::kAtInfinity) cells_[next[corner]++] = cell;
+  }
+  const Cell* begin(std::uint32_t point) const { return cells_.data() + first_[point]; }
+  const Cell* end(std::uint32_t point) const { return cells_.data() + first_[point + 1]; }
+
+ private:
+  std::vector<std::uint32_t> first_;
+  std::vector<Cell> cells_;
+};
+
+int IndexOf(const std::array<std::uint32_t, 4>& of, std::uint32_t value) {
+  return static_cast<int>(std::find(of.begin(), of.end(), value) - of.begin());
+}
+
+// Walks from a vertex to a place; calls crossed(cell, k, share) for every face it leaves a cell by, `share`
+// of the way gone. Returns the cell where it ended: an outer one where the way leaves the hull.
+class Walk {
+ public:
+  Walk(const Tetrahedra& space, const CellsAtPoints& cells_at) : space_(space), cells_at_(cells_at) {}
+
+  template <typename Crossed>
+  Cell To(std::uint32_t vertex, const Vector3d& way, const Crossed& crossed) const {
+    const Vector3d origin = space_.points[vertex];
+    Cell cell = Tetrahedra::kAtInfinity;
+    std::array<std::uint32_t, 3> face{};
+    int out = -1;
+    Cell outside = Tetrahedra::kAtInfinity;
+    for (const Cell* at = cells_at_.begin(vertex); at != cells_at_.end(vertex); ++at) {
+      const auto& corners = space_.corners[*at];
+      const int own = IndexOf(corners, vertex);
+      std::array<std::uint32_t, 3> across = Across(*at, own);
+      if (IndexOf(corners, Tetrahedra::kAtInfinity) < 4) {
+        outside = *at;
+        continue;
+      }
+      const Vector3d a = space_.points[across[0]] - origin, b = space_.points[across[1]] - origin,
+                     c = space_.points[across[2]] - origin;
+      // As seen along the way the face runs round it.
+      if (Det(way, a, b) >= 0 && Det(way, b, c) >= 0 && Det(way, c, a) >= 0) {
+        cell = *at;
+        face = across;
+        out = own;
+        break;
+      }
+    }
+    if (cell == Tetrahedra::kAtInfinity) return outside;  // straight out of the hull
+
+    for (std::size_t steps = 0; steps < space_.corners.size(); ++steps) {
+      const Vector3d u = space_.points[face[0]] - origin, v = space_.points[face[1]] - origin,
+                     w = space_.points[face[2]] - origin;
+      const double across = Det(way, u, v) + Det(way, v, w) + Det(way, w, u);
+      if (!(across > 0)) return cell;  // along the face: no telling
+      const double share = Det(u, v, w) / across;
+      if (share >= 1) return cell;
+      crossed(cell, out, share);
+      const Cell next = space_.neighbours[cell][static_cast<std::size_t>(out)];
+      const int apex = IndexOf(space_.neighbours[next], cell);
+      const std::uint32_t far = space_.corners[next][static_cast<std::size_t>(apex)];
+      if (far == Tetrahedra::kAtInfinity || space_.Outer(next)) return next;
+      const Vector3d a = space_.points[far] - origin;
+      const double side_u = Det(way, u, a), side_v = Det(way, v, a), side_w = Det(way, w, a);
+      std::uint32_t left = 0;  // the corner whose opposite face it leaves by
+      if (side_v >= 0 && side_u <= 0) {
+        left = face[2], face[2] = far;
+      } else if (side_w >= 0 && side_v <= 0) {
+        left = face[0], face[0] = far;
+      } else if (side_u >= 0 && side_w <= 0) {
+        left = face[1], face[1] = far;
+      } else {
+        return next;
+      }
+      out = IndexOf(space_.corners[next], left);
+      cell = next;
+    }
+    return cell;
+  }
+
+ private:
+  // The face across from corner k, counter-clockwise as seen from that corner's side looking at it along the
+  // way out: Det(way, first, second) >= 0 for all its edges when the way from the corner goes through it.
+  std::array<std::uint32_t, 3> Across(Cell cell, int k) const {
+    static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{
+        {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+    const auto& corners = space_.corners[cell];
+    const auto& face = kFace[static_cast<std::size_t>(k)];
+    return {corners[face[0]], corners[face[1]], corners[face[2]]};
+  }
+
+  const Tetrahedra& space_;
+  const CellsAtPoints& cells_at_;
+};
+
+void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& vertex_of,
+                         const std::vector<Vector3d>& centers, const Tetrahedra& space,
+                         const SurfaceOptions& options, Evidence& evidence) {
+  const CellsAtPoints cells_at(space);
+  const Walk walk(space, cells_at);
+  const auto look = [&](const FusedPoint& point, std::uint32_t vertex, const Vector3d& center) {
+    const Vector3d to_camera = center - space.points[vertex];
+    const double length = to_camera.norm(), soft = options.softness * point.spread;
+    const auto weight_at = [&](double distance) {
+      return kSightLine * (1 - std::exp(-distance * distance / (2 * soft * soft)));
+    };
+    const Cell at_camera = walk.To(vertex, to_camera, [&](Cell cell, int k, double share) {
+      // Empty on the camera's side of the face, filled on the point's: from the next cell to this one.
+      const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
+      Add(evidence.crossing[next][static_cast<std::size_t>(IndexOf(space.neighbours[next], cell))],
+          weight_at(share * length));
+    });
+    if (at_camera != Tetrahedra::kAtInfinity) Add(evidence.empty[at_camera], kSightLine);
+    const double behind = options.behind * point.spread;
+    const Cell at_back = walk.To(vertex, to_camera * (-behind / length), [&](Cell cell, int k, double share) {
+      Add(evidence.crossing[cell][static_cast<std::size_t>(k)], weight_at(share * behind));
+    });
+    if (at_back != Tetrahedra::kAtInfinity) Add(evidence.filled[at_back], kSightLine);
+  };
+  cv::parallel_for_(
+      cv::Range(0, static_cast<int>(points.size())),
+      [&](const cv::Range& range) {
+        for (int i = range.start; i < range.end; ++i) {
+          const std::size_t at = static_cast<std::size_t>(i);
+          const auto& seen_by = points[at].seen_by;
+          const std::size_t lines = std::min(seen_by.size(), static_cast<std::size_t>(options.sight_lines));
+          for (std::size_t k = 0; k < lines; ++k)
+            look(points[at], vertex_of[at], centers[seen_by[k * seen_by.size() / lines]]);
+        }
+      },
+      64);
+}
+
+// Of the sphere through a cell's corners; none for outer and flat cells.
+std::optional<Vector3d> Circumcenter(const Tetrahedra& space, Cell cell) {
+  if (space.Outer(cell)) return std::nullopt;
+  const auto& corners = space.corners[cell];
+  const Vector3d origin = space.points[corners[0]], a = space.points[corners[1]] - origin,
+                 b = space.points[corners[2]] - origin, c = space.points[corners[3]] - origin;
+  const double volume = 2 * Det(a, b, c);
+  if (!(volume > 0)) return std::nullopt;
+  return origin +
+         (a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)) /
+             volume;
+}
+
+// 1 - the lesser cosine of the angles between a face and the two spheres: 0 for a face of the surface that
+// the points would have, 2 for a thin one across.
+double Irregularity(const Tetrahedra& space, Cell cell, int k,
+                    const std::vector<std::optional<Vector3d>>& centers) {
+  const auto& corners = space.corners[cell];
+  std::array<Vector3d, 3> face;
+  std::size_t count = 0;
+  for (int i = 0; i < 4; ++i)
+    if (i != k) face[count++] = space.points[corners[static_cast<std::size_t>(i)]];
+  Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
+  const Vector3d apex = space.points[corners[static_cast<std::size_t>(k)]];
+  if (normal.dot(apex - face[0]) < 0) normal = -normal;  // towards this cell
+  double least = 1;
+  const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
+  for (const auto& [of, inward] : {std::pair{cell, 1.0}, {next, -1.0}}) {
+    if (!centers[of]) continue;
+    const Vector3d radius = *centers[of] - face[0];
+    // Of the tangent plane at the face's rim with the face.
+    if (radius.norm() > 0) least = std::min(least, inward * normal.dot(radius) / radius.norm());
+  }
+  return 1 - least;
+}
+
+bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
+               const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
+               double longest_edge_px) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t a = face[i], b = face[(i + 1) % 3];
+    const double pixel = std::max(points[point_of[a]].pixel, points[point_of[b]].pixel);
+    if ((space.points[a] - space.points[b]).norm() > longest_edge_px * pixel) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Surface CutSurface(const std::vector<FusedPoint>& points, const std::vector<Vector3d>& centers_in_world,
+                   const SurfaceOptions& options) {
+  std::vector<Vector3d> positions;
+  for (const FusedPoint& point : points) positions.push_back(point.position_in_world);
+  std::vector<std::uint32_t> vertex_of;
+  const Tetrahedra space = DelaunayTetrahedra(positions, &vertex_of);
+  const std::size_t cells = space.corners.size();
+  Surface surface;
+  if (cells == 0) return surface;
+
+  Evidence evidence(cells);
+  LookAlongSightLines(points, vertex_of, centers_in_world, space, options, evidence);
+
+  std::vector<std::optional<Vector3d>> spheres(cells);
+  for (Cell cell = 0; cell < cells; ++cell) spheres[cell] = Circumcenter(space, cell);
+  cv::detail::GCGraph<std::int32_t> graph(static_cast<unsigned>(cells), static_cast<unsigned>(4 * cells));
+  for (Cell cell = 0; cell < cells; ++cell) {
+    graph.addVtx();
+    graph.addTermWeights(static_cast<int>(cell), evidence.empty[cell], evidence.filled[cell]);
+  }
+  for (Cell cell = 0; cell < cells; ++cell)
+    for (int k = 0; k < 4; ++k) {
+      const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
+      if (next <= cell) continue;
+      const int back = IndexOf(space.neighbours[next], cell);
+      double regular = 1;
+      if (!space.Outer(cell))
+        regular = Irregularity(space, cell, k, spheres);
+      else if (!space.Outer(next))
+        regular = Irregularity(space, next, back, spheres);
+      const int both = static_cast<int>(std::lround(kSightLine * options.regularity * regular));
+      graph.addEdges(static_cast<int>(cell), static_cast<int>(next),
+                     both + evidence.crossing[cell][static_cast<std::size_t>(k)],
+                     both + evidence.crossing[next][static_cast<std::size_t>(back)]);
+    }
+  graph.maxFlow();
+
+  std::vector<std::uint32_t> number(space.points.size(), Tetrahedra::kAtInfinity);
+  std::vector<std::uint32_t> point_of(space.points.size(), 0);
+  for (std::size_t i = points.size(); i-- > 0;) point_of[vertex_of[i]] = static_cast<std::uint32_t>(i);
+  static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{
+      {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
+  for (Cell cell = 0; cell < cells; ++cell) {
+    if (graph.inSourceSegment(static_cast<int>(cell))) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!graph.inSourceSegment(static_cast<int>(space.neighbours[cell][k]))) continue;
+      // Seen from the empty side, away from corner k.
+      std::array<std::uint32_t, 3> face;
+      bool finite = true;
+      for (std::size_t i = 0; i < 3; ++i) {
+        face[i] = space.corners[cell][kFace[k][2 - i]];
+        finite = finite && face[i] != Tetrahedra::kAtInfinity;
+      }
+      if (!finite || !Supported(space, face, points, point_of, options.longest_edge_px)) continue;
+      for (std::uint32_t& corner : face) {
+        if (number[corner] == Tetrahedra::kAtInfinity) {
+          number[corner] = static_cast<std::uint32_t>(surface.mesh.vertices.size());
+          surface.mesh.vertices.push_back(space.points[corner].cast<float>());
+          surface.point_of_vertex.push_back(point_of[corner]);
+        }
+        corner = number[corner];
+      }
+      surface.mesh.triangles.push_back(face);
+    }
+  }
+  return surface;
+}
+
+}  // namespace ulf

@@ -1,0 +1,118 @@
+// What the panels around the live picture say, from staged states.
+#include "coverage/operator/panels.h"
+
+#include <gmock/gmock.h>
+
+#include "coverage/operator/key_help.h"
+#include "tests/support/staged_capture.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+
+std::vector<std::string> Words(const std::vector<StatusItem>& items) {
+  std::vector<std::string> words;
+  for (const StatusItem& item : items) words.push_back(item.text);
+  return words;
+}
+
+std::optional<Rgba> ColorOf(const CaptureState& state, const std::string& words) {
+  for (const StatusItem& item : StatusLine(state))
+    if (item.text.find(words) != std::string::npos) return item.color;
+  return std::nullopt;
+}
+
+TEST(StatusLine, SaysEveryFigureOfTheSession) {
+  StagedCapture stage;
+  stage.RecordRows(-5, 5, 0, 0, 5);
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->points.resize(412);
+  state->covered = 0.4321;
+  EXPECT_THAT(Words(StatusLine(*state)), ElementsAre("30 frames/s", "0 dropped", "412 points", "3 views",
+                                                     "43.2 % covered", "212 GB left", "exposure locked"));
+  state->views_expected = 179.6;
+  state->guidance.seconds_left = 61;
+  state->frames_per_s = 29.4;
+  state->dropped = 7;
+  state->disk_left_bytes = 1'640'000'000;
+  state->exposure_locked = false;
+  state->reopened = {Eigen::Vector3d::UnitX()};
+  state->recording = false;
+  state->waiting_for = "the disk";
+  EXPECT_THAT(Words(StatusLine(*state)),
+              ElementsAre("29 frames/s", "7 dropped", "412 points", "3 views of about 180", "43.2 % covered",
+                          "about 65 s left", "1.6 GB left", "exposure not locked", "some fell open again",
+                          "paused", "waiting for the disk"));
+}
+
+TEST(StatusLine, WhatIsNotKnownIsNotSaid) {
+  const StagedCapture stage({.cap = std::nullopt});
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->frames_per_s.reset();
+  state->disk_left_bytes.reset();
+  state->exposure_locked.reset();
+  state->points.clear();
+  EXPECT_THAT(Words(StatusLine(*state)), ElementsAre("0 dropped", "0 points", "0 views"));
+}
+
+TEST(StatusLine, WhatIsWrongStandsOut) {
+  const StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  EXPECT_EQ(ColorOf(*state, "dropped"), ink::kText);
+  EXPECT_EQ(ColorOf(*state, "GB left"), ink::kText);
+  EXPECT_EQ(ColorOf(*state, "exposure"), ink::kText);
+  state->dropped = 1;
+  state->disk_left_bytes = 1'900'000'000;
+  state->exposure_locked = false;
+  state->recording = false;
+  EXPECT_EQ(ColorOf(*state, "dropped"), ink::kCareful);
+  EXPECT_EQ(ColorOf(*state, "GB left"), ink::kBad);
+  EXPECT_EQ(ColorOf(*state, "exposure"), ink::kCareful);
+  EXPECT_EQ(ColorOf(*state, "paused"), ink::kCareful);
+}
+
+// As a session says it: what is waited for names the device's problem once more.
+TEST(StatusLine, ADevicesFaultIsSaidOnce) {
+  const StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->device_problem = "reconnecting: the cable is out";
+  state->waiting_for = "the device, " + state->device_problem;
+  const std::vector<std::string> words = Words(StatusLine(*state));
+  EXPECT_EQ(std::count_if(words.begin(), words.end(),
+                          [](const std::string& text) { return text.find("cable") != std::string::npos; }),
+            1);
+  EXPECT_EQ(ColorOf(*state, "cable"), ink::kBad);
+}
+
+TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
+  const Palette& palette = Palette::Standard();
+  StagedCapture stage;
+  stage.Record(stage.CameraAt(0, 0));
+  auto state = stage.At(stage.CameraAt(0, 0));
+  const auto words = [&] {
+    std::vector<std::string> all;
+    for (const LegendMark& mark : LegendMarks(*state, palette)) all.push_back(mark.words);
+    return all;
+  };
+  EXPECT_THAT(words(), ElementsAre("the camera now"));
+  state->guidance.toward = Eigen::Vector3d::UnitX();
+  state->reopened = {Eigen::Vector3d::UnitX()};
+  EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "fell open again"));
+  EXPECT_EQ(LegendMarks(*state, palette)[0].color, palette.camera);
+  EXPECT_EQ(LegendMarks(*state, palette)[1].color, palette.guide);
+  EXPECT_EQ(LegendMarks(*state, palette)[2].color, palette.reopened);
+}
+
+TEST(KeyRows, ListTheKeysOfEveryMode) {
+  std::vector<std::string> keys;
+  for (const TableRow& row : KeyRows({})) keys.push_back(row.left);
+  for (const KeyHelp& help : kKeysAlways) EXPECT_THAT(keys, Contains(help.keys));
+  for (const KeyHelp& help : kKeysInSubject) EXPECT_THAT(keys, Contains(help.keys));
+  for (const KeyHelp& help : kKeysInReview) EXPECT_THAT(keys, Contains(help.keys));
+  EXPECT_THAT(keys, Contains("review"));
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,210 @@
+#include "render/proxy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "render/choice.h"
+#include "render/depth_raster.h"
+#include "render/lumigraph_field.h"
+#include "render/quality.h"
+#include "render/renderer.h"
+#include "tests/render/synthetic_views.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+const CameraModel kCamera = CameraModel::Pinhole(160, 120, 200);
+
+Rigid3 At(const Vector3d& center) { return LookAt(center, Vector3d(0.02, -0.01, 0), Vector3d::UnitY()); }
+
+test::SceneSpec SquareSpec(double half_angle = 0.6) {
+  return {.viewpoints = test::CapViewpoints(50, half_angle, 2.0, 0.03),
+          .width = 320,
+          .height = 240,
+          .focal_px = 260,
+          .with_square = true};
+}
+
+std::shared_ptr<const Proxy> SquareProxy(const RenderScene& scene) {
+  return std::make_shared<MeshProxy>(scene.subject, test::PlaneAndSquare());
+}
+
+double Psnr(const Rendering& picture, const Rigid3& pose) {
+  const cv::Mat truth = test::PhotographOfPlane(kCamera, pose, true);
+  return CompareImages(Srgb8FromLinear(picture.linear), truth, cv::Mat(truth.size(), CV_8U, 255)).psnr_db;
+}
+
+TEST(DepthRaster, IsTheDepthOfThePlaneOfEachTriangle) {
+  for (const Vector3d& center : {Vector3d(0.3, -0.2, 2.5), Vector3d(1.5, 0.2, 1.0), Vector3d(0, 0, 0.6)}) {
+    const Rigid3 pose = At(center);
+    const Rigid3 world_from_cam = pose.Inverse();
+    const cv::Mat inverse = DrawInverseDepth(*test::PlaneAndSquare(), kCamera, pose);
+    for (int y = 0; y < kCamera.height; y += 7)
+      for (int x = 0; x < kCamera.width; x += 7) {
+        const Vector3d ray((x + 0.5 - kCamera.cx) / kCamera.fx, (y + 0.5 - kCamera.cy) / kCamera.fy, 1);
+        const Vector3d along = world_from_cam.rotation * ray;
+        double truth = -center.z() / along.z();
+        const double to_square = (test::kSquareZ - center.z()) / along.z();
+        if ((center + to_square * along).head<2>().cwiseAbs().maxCoeff() <= test::kSquareHalf)
+          truth = to_square;
+        EXPECT_NEAR(inverse.at<float>(y, x) * truth, 1, 1e-4) << x << " " << y;
+      }
+  }
+}
+
+TEST(DepthRaster, CutsWhatReachesBehindTheCamera) {
+  // A floor that runs from before the camera to behind it.
+  TriangleMesh floor;
+  floor.vertices = {{-50, 1, -50}, {50, 1, -50}, {0, 1, 80}};
+  floor.triangles = {{0, 1, 2}};
+  const cv::Mat inverse = DrawInverseDepth(floor, kCamera, Rigid3{});
+  EXPECT_EQ(inverse.at<float>(10, 80), 0);                    // above the horizon
+  EXPECT_NEAR(inverse.at<float>(119, 80), 59.5 / 200, 1e-4);  // y = 1 on the floor
+  TriangleMesh behind = floor;
+  for (auto& vertex : behind.vertices) vertex.z() -= 200;
+  EXPECT_EQ(cv::countNonZero(DrawInverseDepth(behind, kCamera, Rigid3{})), 0);
+}
+
+TEST(MeshProxy, WithTheTrueSurfaceThePictureIsTrue) {
+  const auto scene = test::MakeScene(SquareSpec());
+  for (const auto& [kind, field] : {std::pair{RendererKind::kGl, FieldKind::kLinear},
+                                    {RendererKind::kGl, FieldKind::kSubdivision},
+                                    {RendererKind::kGl, FieldKind::kLumigraph},
+                                    {RendererKind::kGl, FieldKind::kNearest},
+                                    {RendererKind::kReference, FieldKind::kSubdivision}}) {
+    const auto renderer = MakeRenderer(scene, {.field = {.kind = field}, .renderer = kind});
+    for (const Vector3d& center : {Vector3d(-0.4, 0.45, 1.3), Vector3d(0.5, -0.3, 1.5)}) {
+      const Rigid3 pose = At(center);
+      const double plane = Psnr(renderer->Render(kCamera, pose), pose);
+      renderer->SetProxy(SquareProxy(*scene));
+      const Rendering picture = renderer->Render(kCamera, pose);
+      const std::string name = renderer->Name() + ", " + FieldName(field);
+      EXPECT_GT(Psnr(picture, pose), plane + 4) << name;
+      EXPECT_GT(Psnr(picture, pose), 29) << name;
+      EXPECT_LT(picture.filled_px, 200) << name;
+      renderer->SetProxy(scene->proxy);
+      EXPECT_NEAR(Psnr(renderer->Render(kCamera, pose), pose), plane, 1e-6) << name;
+    }
+  }
+}
+
+TEST(MeshProxy, OpenGlEqualsTheReference) {
+  for (const Distortion distortion : {Distortion::kNone, Distortion::kFisheye}) {
+    test::SceneSpec spec = SquareSpec();
+    spec.distortion = distortion;
+    spec.two_sizes = distortion == Distortion::kFisheye;
+    const auto plain = test::MakeScene(spec);
+    const auto scene = WithProxy(*plain, SquareProxy(*plain));
+    const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
+    const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+    for (const FieldKind field :
+         {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraphPerPixel, FieldKind::kNearest}) {
+      gl->SetField({.kind = field});
+      reference->SetField({.kind = field});
+      for (const Vector3d& center : {Vector3d(0.1, -0.05, 1.0), Vector3d(2.2, 0.4, 1.2)}) {
+        const Rigid3 pose = At(center);
+        const Rendering fast = gl->Render(kCamera, pose), slow = reference->Render(kCamera, pose);
+        // Edges of depth, and of sight, may fall to either side of a pixel's centre.
+        cv::Mat difference;
+        cv::absdiff(Srgb8FromLinear(fast.linear), Srgb8FromLinear(slow.linear), difference);
+        cv::Mat channels[3], largest;
+        cv::split(difference, channels);
+        largest = cv::max(channels[0], cv::max(channels[1], channels[2]));
+        EXPECT_GE(static_cast<double>(cv::countNonZero(largest <= 2)),
+                  0.985 * static_cast<double>(largest.total()))
+            << FieldName(field) << " " << center.transpose();
+        EXPECT_NEAR(static_cast<double>(fast.filled_px - slow.filled_px), 0, 100) << FieldName(field);
+      }
+    }
+  }
+}
+
+TEST(Sight, IsTheShareThatTheOccluderLeaves) {
+  const auto scene =
+      test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 320, .height = 240, .focal_px = 260});
+  const auto with = WithProxy(*scene, SquareProxy(*scene));
+  const SceneView& view = with->views[0];
+  ASSERT_TRUE(view.sight);
+  EXPECT_TRUE(view.See({0, 0, test::kSquareZ}));  // the square itself
+  EXPECT_TRUE(view.See({0.13, -0.13, test::kSquareZ}));
+  EXPECT_FALSE(view.See({0, 0, 0}));  // the plane behind it
+  EXPECT_TRUE(view.Frame({0, 0, 0}));
+  EXPECT_TRUE(view.See({0.4, 0.3, 0}));  // beside it
+  // Sight fades around the shadow's edge.
+  const double edge = test::kSquareHalf * 2 / (2 - test::kSquareZ);
+  const double texel = 2.0 * view.camera.width / view.camera.fx / kSightPx;
+  EXPECT_EQ(view.sight->Share(view.cam_from_world * Vector3d(edge + 2.6 * texel, 0, 0)), 1);
+  const double fading = view.sight->Share(view.cam_from_world * Vector3d(edge + 1.25 * texel, 0, 0));
+  EXPECT_GT(fading, 0);
+  EXPECT_LT(fading, 1);
+  EXPECT_EQ(view.sight->Share(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
+  // A plane proxy hides nothing, whatever was hidden before.
+  EXPECT_TRUE(WithProxy(*with, scene->proxy)->views[0].See({0, 0, 0}));
+}
+
+TEST(Sight, ASlantedSurfaceDoesNotHideItself) {
+  // Seen at 8 degrees.
+  const auto scene =
+      test::MakeScene({.viewpoints = {{1.98, 0, 0.28}}, .width = 320, .height = 240, .focal_px = 260});
+  auto plane = std::make_shared<TriangleMesh>();
+  plane->vertices = {{-100, -100, 0}, {100, -100, 0}, {0, 100, 0}};
+  plane->triangles = {{0, 1, 2}};
+  const auto with = WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, plane));
+  for (double x = -0.6; x < 0.9; x += 0.0173)
+    for (double y = -0.4; y < 0.4; y += 0.0191)
+      EXPECT_EQ(with->views[0].sight->Share(with->views[0].cam_from_world * Vector3d(x, y, 0)), 1)
+          << x << " " << y;
+}
+
+// The true surface is worth its triangles where there is relief, and not where all is in the plane.
+TEST(Choice, TakesTheSimplestThatIsNearlyTheBest) {
+  const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}};
+  test::SceneSpec spec = SquareSpec();
+  spec.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03);
+  for (const bool with_square : {true, false}) {
+    spec.with_square = with_square;
+    const auto scene = test::MakeScene(spec);
+    auto surface = std::make_shared<TriangleMesh>(*test::PlaneAndSquare());
+    if (!with_square) surface->triangles.resize(2);
+    const std::vector<std::shared_ptr<const Proxy>> proxies{
+        std::make_shared<PlaneProxy>(scene->subject, PlaneProxy::InWorld{Vector3d::UnitZ(), 0}),
+        std::make_shared<MeshProxy>(scene->subject, surface)};
+    const Choice choice = ChooseByEvidence(*scene, fields, proxies, RendererKind::kGl);
+    EXPECT_EQ(choice.proxy->Name(), with_square ? "mesh" : "plane") << choice.why;
+    ASSERT_EQ(choice.candidates.size(), 4u);
+    EXPECT_EQ(choice.field.kind, FieldKind::kSubdivision) << choice.why;
+    EXPECT_THAT(choice.why, testing::HasSubstr("plane "));
+    EXPECT_THAT(choice.why, testing::HasSubstr("linear "));
+  }
+}
+
+TEST(Choice, SaysWhyThereIsNone) {
+  const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}};
+  const auto ring = test::MakeScene({.viewpoints = test::RingViewpoints(30, M_PI / 3, 2, 0.005)});
+  const Choice around = ChooseByEvidence(*ring, fields, {ring->proxy}, RendererKind::kGl);
+  EXPECT_EQ(around.field.kind, FieldKind::kLumigraph);
+  EXPECT_THAT(around.why, testing::HasSubstr("weights are used"));
+  const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
+  const Choice untried = ChooseByEvidence(*few, fields, {few->proxy}, RendererKind::kGl);
+  EXPECT_EQ(untried.field.kind, FieldKind::kSubdivision);
+  EXPECT_THAT(untried.why, testing::HasSubstr("too few"));
+}
+
+TEST(PlaneProxy, InTheWorldStaysWhereItIs) {
+  const PlaneProxy proxy({Vector3d::Zero(), 0.3}, PlaneProxy::InWorld{Vector3d::UnitZ(), 0.1});
+  for (const Vector3d& center : {Vector3d(0.5, 0.2, 2), Vector3d(0.3, 0.1, -1.4)}) {
+    const Rigid3 pose = At(center);
+    const cv::Mat depth = proxy.Depth(kCamera, pose);
+    for (const auto& [x, y] : {std::pair{10, 15}, {80, 60}, {150, 100}}) {
+      const Vector3d ray((x + 0.5 - kCamera.cx) / kCamera.fx, (y + 0.5 - kCamera.cy) / kCamera.fy, 1);
+      EXPECT_NEAR((pose.Inverse() * (ray * depth.at<float>(y, x))).z(), 0.1, 1e-5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ulf
