@@ -33,12 +33,20 @@ if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
-# ulf_library(NAME SOURCES ... LINK ... PRECOMPILE ...)
-# Command files parse arguments and print: what they include costs more to compile than what they do, so it is
+# ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
+# Files are compiled eight at a time: most of the time goes into what they all include. Those APART
+# have private names that others have, too. Command files parse arguments and print: what they include costs more to compile than what they do, so it is
 # compiled once for all folders, and nothing in them is worth much of the optimiser's time.
 set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
+function(ulf_in_batches target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # which takes such a batch for a header
+endfunction()
+
 function(ulf_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
+  set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  list(APPEND ARG_SOURCES ${ARG_APART})
   set(commands ${ARG_SOURCES})
   list(FILTER commands INCLUDE REGEX "(_command|commands)\\.cpp$")
   list(FILTER ARG_SOURCES EXCLUDE REGEX "(_command|commands)\\.cpp$")
@@ -46,8 +54,10 @@ function(ulf_library name)
   target_link_libraries(${name}_commands PRIVATE ulf_flags ${ARG_LINK} ${ARG_LINK_PRIVATE})
   target_compile_options(${name}_commands PRIVATE ${ulf_command_options})
   target_precompile_headers(${name}_commands REUSE_FROM ulf_command_headers)
+  ulf_in_batches(${name}_commands)
   add_library(${name} STATIC ${ARG_SOURCES} $<TARGET_OBJECTS:${name}_commands>)
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
+  ulf_in_batches(${name})
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()

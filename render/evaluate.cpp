@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "acquisition/error.h"
+#include "render/at.h"
 #include "render/reference_renderer.h"
 
 namespace ulf {
 namespace {
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 // Views whose vertex lies on the rim, or that have none.
 std::vector<bool> OnRim(const RenderScene& scene) {

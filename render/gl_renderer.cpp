@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "acquisition/error.h"
+#include "render/at.h"
 #include "render/embedded_shaders.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
@@ -24,8 +25,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 // As the shaders know it (std430).
 struct GpuView {

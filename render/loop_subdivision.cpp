@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <map>
 
+#include "render/at.h"
+
 namespace ulf {
 namespace {
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 class WeightSum {
  public:

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <optional>
 
+#include "render/at.h"
+
 namespace ulf {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 // A ray within rounding of an edge belongs to both triangles; none may be lost between them.
 constexpr double kEdgeTolerance = 1e-9;

@@ -4,13 +4,9 @@
 #include <map>
 #include <utility>
 
+#include "render/at.h"
+
 namespace ulf {
-namespace {
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
-
-}  // namespace
-
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles) {
   TriangleTopology topology;
   topology.edges_of_triangle.resize(triangles.size());

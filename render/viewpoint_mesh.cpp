@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "acquisition/counted.h"
+#include "render/at.h"
 #include "render/planar_delaunay.h"
 #include "render/spherical_delaunay.h"
 
@@ -15,8 +16,6 @@ namespace ulf {
 namespace {
 
 using Eigen::Vector3d;
-
-std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 

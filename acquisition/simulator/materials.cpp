@@ -84,7 +84,7 @@ F4 Plaster(const PaintedPoint& at) {
   return WithChips(color, at.u_m, at.v_m, 0.38f, 0.4f, kPatch, at.texel_m, seed + 60);
 }
 
-F4 Mosaic(const PaintedPoint& at) {
+F4 TileMosaic(const PaintedPoint& at) {
   static const F4 kTile[] = {Rgb(.04f, .20f, .22f), Rgb(.62f, .57f, .44f), Rgb(.07f, .30f, .30f),
                              Rgb(.02f, .07f, .12f), Rgb(.46f, .24f, .08f)};
   const Cell tile = ScatteredCell3(at.local / 0.014f, 41);
@@ -275,7 +275,7 @@ Board MarkerSheet::PrintedBoard() {
 
 F4 Reflectance(int material, const PaintedPoint& at) {
   using Paint = F4 (*)(const PaintedPoint&);
-  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     Mosaic,    Marbled,
+  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     TileMosaic,    Marbled,
                                       Glaze,       Printed,    Label,       Patchwork, Banded,
                                       RedTerrazzo, Posters,    PrintedSheet};
   F4 color = kPaints[material](at);
