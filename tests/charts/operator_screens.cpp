@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "coverage/capture_outlook.h"
+#include "coverage/guidance.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/staged_capture.h"
 
@@ -12,6 +14,9 @@ namespace ulf::test {
 namespace {
 
 const cv::Size kScreen(1280, 720);
+constexpr int kCoverageWidthPx = 640;
+constexpr double kUntilShare = 0.95;
+constexpr double kSecondsAView = 0.35;
 
 // A display that has seen everything that was recorded.
 struct Screen {
@@ -53,35 +58,30 @@ class Screens {
     state->coverage.reset();
     state->start = StartProgress{StartObstacle::kLowParallax, 0.9, 1.6, 212, 60};
     state->tracking_words = Advice(StartObstacle::kLowParallax);
-    state->views_expected = 180;
     Write("start", Screen(capture).Show(state));
   }
 
   void Capture() {
     StagedCapture capture(options_);
     ScanHalf(capture);
-    auto state = capture.At(capture.CameraAt(9.5, -3.2, 1.03));
-    Guide(capture, *state);
-    Write("capture", Screen(capture).Show(state));
+    const auto guided = [&](double azimuth, double elevation, double distance) {
+      auto state = capture.At(capture.CameraAt(azimuth, elevation, distance));
+      Guide(capture, *state);
+      return state;
+    };
+    const auto scanning = guided(9.5, 3.2, 1.03);
+    Write("capture", Screen(capture).Show(scanning));
+    Write("capture_colour_blind", Screen(capture, "p").Show(scanning));
+    Write("keys", Screen(capture, "?").Show(scanning));
+    // What was recorded lies farther away than now.
+    Write("capture_too_near", Screen(capture).Show(guided(3, 3, 0.8)));
+    Write("review_gap", Screen(capture, "rw").Show(capture.At(capture.CameraAt(24, 14))));
 
-    Write("capture_colour_blind", Screen(capture, "p").Show(state));
-
-    // Too near: what was recorded lies farther away than now.
-    state = capture.At(capture.CameraAt(3, -6, 0.8));
-    Guide(capture, *state);
-    Write("capture_too_near", Screen(capture).Show(state));
-
-    state = capture.At(capture.CameraAt(5, -4, 1, {0.42, 0.05}));
-    state->decision.reason = Reason::kOutsideRectangle;
-    Write("outside", Screen(capture).Show(state));
-
-    state = capture.At(capture.CameraAt(5, -4, 1, {1.5, 0.3}));
-    state->decision.reason = Reason::kOutsideRectangle;
-    {
-      Screen after_the_flash(capture);
-      for (int i = 0; i < 20; ++i) after_the_flash.Show(state);
-      Write("out_of_view", after_the_flash.Show(state));
-    }
+    const auto aside = capture.At(capture.CameraAt(5, 4, 1, {1.5, 0.3}));
+    aside->decision.reason = Reason::kOutsideRectangle;
+    Screen after_the_flash(capture);
+    for (int i = 0; i < 20; ++i) after_the_flash.Show(aside);
+    Write("out_of_view", after_the_flash.Show(aside));
 
     auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
     lost->tracking = TrackState::kLost;
@@ -90,13 +90,6 @@ class Screens {
     lost->points.clear();
     lost->decision.reason = Reason::kTracking;
     Write("lost", Screen(capture).Show(lost));
-
-    state = capture.At(capture.CameraAt(9.5, -3.2, 1.03));
-    Write("keys", Screen(capture, "?").Show(state));
-
-    Write("review", Screen(capture, "r").Show(capture.At(capture.CameraAt(-7, -5))));
-    Write("review_wipe", Screen(capture, "rw").Show(capture.At(capture.CameraAt(-7.5, -5.5))));
-    Write("review_gap", Screen(capture, "rw").Show(capture.At(capture.CameraAt(24, 14))));
   }
 
   void Covered() {
@@ -120,27 +113,36 @@ class Screens {
     Write("preflight", screen.Show(state));
     screen.Type("s");
     Write("subject", screen.Show(state));
-    for (int i = 0; i < 3; ++i) screen.surface.Push(KeyPressed{Key::kPageUp});
-    Write("subject_too_far", screen.Show(state));
-    screen.Type("a");
-    Write("subject_without_aperture", screen.Show(state));
   }
 
  private:
+  // Rows to and fro, the last one as far as the camera has come.
   static void ScanHalf(StagedCapture& capture) {
     capture.Record(capture.CameraAt(0, 0));  // the cap lies about the first
     for (int row = 0; row < 9; ++row)
-      for (int column = 0; column < (row == 8 ? 9 : 15); ++column)
-        capture.Record(
-            capture.CameraAt(-28 + 3.2 * column, -19 + 2.8 * row, 1 + 0.06 * std::sin(0.7 * column)));
+      for (int column = 0; column < (row == 8 ? 11 : 19); ++column) {
+        const double along = -28.8 + 3.2 * column;
+        capture.Record(capture.CameraAt(row % 2 == 0 ? along : -along, -19 + 2.8 * row,
+                                        1 + 0.06 * std::sin(0.7 * column)));
+      }
   }
-  static void Guide(const StagedCapture& capture, CaptureState& state) {
-    const Eigen::Vector3d center = capture.subject().center_in_world;
-    state.guidance.toward = (capture.CameraAt(22, 4).OriginInSource() - center).normalized();
-    state.guidance.distance = 1;
-    state.guidance.disc_radius = 0.04;
-    state.guidance.seconds_left = 205;
-    state.views_expected = 180;
+  // What a capture would have said after these views.
+  void Guide(const StagedCapture& capture, CaptureState& state) const {
+    ulf::Guide guide;
+    double time_s = 0;
+    const auto after = [&](const CaptureState& each) {
+      const auto view = CriterionView::From(each.camera, *each.cam_from_world, kCoverageWidthPx);
+      return guide.After(each.coverage.get(), view, time_s += kSecondsAView);
+    };
+    for (const auto& each : capture.recorded()) after(*each);
+    state.guidance = after(state);
+
+    CaptureOutlook outlook([](const std::string&) {});
+    const double distance = (*state.cam_from_world * capture.subject().center_in_world).norm();
+    outlook.Expect(
+        SetupAt(capture.camera(), kCoverageWidthPx, capture.subject(), distance, options_.threshold_px),
+        options_.cap, kUntilShare, true);
+    outlook.Describe(state);
   }
   void Write(const std::string& name, const cv::Mat& picture) const {
     const auto path = folder_ / ("operator_" + name + ".jpg");
