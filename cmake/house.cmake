@@ -33,31 +33,46 @@ if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
-# ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
-# Files are compiled eight at a time: most of the time goes into what they all include. Those APART
-# have private names that others have, too. Command files parse arguments and print: what they include costs more to compile than what they do, so it is
-# compiled once for all folders, and nothing in them is worth much of the optimiser's time.
-set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
-function(ulf_in_batches target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # which takes such a batch for a header
+# Files are compiled eight at a time, since most of the time goes into what they all include. (CMake's own unity builds
+# name files absolutely: no compiler cache finds them again in another checkout.)
+function(ulf_batch sources name)
+  set(apart ${${sources}})
+  list(FILTER apart INCLUDE REGEX "^/")  # generated headers
+  list(FILTER ${sources} EXCLUDE REGEX "^/")
+  set(batches)
+  while(${sources})
+    list(SUBLIST ${sources} 0 8 batch)
+    list(REMOVE_ITEM ${sources} ${batch})
+    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    list(TRANSFORM batch REPLACE "(.+)" "#include \"${folder}/\\1\"\n")
+    string(JOIN "" batch ${batch})
+    list(LENGTH batches index)
+    file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/batches/${name}_${index}.cpp CONTENT "${batch}" @ONLY)
+    list(APPEND batches ${CMAKE_CURRENT_BINARY_DIR}/batches/${name}_${index}.cpp)
+  endwhile()
+  set(${sources} ${apart} ${batches} PARENT_SCOPE)
 endfunction()
 
+# ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
+# APART: files with options of their own, or with private names that others have, too.
+# Command files parse arguments and print: what they include costs more to compile than what they do, so it is
+# compiled once for all folders, and nothing in them is worth much of the optimiser's time.
+set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
 function(ulf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  list(APPEND ARG_SOURCES ${ARG_APART})
   set(commands ${ARG_SOURCES})
   list(FILTER commands INCLUDE REGEX "(_command|commands)\\.cpp$")
   list(FILTER ARG_SOURCES EXCLUDE REGEX "(_command|commands)\\.cpp$")
+  ulf_batch(commands ${name}_commands)
+  ulf_batch(ARG_SOURCES ${name})
+  set(in_batches -Wno-subobject-linkage)  # which takes a file in a batch for a header
   add_library(${name}_commands OBJECT ${commands})
   target_link_libraries(${name}_commands PRIVATE ulf_flags ${ARG_LINK} ${ARG_LINK_PRIVATE})
-  target_compile_options(${name}_commands PRIVATE ${ulf_command_options})
+  target_compile_options(${name}_commands PRIVATE ${ulf_command_options} ${in_batches})
   target_precompile_headers(${name}_commands REUSE_FROM ulf_command_headers)
-  ulf_in_batches(${name}_commands)
-  add_library(${name} STATIC ${ARG_SOURCES} $<TARGET_OBJECTS:${name}_commands>)
+  add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART} $<TARGET_OBJECTS:${name}_commands>)
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
-  ulf_in_batches(${name})
+  target_compile_options(${name} PRIVATE ${in_batches})
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()

@@ -275,8 +275,8 @@ Board MarkerSheet::PrintedBoard() {
 
 F4 Reflectance(int material, const PaintedPoint& at) {
   using Paint = F4 (*)(const PaintedPoint&);
-  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     TileMosaic,    Marbled,
-                                      Glaze,       Printed,    Label,       Patchwork, Banded,
+  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     TileMosaic, Marbled,
+                                      Glaze,       Printed,    Label,       Patchwork,  Banded,
                                       RedTerrazzo, Posters,    PrintedSheet};
   F4 color = kPaints[material](at);
   for (int i = 0; i < 3; ++i) color[i] = std::clamp(color[i], 0.01f, 0.92f);

@@ -79,9 +79,11 @@ class Screens {
 
     const auto aside = capture.At(capture.CameraAt(5, 4, 1, {1.5, 0.3}));
     aside->decision.reason = Reason::kOutsideRectangle;
-    Screen after_the_flash(capture);
-    for (int i = 0; i < 20; ++i) after_the_flash.Show(aside);
-    Write("out_of_view", after_the_flash.Show(aside));
+    Write("out_of_view", [&] {
+      Screen after_the_flash(capture);
+      for (int i = 0; i < 20; ++i) after_the_flash.Show(aside);
+      return after_the_flash.Show(aside);
+    }());
 
     auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
     lost->tracking = TrackState::kLost;
