@@ -32,20 +32,21 @@ RenderScene Small(const RenderScene& scene) {
 }
 
 // The first candidate that is within the margin of the best.
-const Candidate& SimplestOf(const std::vector<Candidate>& candidates) {
+const ScoredChoice& SimplestOf(const std::vector<ScoredChoice>& candidates) {
   const auto best = std::max_element(candidates.begin(), candidates.end(),
                                      [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
-  return *std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
     return candidate.psnr_db >= best->psnr_db - kSimplerWithinDb;
   });
 }
 
-std::vector<Candidate> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
-                           const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
+std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                              const std::vector<std::shared_ptr<const Proxy>>& proxies,
+                              RendererKind renderer) {
   const int every = std::max(2, static_cast<int>(scene.views.size()) / kChoiceViews);
   const EvaluateSummary summary =
       Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
-  std::vector<Candidate> candidates;
+  std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
     const MeanScore& mean = result.inside.views > 0 ? result.inside : result.all;
@@ -54,9 +55,9 @@ std::vector<Candidate> Try(const RenderScene& scene, const std::vector<FieldOpti
   return candidates;
 }
 
-std::string Listed(const std::vector<Candidate>& candidates, bool by_proxy) {
+std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
   std::string text;
-  for (const Candidate& candidate : candidates)
+  for (const ScoredChoice& candidate : candidates)
     text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ",
                         by_proxy ? candidate.proxy->Name() : NameOf(candidate.field), candidate.psnr_db);
   return text;

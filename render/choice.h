@@ -16,7 +16,7 @@
 
 namespace ulf {
 
-struct Candidate {
+struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
   double psnr_db = 0;  // mean over the left-out views
@@ -25,8 +25,8 @@ struct Candidate {
 struct Choice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
-  std::vector<Candidate> candidates;  // none where there was nothing to choose
-  std::string why;                    // one line for people
+  std::vector<ScoredChoice> candidates;  // none where there was nothing to choose
+  std::string why;                       // one line for people
 };
 
 inline constexpr char kAuto[] = "auto";
