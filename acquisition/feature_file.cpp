@@ -21,7 +21,7 @@ constexpr int kMostRounds = 20;
 using Selection = std::vector<std::pair<std::string, std::string>>;
 
 // The values of a selector that are gone through; its present one alone when there are too many.
-std::vector<std::string> ValuesOf(const Feature& selector) {
+std::vector<std::string> ValuesOf(const CameraFeature& selector) {
   if (!selector.writable) return {selector.value};
   if (selector.type == FeatureType::kEnumeration) return selector.choices;
   if (selector.type == FeatureType::kBoolean) return {"false", "true"};
@@ -37,7 +37,7 @@ std::vector<std::string> ValuesOf(const Feature& selector) {
   return {selector.value};
 }
 
-bool BelongsInFile(const Feature& feature) {
+bool BelongsInFile(const CameraFeature& feature) {
   return feature.streamable && feature.readable && feature.writable && feature.type != FeatureType::kCommand;
 }
 
@@ -48,9 +48,9 @@ void Select(FeatureAccess& access, const Selection& selection) {
   }
 }
 
-std::vector<Selection> CombinationsOf(const std::vector<Feature>& selectors) {
+std::vector<Selection> CombinationsOf(const std::vector<CameraFeature>& selectors) {
   std::vector<Selection> combinations{{}};
-  for (const Feature& selector : selectors) {
+  for (const CameraFeature& selector : selectors) {
     std::vector<Selection> longer;
     const std::vector<std::string> values = ValuesOf(selector);
     const bool too_many = combinations.size() * values.size() > kMostCombinations;
@@ -105,12 +105,12 @@ std::string SavedFeature::Text() const {
 
 FeatureFile CollectFeatures(FeatureAccess& access) {
   FeatureFile file{.device = access.Info(), .features = {}};
-  const std::vector<Feature> all = access.List();
-  std::map<std::string, std::vector<Feature>> selectors_of;
-  for (const Feature& feature : all)
+  const std::vector<CameraFeature> all = access.List();
+  std::map<std::string, std::vector<CameraFeature>> selectors_of;
+  for (const CameraFeature& feature : all)
     for (const std::string& selected : feature.selects) selectors_of[selected].push_back(feature);
   std::vector<SavedFeature> positions;  // of the selectors: written last, so that they stay as they were
-  for (const Feature& feature : all) {
+  for (const CameraFeature& feature : all) {
     const auto found = selectors_of.find(feature.name);
     if (!feature.selects.empty()) {
       if (feature.writable) positions.push_back({feature.name, feature.value, {}});
@@ -131,7 +131,7 @@ FeatureFile CollectFeatures(FeatureAccess& access) {
       const auto here = access.Find(feature.name);
       if (here && BelongsInFile(*here)) file.features.push_back({here->name, here->value, selection});
     }
-    for (const Feature& selector : found->second)
+    for (const CameraFeature& selector : found->second)
       if (selector.writable) Select(access, {{selector.name, selector.value}});
   }
   file.features.insert(file.features.end(), positions.begin(), positions.end());

@@ -62,7 +62,8 @@ std::optional<bool> ParseBoolean(const std::string& text) {
   return std::nullopt;
 }
 
-void CheckRange(const std::string& who, const Feature& feature, double number, const std::string& value) {
+void CheckRange(const std::string& who, const CameraFeature& feature, double number,
+                const std::string& value) {
   const double slack = 1e-9 * std::abs(number);
   if ((feature.min && number < *feature.min - slack) || (feature.max && number > *feature.max + slack))
     throw UsageError("{}: {}={} is out of range; it takes {}", who, feature.name, value, RangeText(feature));
@@ -80,7 +81,7 @@ const char* Name(FeatureVisibility visibility) {
   return kNames[static_cast<std::size_t>(visibility)];
 }
 
-std::string RangeText(const Feature& feature) {
+std::string RangeText(const CameraFeature& feature) {
   switch (feature.type) {
     case FeatureType::kBoolean:
       return "true, false";
@@ -123,7 +124,7 @@ std::vector<std::string> NearestNames(const std::string& wrong, const std::vecto
   return nearest;
 }
 
-std::string CheckedValue(const std::string& who, const Feature& feature, const std::string& value) {
+std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value) {
   const auto refuse = [&] {
     throw UsageError("{}: {}={} is not {} {}; it takes {}", who, feature.name, value,
                      feature.type == FeatureType::kEnumeration ? "a choice of this" : "of type",
@@ -164,7 +165,7 @@ std::string CheckedValue(const std::string& who, const Feature& feature, const s
   return value;
 }
 
-bool SameValue(const Feature& feature, const std::string& a, const std::string& b) {
+bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b) {
   if (a == b) return true;
   if (feature.type == FeatureType::kBoolean) {
     const auto first = ParseBoolean(a), second = ParseBoolean(b);

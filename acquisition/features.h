@@ -18,7 +18,7 @@ const char* Name(FeatureType type);
 enum class FeatureVisibility { kBeginner, kExpert, kGuru, kInvisible };
 const char* Name(FeatureVisibility visibility);
 
-struct Feature {
+struct CameraFeature {
   std::string name;
   std::string category;  // "AcquisitionControl"; nested ones with '/'
   FeatureType type = FeatureType::kString;
@@ -53,25 +53,25 @@ class FeatureAccess {
   // Empty where the device does not tell.
   virtual std::vector<OfferedFormat> Formats() { return {}; }
   // In the device's own order, categories together.
-  virtual std::vector<Feature> List() = 0;
+  virtual std::vector<CameraFeature> List() = 0;
   // None: there is no such feature.
-  virtual std::optional<Feature> Find(const std::string& name) = 0;
+  virtual std::optional<CameraFeature> Find(const std::string& name) = 0;
   // Writes and runs (a command takes the value "" or "execute"). Throws UsageError for what is unknown,
   // read-only or out of range, with the range or the choices.
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
 
 // "integer", "0 to 10 step 2", "Off, On", ...: what a feature takes, for people.
-std::string RangeText(const Feature& feature);
+std::string RangeText(const CameraFeature& feature);
 // The names most alike `wrong`, best first: for errors.
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count = 3);
 
 // What `feature` would read back after being set to `value`. Throws UsageError, beginning with `who`, for
 // what does not parse or is out of range.
-std::string CheckedValue(const std::string& who, const Feature& feature, const std::string& value);
+std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value);
 // Whether two values of a feature are the same but for how they are written.
-bool SameValue(const Feature& feature, const std::string& a, const std::string& b);
+bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b);
 
 // By scheme, as OpenDevice. Throws UsageError for a device without features (replay, sim).
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);

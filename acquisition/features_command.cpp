@@ -27,7 +27,7 @@ struct FeaturesArgs {
 };
 
 struct SetResult {
-  Feature feature;  // as it reads afterwards
+  CameraFeature feature;  // as it reads afterwards
   std::string wanted, before;
 };
 
@@ -36,7 +36,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-std::string Access(const Feature& feature) {
+std::string Access(const CameraFeature& feature) {
   if (feature.type == FeatureType::kCommand) return feature.writable ? "execute" : "locked";
   return feature.readable && feature.writable ? "rw"
          : feature.readable                   ? "ro"
@@ -44,7 +44,7 @@ std::string Access(const Feature& feature) {
                                               : "not available";
 }
 
-Json ToJson(const Feature& feature) {
+Json ToJson(const CameraFeature& feature) {
   Json json{{"name", feature.name},   {"category", feature.category}, {"type", Name(feature.type)},
             {"value", feature.value}, {"readable", feature.readable}, {"writable", feature.writable}};
   if (feature.min) json["min"] = *feature.min;
@@ -76,15 +76,16 @@ Json ToJson(const FeatureLoadSummary& summary) {
 [[noreturn]] void RefuseUnknown(FeatureAccess& access, const std::string& uri, const std::string& name,
                                 bool to_set) {
   std::vector<std::string> names;
-  for (const Feature& feature : access.List())
+  for (const CameraFeature& feature : access.List())
     if (feature.writable || !to_set) names.push_back(feature.name);
   throw UsageError("{}: has no feature '{}'; nearest are {}", uri, name,
                    fmt::join(NearestNames(name, names), ", "));
 }
 
-[[noreturn]] void RefuseReadOnly(FeatureAccess& access, const std::string& uri, const Feature& feature) {
+[[noreturn]] void RefuseReadOnly(FeatureAccess& access, const std::string& uri,
+                                 const CameraFeature& feature) {
   std::vector<std::string> names;
-  for (const Feature& other : access.List())
+  for (const CameraFeature& other : access.List())
     if (other.writable) names.push_back(other.name);
   throw UsageError("{}: {} cannot be written just now ({}); nearest that can are {}", uri, feature.name,
                    feature.readable ? "read-only, or locked by another setting" : "not available",
@@ -164,14 +165,14 @@ void PrintFormats(const std::vector<OfferedFormat>& formats) {
   }
 }
 
-void PrintTree(const std::vector<Feature>& features) {
+void PrintTree(const std::vector<CameraFeature>& features) {
   std::size_t name_width = 4, value_width = 5;
-  for (const Feature& feature : features) {
+  for (const CameraFeature& feature : features) {
     name_width = std::max(name_width, feature.name.size());
     value_width = std::clamp(feature.value.size(), value_width, std::size_t{32});
   }
   std::string category = "\n";
-  for (const Feature& feature : features) {
+  for (const CameraFeature& feature : features) {
     if (feature.category != category) {
       category = feature.category;
       fmt::print("{}\n", category.empty() ? "(no category)" : category);
@@ -181,7 +182,7 @@ void PrintTree(const std::vector<Feature>& features) {
   }
 }
 
-void PrintInFull(const Feature& feature) {
+void PrintInFull(const CameraFeature& feature) {
   fmt::print("{}\n", feature.name);
   const auto line = [](const char* what, const std::string& text) {
     if (!text.empty()) fmt::print("  {:<12} {}\n", what, text);
@@ -270,16 +271,16 @@ int RunFeatures(const FeaturesArgs& args) {
   }
 
   const bool only_listing = args.settings.empty() && args.save.empty() && args.load.empty();
-  std::vector<Feature> shown;
+  std::vector<CameraFeature> shown;
   for (const std::string& name : names) shown.push_back(*access->Find(name));
   if (only_listing || (args.json && settings.empty() && names.empty()) || !args.filter.empty())
-    for (Feature& feature : access->List()) {
+    for (CameraFeature& feature : access->List()) {
       const std::string everything = feature.name + " " + feature.category + " " + feature.description;
       if (feature.visibility <= visibility && Lower(everything).find(Lower(args.filter)) != std::string::npos)
         shown.push_back(std::move(feature));
     }
   json["features"] = Json::array();
-  for (const Feature& feature : shown) json["features"].push_back(ToJson(feature));
+  for (const CameraFeature& feature : shown) json["features"].push_back(ToJson(feature));
   const bool show_formats = only_listing && args.filter.empty();
   const std::vector<OfferedFormat> formats = show_formats ? access->Formats() : std::vector<OfferedFormat>{};
   if (show_formats) {
@@ -289,7 +290,7 @@ int RunFeatures(const FeaturesArgs& args) {
   if (args.json) {
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
   } else if (!names.empty()) {
-    for (const Feature& feature : shown) PrintInFull(feature);
+    for (const CameraFeature& feature : shown) PrintInFull(feature);
   } else {
     PrintFormats(formats);
     PrintTree(shown);

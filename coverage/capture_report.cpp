@@ -44,7 +44,9 @@ const char* WayOut(Reason reason) {
              "forward from where the world begins)";
     case Reason::kOutsideRectangle:
     case Reason::kInsideSphere:
-      return "the subject was not wholly in view; step back, or give a smaller one with --subject-size";
+      return "the subject was not wholly in view; aim at it, step back, or make its sphere smaller "
+             "(--subject-size, or "
+             "the radius of --subject)";
     case Reason::kBlur:
       return "every frame was blurred; move slower, or expose shorter";
     case Reason::kExposure:

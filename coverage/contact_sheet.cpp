@@ -32,7 +32,7 @@ void PlaceFitted(const cv::Mat& image, cv::Mat cell) {
 }  // namespace
 
 cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
-                     const SheetLayout& layout) {
+                     const ContactSheetLayout& layout) {
   const int count = static_cast<int>(panels.size());
   const int rows = (count + layout.columns - 1) / layout.columns;
   const int column_step = layout.cell_width_px + kMargin;

@@ -12,7 +12,7 @@ struct SheetPanel {
   std::string caption;
 };
 
-struct SheetLayout {
+struct ContactSheetLayout {
   int columns = 2;
   int cell_width_px = 640;
   int cell_height_px = 480;
@@ -20,6 +20,6 @@ struct SheetLayout {
 
 // CV_8UC3. Throws Error when a panel has no image.
 cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
-                     const SheetLayout& layout = {});
+                     const ContactSheetLayout& layout = {});
 
 }  // namespace ulf

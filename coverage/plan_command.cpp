@@ -52,8 +52,24 @@ CriterionSetup SetupFrom(const PlanArgs& args) {
           .threshold_px = args.threshold_px};
 }
 
+double SphereImagePx(const CriterionSetup& setup) {
+  return 2 * setup.focal_px * setup.radius /
+         std::sqrt(setup.distance * setup.distance - setup.radius * setup.radius);
+}
+
+void RequireItFits(const PlanArgs& args, const CriterionSetup& setup) {
+  const double widest = DecisionLimits{}.rectangle_share * args.coverage_width_px;
+  if (SphereImagePx(setup) <= widest) return;
+  const double fits_from = setup.radius * std::hypot(1.0, 2 * setup.focal_px / widest);
+  throw UsageError(
+      "--radius {} at --distance {}: the sphere's image would be {:.0f} px of a picture {} px wide, and "
+      "nothing is recorded where it leaves the safety rectangle ({:.0f} px); stand at {:.3g} or farther",
+      args.radius, args.distance, SphereImagePx(setup), args.coverage_width_px, widest, fits_from);
+}
+
 int RunPlan(const PlanArgs& args) {
   const CriterionSetup setup = SetupFrom(args);
+  RequireItFits(args, setup);
   const Cap cap = Cap::ParseDegrees(args.cap);
   const auto prediction = Predict(setup, cap, CaptureOptions{}.until_share);
   if (!prediction)
@@ -80,14 +96,12 @@ int RunPlan(const PlanArgs& args) {
     fmt::print("{}\n", json.dump());
     return kOk;
   }
-  const double sphere_px = 2 * setup.focal_px * setup.radius /
-                           std::sqrt(setup.distance * setup.distance - setup.radius * setup.radius);
-  fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", sphere_px,
+  fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", SphereImagePx(setup),
              args.coverage_width_px);
   fmt::print("one view covers  {:.2f} degrees around it, within {:g} px\n", disc_radius_deg,
              args.threshold_px);
-  fmt::print("distances        {} to {} times the recorded one\n",
-             near ? fmt::format("{:.3f}", *near) : "any", far ? fmt::format("{:.3f}", *far) : "any");
+  fmt::print("distances        from {} to {} times the recorded one\n",
+             near ? fmt::format("{:.3f}", *near) : "0", far ? fmt::format("{:.3f}", *far) : "any number of");
   fmt::print("views            {} for {} degrees\n", InWords(*prediction->views), args.cap);
   if (bound_px)
     fmt::print("bound            {:.2f} px at {:g} degrees and {:g} times the distance\n", *bound_px,
@@ -107,8 +121,16 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--distance", args->distance, "From the camera to the subject's centre")->required();
   command->add_option("--radius", args->radius, "Of the sphere around the subject, in the same unit")
       ->required();
-  command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed")
-      ->capture_default_str();
+  CLI::Option* threshold =
+      command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed")
+          ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--quality",
+          [args](const std::string& quality) { args->threshold_px = quality == "fast" ? 12 : 7; },
+          "high: 7 px (as without), fast: 12 px")
+      ->check(CLI::IsMember({"high", "fast"}))
+      ->excludes(threshold);
   command
       ->add_option("--coverage-width", args->coverage_width_px,
                    "Width of the image that the threshold refers to")

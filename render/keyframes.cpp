@@ -44,14 +44,14 @@ VectorXd CubicSpline::At(double time) const {
       .transpose();
 }
 
-std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<Keyframe>& keyframes, int frames) {
+std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames) {
   const Index count = static_cast<Index>(keyframes.size());
   std::vector<double> times;
   MatrixXd eyes(count, 3), targets(count, 3), ups(count, 3), turns(count, 4), focals(count, 1);
   bool all_aim = true;
   Quaterniond before = Quaterniond::Identity();
   for (Index i = 0; i < count; ++i) {
-    const Keyframe& key = keyframes[static_cast<std::size_t>(i)];
+    const PathKeyframe& key = keyframes[static_cast<std::size_t>(i)];
     times.push_back(key.time_s);
     eyes.row(i) = key.eye_in_world;
     targets.row(i) = key.target_in_world.value_or(Vector3d::Zero());

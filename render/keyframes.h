@@ -16,7 +16,7 @@
 
 namespace ulf {
 
-struct Keyframe {
+struct PathKeyframe {
   double time_s = 0;
   Eigen::Vector3d eye_in_world = Eigen::Vector3d::Zero();
   // One of the two: what the camera looks at with `up_in_world` upwards, or its turn.
@@ -33,7 +33,7 @@ struct KeyframedPose {
 
 // At evenly spaced times from the first keyframe to the last; times must grow from keyframe to keyframe. One
 // frame: the first. Throws Error that names the keyframe where the way between two is not determined.
-std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<Keyframe>& keyframes, int frames);
+std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames);
 
 // Natural: no bend at both ends. Rows of `values` belong to `times`, which grow.
 class CubicSpline {

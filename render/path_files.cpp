@@ -178,8 +178,8 @@ Vector3d VectorOf(const JsonPlace& place, const char* key) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-Keyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const Vector3d& up_in_world) {
-  Keyframe key;
+PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const Vector3d& up_in_world) {
+  PathKeyframe key;
   key.time_s = place.Number("time");
   key.eye_in_world = VectorOf(place, "eye");
   key.up_in_world = place.Has("up") ? VectorOf(place, "up") : up_in_world;
@@ -222,7 +222,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
   }
   const json& entries = top.Raw("keyframes");
   if (!entries.is_array()) throw Error("{}: 'keyframes' must be a list", top.where);
-  std::vector<Keyframe> keyframes;
+  std::vector<PathKeyframe> keyframes;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const JsonPlace place{entries[i], fmt::format("{}, keyframe {}", file.string(), i)};
     if (place.Has("focal_px") && !top.Has("width"))

@@ -50,10 +50,10 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   const auto fits = FitLens(given, part, {{.focal = true}, {.focal = true, .k1 = true}}, options);
   if (fits.size() < 2) return std::nullopt;
   // The less surprising of the two answers.
-  const auto off = [&](const LensFit& fit) {
+  const auto off = [&](const LensEstimate& fit) {
     return std::abs(fit.lens.MeanFocalPx() / given.MeanFocalPx() - 1);
   };
-  const LensFit& fit = off(fits[0]) < off(fits[1]) ? fits[0] : fits[1];
+  const LensEstimate& fit = off(fits[0]) < off(fits[1]) ? fits[0] : fits[1];
   CalibrationCheck check;
   check.given_focal_px = given.MeanFocalPx();
   check.fitted_focal_px = fit.lens.MeanFocalPx();

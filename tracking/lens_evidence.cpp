@@ -94,7 +94,7 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
   return lu.inverse();
 }
 
-void AddSigmas(const BundleProblem& solved, double scale, LensFit& fit) {
+void AddSigmas(const BundleProblem& solved, double scale, LensEstimate& fit) {
   const Eigen::MatrixXd covariance = LensCovariance(fit.lens, solved, fit.free);
   // Negative where rounding is all there is: nothing is known.
   const auto sigma = [&](int i) {
@@ -121,7 +121,7 @@ BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics&
 }
 
 // Whether every number that `larger` frees beyond `smaller` has moved by more than three sigmas.
-bool HasMoved(const LensFit& larger, const FreeIntrinsics& smaller, const CameraModel& from) {
+bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const CameraModel& from) {
   constexpr double kSigmas = 3;
   const CameraModel& to = larger.lens;
   if (larger.free.focal && !smaller.focal)
@@ -182,15 +182,16 @@ BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvid
   return part;
 }
 
-std::vector<LensFit> FitLens(const CameraModel& given, const BundleProblem& part,
-                             const std::vector<FreeIntrinsics>& choices, const LensEvidenceOptions& options) {
-  std::vector<LensFit> fits;
+std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem& part,
+                                  const std::vector<FreeIntrinsics>& choices,
+                                  const LensEvidenceOptions& options) {
+  std::vector<LensEstimate> fits;
   if (part.cam_from_world.size() < 3 || part.observations.size() < 100) return fits;
   std::vector<CameraModel> lenses{given};
   BundleProblem base = part;
   if (!AdjustBundle(lenses, base, Options(options, {})).usable) return fits;
   for (const FreeIntrinsics& free : choices) {
-    LensFit fit{free, given};
+    LensEstimate fit{free, given};
     std::vector<CameraModel> freed{given};
     BundleProblem solved = part;
     solved.cam_from_world = base.cam_from_world;
@@ -206,17 +207,17 @@ std::vector<LensFit> FitLens(const CameraModel& given, const BundleProblem& part
   return fits;
 }
 
-std::optional<LensFit> ChooseLens(const CameraModel& given, const BundleProblem& part,
-                                  const LensEvidenceOptions& options) {
-  std::optional<LensFit> best;
+std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
+                                       const LensEvidenceOptions& options) {
+  std::optional<LensEstimate> best;
   FreeIntrinsics free;
   for (const auto step :
        {&FreeIntrinsics::focal, &FreeIntrinsics::k1, &FreeIntrinsics::principal_point, &FreeIntrinsics::k2}) {
     FreeIntrinsics next = free;
     next.*step = true;
-    const std::vector<LensFit> fits = FitLens(given, part, {next}, options);
+    const std::vector<LensEstimate> fits = FitLens(given, part, {next}, options);
     if (fits.empty()) return best;
-    const LensFit& fit = fits.front();
+    const LensEstimate& fit = fits.front();
     if (fit.gain <= (best ? best->gain : 0) || !HasMoved(fit, free, best ? best->lens : given)) continue;
     best = fit;
     free = next;

@@ -16,7 +16,7 @@
 
 namespace ulf {
 
-struct LensFit {
+struct LensEstimate {
   FreeIntrinsics free;
   CameraModel lens;
   double gain = 0;  // fall of the criterion: positive is evidence, natural logarithm times two
@@ -36,14 +36,14 @@ struct LensEvidenceOptions {
 BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options = {});
 
 // Fits the lens with each of `choices` free (from the same start) and compares with the lens as given.
-std::vector<LensFit> FitLens(const CameraModel& given, const BundleProblem& part,
-                             const std::vector<FreeIntrinsics>& choices,
-                             const LensEvidenceOptions& options = {});
+std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem& part,
+                                  const std::vector<FreeIntrinsics>& choices,
+                                  const LensEvidenceOptions& options = {});
 
 // The lens that the evidence speaks for: focal length, then k1, the principal point and k2 are freed one
 // after the other, each kept where the criterion falls and the number differs by more than three of its
 // sigmas. None: the given one stays.
-std::optional<LensFit> ChooseLens(const CameraModel& given, const BundleProblem& part,
-                                  const LensEvidenceOptions& options = {});
+std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
+                                       const LensEvidenceOptions& options = {});
 
 }  // namespace ulf

@@ -121,14 +121,14 @@ class AravisFeatures : public FeatureAccess {
     return formats;
   }
 
-  std::vector<Feature> List() override {
-    std::vector<Feature> features;
+  std::vector<CameraFeature> List() override {
+    std::vector<CameraFeature> features;
     for (const auto& [name, category] : tree_)
       if (auto feature = Read(name, category)) features.push_back(std::move(*feature));
     return features;
   }
 
-  std::optional<Feature> Find(const std::string& name) override {
+  std::optional<CameraFeature> Find(const std::string& name) override {
     for (const auto& [known, category] : tree_)
       if (known == name) return Read(name, category);
     return Read(name, "");
@@ -185,14 +185,14 @@ class AravisFeatures : public FeatureAccess {
     }
   }
 
-  std::optional<Feature> Read(const std::string& name, const std::string& category) {
+  std::optional<CameraFeature> Read(const std::string& name, const std::string& category) {
     ArvGcNode* node = arv_gc_get_node(genicam_, name.c_str());
     const auto type = node ? TypeOf(node) : std::nullopt;
     if (!type) return std::nullopt;
     ArvGcFeatureNode* feature_node = ARV_GC_FEATURE_NODE(node);
     if (!Maybe([&](GError** e) { return arv_gc_feature_node_is_implemented(feature_node, e); }, true))
       return std::nullopt;
-    Feature feature;
+    CameraFeature feature;
     feature.name = name;
     feature.category = category;
     feature.type = *type;
@@ -221,7 +221,7 @@ class AravisFeatures : public FeatureAccess {
   }
 
   // What the library answers where a description says nothing are the limits of its types.
-  void ReadRange(ArvGcNode* node, Feature& feature) {
+  void ReadRange(ArvGcNode* node, CameraFeature& feature) {
     if (feature.type == FeatureType::kInteger) {
       constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),
                        kMost = std::numeric_limits<gint64>::max();
@@ -255,7 +255,7 @@ class AravisFeatures : public FeatureAccess {
   }
 
   // A feature that the camera does not answer for is listed as not readable.
-  void ReadValue(ArvGcNode* node, Feature& feature) {
+  void ReadValue(ArvGcNode* node, CameraFeature& feature) {
     GError* error = nullptr;
     switch (feature.type) {
       case FeatureType::kInteger:

@@ -123,7 +123,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   CollectedViews collected;
   {
     Progress progress(source.device ? "calibrating" : "looking for the board", args.json);
-    CaptureOptions options;
+    CalibrationCaptureOptions options;
     options.mode = args.mode;
     options.guide.least_views = args.views;
     options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
@@ -171,7 +171,7 @@ std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& blac
   std::vector<Image> cards;
   if (source.device) {
     Progress progress("looking at the card", args.json);
-    CaptureOptions options;
+    CalibrationCaptureOptions options;
     options.mode = args.mode;
     options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
     options.stop = [] { return StopOnSignal::Asked(); };

@@ -61,7 +61,7 @@ struct PendingStills {
   bool Overdue(double timeout_s) const { return count > 0 && SecondsSince(last) > timeout_s; }
 };
 
-bool WantsStills(const Device& device, const CaptureOptions& options) {
+bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
     throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
@@ -79,7 +79,7 @@ bool IsImageName(const fs::path& path) {
 
 }  // namespace
 
-CollectedViews CollectViews(Device& device, const Board& board, const CaptureOptions& options) {
+CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options) {
   const bool stills = WantsStills(device, options);
   CollectedViews collected;
   std::optional<CalibrationGuide> guide;
@@ -143,7 +143,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const CaptureOpt
 }
 
 CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
-                            const CaptureOptions& options) {
+                            const CalibrationCaptureOptions& options) {
   if (files.empty()) throw Error("no images to calibrate from; give a folder or image files");
   CollectedViews collected;
   for (std::size_t i = 0; i < files.size() && !options.stop(); ++i) {
@@ -158,7 +158,7 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
   return collected;
 }
 
-std::vector<Frame> CollectFrames(Device& device, int count, const CaptureOptions& options) {
+std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options) {
   const bool stills = WantsStills(device, options);
   const FrameKind wanted = stills ? FrameKind::kStill : FrameKind::kLive;
   std::vector<Frame> frames;

@@ -24,7 +24,7 @@ struct CaptureProgress {
   std::string text = {};
 };
 
-struct CaptureOptions {
+struct CalibrationCaptureOptions {
   std::string mode = "live";  // or "still": photographs are released and used instead of the live frames
   GuideOptions guide;
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
@@ -34,16 +34,16 @@ struct CaptureOptions {
 
 // Until there is enough, the device ends, or `stop`. Throws Error when the device is lost, UsageError for
 // stills of a device that takes none.
-CollectedViews CollectViews(Device& device, const Board& board, const CaptureOptions& options);
+CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options);
 
 // Throws Error where the files have different sizes, or there are none.
 CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
-                            const CaptureOptions& options);
+                            const CalibrationCaptureOptions& options);
 
 // The next `count` complete frames of the mode: live ones, or photographs, each asked for. Fewer when the
 // device ends or `stop`. Throws Error when the device is lost or a photograph does not come, UsageError for
 // stills of a device that takes none.
-std::vector<Frame> CollectFrames(Device& device, int count, const CaptureOptions& options);
+std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options);
 
 // The images among files and folders, each folder in the order of names as people count.
 std::vector<std::string> ImagesIn(const std::vector<std::string>& paths);

@@ -31,8 +31,8 @@ FeatureType TypeOf(GphotoSettingType type) {
   return FeatureType::kString;
 }
 
-Feature FeatureOf(const GphotoSetting& setting) {
-  Feature feature;
+CameraFeature FeatureOf(const GphotoSetting& setting) {
+  CameraFeature feature;
   feature.name = setting.name;
   feature.category = setting.category;
   feature.type = TypeOf(setting.type);
@@ -69,12 +69,12 @@ class GphotoFeatures : public FeatureAccess {
   }
 
   DeviceInfo Info() const override { return info_; }
-  std::vector<Feature> List() override {
-    std::vector<Feature> features;
+  std::vector<CameraFeature> List() override {
+    std::vector<CameraFeature> features;
     for (const GphotoSetting& setting : camera_.Settings()) features.push_back(FeatureOf(setting));
     return features;
   }
-  std::optional<Feature> Find(const std::string& name) override {
+  std::optional<CameraFeature> Find(const std::string& name) override {
     for (const GphotoSetting& setting : camera_.Settings())
       if (setting.name == name) return FeatureOf(setting);
     return std::nullopt;

@@ -51,14 +51,14 @@ class V4l2Features : public FeatureAccess {
     return formats;
   }
 
-  std::vector<Feature> List() override {
-    std::vector<Feature> features;
+  std::vector<CameraFeature> List() override {
+    std::vector<CameraFeature> features;
     // Asked anew each time: an automatic that is switched off frees the control that it moved.
     for (const V4l2Control& control : V4l2Controls(node_)) features.push_back(FeatureOf(control));
     return features;
   }
 
-  std::optional<Feature> Find(const std::string& name) override {
+  std::optional<CameraFeature> Find(const std::string& name) override {
     const auto control = FindControl(name);
     return control ? std::optional(FeatureOf(*control)) : std::nullopt;
   }
@@ -91,8 +91,8 @@ class V4l2Features : public FeatureAccess {
     return found == controls.end() ? std::nullopt : std::optional(*found);
   }
 
-  Feature FeatureOf(const V4l2Control& control) const {
-    Feature feature;
+  CameraFeature FeatureOf(const V4l2Control& control) const {
+    CameraFeature feature;
     feature.name = control.name;
     feature.category = control.category;
     feature.type = TypeOf(control);

@@ -347,8 +347,8 @@ Instruction InstructionFor(const CaptureState& state) {
   if (wanted > 0 && now > kFarOff * wanted) return {"come " + Percent(wanted / now) + " nearer", false};
   if (wanted > 0 && wanted > kFarOff * now) return {"go " + Percent(wanted / now) + " back", false};
   if (const auto& row = state.guidance.row; row && row->wanted > 0) {
-    if (row->now > kRowFarOff * row->wanted) return {"too far from the last row: move towards it", false};
-    if (row->now < kRowNarrow * row->wanted) return {"too near to the last row: move away from it", false};
+    if (row->now > kRowFarOff * row->wanted) return {"too far from the last row: follow the arrow", false};
+    if (row->now < kRowNarrow * row->wanted) return {"too near to the last row: follow the arrow", false};
   }
   if (state.guidance.toward) return {"follow the arrow", false};
   return {};

@@ -224,14 +224,15 @@ bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face
 
 }  // namespace
 
-Surface CutSurface(const std::vector<FusedPoint>& points, const std::vector<Vector3d>& centers_in_world,
-                   const SurfaceOptions& options) {
+ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
+                                const std::vector<Vector3d>& centers_in_world,
+                                const SurfaceOptions& options) {
   std::vector<Vector3d> positions;
   for (const FusedPoint& point : points) positions.push_back(point.position_in_world);
   std::vector<std::uint32_t> vertex_of;
   const Tetrahedra space = DelaunayTetrahedra(positions, &vertex_of);
   const std::size_t cells = space.corners.size();
-  Surface surface;
+  ReconstructedSurface surface;
   if (cells == 0) return surface;
 
   Evidence evidence(cells);

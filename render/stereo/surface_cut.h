@@ -22,13 +22,14 @@ struct SurfaceOptions {
   double longest_edge_px = 60;
 };
 
-struct Surface {
+struct ReconstructedSurface {
   TriangleMesh mesh;
   std::vector<std::uint32_t> point_of_vertex;  // index into the points
 };
 
 // `centers_in_world`: of the views that the points name. Empty where the points span no volume.
-Surface CutSurface(const std::vector<FusedPoint>& points,
-                   const std::vector<Eigen::Vector3d>& centers_in_world, const SurfaceOptions& options = {});
+ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
+                                const std::vector<Eigen::Vector3d>& centers_in_world,
+                                const SurfaceOptions& options = {});
 
 }  // namespace ulf

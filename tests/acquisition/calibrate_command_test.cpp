@@ -89,7 +89,7 @@ TEST(CollectViews, TakesViewsByItselfUntilThereIsEnough) {
 
 TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
   ScriptedDevice device(true);
-  CaptureOptions options;
+  CalibrationCaptureOptions options;
   options.mode = "still";
   const CollectedViews collected = CollectViews(device, Board(), options);
   EXPECT_EQ(collected.width, 1280);
@@ -105,7 +105,7 @@ TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
 
 TEST(CollectFrames, PhotographsAreAskedForOneByOneAndLiveFramesAreNot) {
   ScriptedDevice device(true);
-  CaptureOptions options;
+  CalibrationCaptureOptions options;
   options.mode = "still";
   const std::vector<Frame> photographs = CollectFrames(device, 4, options);
   ASSERT_EQ(photographs.size(), 4u);
@@ -120,7 +120,7 @@ TEST(CollectFrames, PhotographsAreAskedForOneByOneAndLiveFramesAreNot) {
 
 TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {
   ScriptedDevice device;
-  CaptureOptions options;
+  CalibrationCaptureOptions options;
   int shown = 0;
   options.show = [&](const CaptureProgress& now) {
     ++shown;

@@ -27,8 +27,8 @@ using ::testing::Not;
 
 constexpr const char* kUri = "aravis:127.0.0.1";
 
-Feature Number(double min, double max, double step, FeatureType type = FeatureType::kInteger) {
-  Feature feature;
+CameraFeature Number(double min, double max, double step, FeatureType type = FeatureType::kInteger) {
+  CameraFeature feature;
   feature.name = "N";
   feature.type = type;
   feature.min = min;
@@ -38,16 +38,16 @@ Feature Number(double min, double max, double step, FeatureType type = FeatureTy
 }
 
 TEST(FeatureValues, AreParsedAndCheckedBeforeTheyAreWritten) {
-  const Feature number = Number(16, 64, 4);
+  const CameraFeature number = Number(16, 64, 4);
   EXPECT_EQ(CheckedValue("cam", number, "0x20"), "32");
   EXPECT_EQ(CheckedValue("cam", number, "20.0"), "20");
   for (const char* wrong : {"8", "68", "18", "twenty", "20px", ""})
     EXPECT_THROW(CheckedValue("cam", number, wrong), UsageError) << wrong;
-  const Feature real = Number(0.5, 2, 0, FeatureType::kFloat);
+  const CameraFeature real = Number(0.5, 2, 0, FeatureType::kFloat);
   EXPECT_EQ(CheckedValue("cam", real, "1e0"), "1");
   for (const char* wrong : {"0.4", "2.1", "nan", "inf", "x"})
     EXPECT_THROW(CheckedValue("cam", real, wrong), UsageError) << wrong;
-  Feature choice;
+  CameraFeature choice;
   choice.name = "C";
   choice.type = FeatureType::kEnumeration;
   choice.choices = {"Off", "On"};
@@ -85,13 +85,13 @@ TEST_F(Features, TheTreeTellsWhatTheCameraTells) {
   StartFullCamera();
   const auto access = OpenFeatures(kUri);
   EXPECT_EQ(access->Info().serial, "F1");
-  const std::vector<Feature> list = access->List();
-  std::map<std::string, Feature> tree;
-  for (const Feature& feature : list) tree[feature.name] = feature;
+  const std::vector<CameraFeature> list = access->List();
+  std::map<std::string, CameraFeature> tree;
+  for (const CameraFeature& feature : list) tree[feature.name] = feature;
   ASSERT_EQ(tree.size(), list.size()) << "none twice";
   EXPECT_EQ(tree.size(), 36u);
 
-  const Feature& exposure = tree.at("ExposureTime");
+  const CameraFeature& exposure = tree.at("ExposureTime");
   EXPECT_EQ(exposure.category, "AcquisitionControl");
   EXPECT_EQ(exposure.type, FeatureType::kFloat);
   EXPECT_EQ(exposure.min, 10);
@@ -316,7 +316,7 @@ void ExpectWholeTree(const std::filesystem::path& description) {
   const std::set<std::string> in_categories = all(std::regex("<pFeature>([A-Za-z0-9_]+)</pFeature>"));
   const auto access = OpenFeatures(kUri);
   std::set<std::string> listed;
-  for (const Feature& feature : access->List()) {
+  for (const CameraFeature& feature : access->List()) {
     EXPECT_TRUE(named.count(feature.name)) << feature.name;
     EXPECT_TRUE(listed.insert(feature.name).second) << feature.name << " twice";
     EXPECT_EQ(feature.type == FeatureType::kEnumeration && feature.readable && feature.choices.empty(), false)

@@ -139,7 +139,7 @@ TEST_F(GigeSimulator, EveryPixelFormatArrivesAsRendered) {
   options.simulation.width = 322;  // rows that end within a byte group
   const SimulatedGigeCamera server(options);
   // What the camera's own description offers, so that none is left out.
-  std::optional<Feature> described = OpenFeatures("aravis:127.0.0.1")->Find("PixelFormat");
+  std::optional<CameraFeature> described = OpenFeatures("aravis:127.0.0.1")->Find("PixelFormat");
   ASSERT_TRUE(described);
   const std::vector<std::string> offered = described->choices;
   ASSERT_EQ(offered.size(), 20u);

@@ -55,12 +55,20 @@ TEST(PlanCommand, CoverageWidthScalesTheFocalLength) {
   EXPECT_DOUBLE_EQ(native["disc_radius_deg"], large["disc_radius_deg"]);
 }
 
+TEST(PlanCommand, QualityIsAThreshold) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --json";
+  EXPECT_EQ(JsonOf(RunUlf(plan + " --quality fast")), JsonOf(RunUlf(plan + " --threshold-px 12")));
+  EXPECT_EQ(JsonOf(RunUlf(plan + " --quality high")), JsonOf(RunUlf(plan)));
+}
+
 TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
   const std::string good = "plan --focal-px 600 --width 640 --distance 1 ";
   for (const auto& [arguments, words] : {std::pair<std::string, std::string>{good, "--radius"},
                                          {good + "--radius 2", "outside the subject's sphere"},
                                          {good + "--radius -1", "positive"},
                                          {good + "--radius nan", "positive"},
+                                         {good + "--radius 0.5", "stand at 1.27 or farther"},
+                                         {good + "--radius 0.2 --quality fast --threshold-px 9", "excludes"},
                                          {good + "--radius 0.2 --threshold-px 2", "2 px"},
                                          {good + "--radius 0.2 --cap 60", "60x40"},
                                          {good + "--radius 0.2 --angle-deg 3", "--distance-ratio"}}) {
@@ -204,6 +212,7 @@ TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
            {"capture " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
            {"capture " + kStudio + " -o " + dir + " --poses known", "--subject"},
            {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3", "1,2,3"},
+           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3,0", "must be positive"},
            {"capture " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
            {"capture " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
            {"capture " + kStudio + " -o " + dir + " --quality best", "best"},

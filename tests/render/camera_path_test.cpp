@@ -205,7 +205,7 @@ TEST(Keyframes, TurnsGoTheShortWayAndZoomsAtAnEvenSpeed) {
     q.coeffs() *= sign;
     return q;
   };
-  const std::vector<Keyframe> keys{
+  const std::vector<PathKeyframe> keys{
       {.time_s = 0, .world_from_cam = turned(0, 1), .focal_px = 100},
       {.time_s = 1, .eye_in_world = {1, 0, 0}, .world_from_cam = turned(30, -1), .focal_px = 200},
       {.time_s = 2, .eye_in_world = {2, 0, 0}, .world_from_cam = turned(60, 1), .focal_px = 400}};
@@ -221,7 +221,7 @@ TEST(Keyframes, TurnsGoTheShortWayAndZoomsAtAnEvenSpeed) {
 }
 
 TEST(Keyframes, WithTargetsTheSubjectStaysInTheMiddle) {
-  std::vector<Keyframe> keys;
+  std::vector<PathKeyframe> keys;
   for (const Vector3d& eye : {Vector3d(0, 0, 2), Vector3d(1, 0.5, 1), Vector3d(1.5, 0, -1)})
     keys.push_back({.time_s = static_cast<double>(keys.size()),
                     .eye_in_world = eye,

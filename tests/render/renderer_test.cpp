@@ -9,6 +9,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "render/lumigraph_field.h"
+#include "tests/render/agreement.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
@@ -16,84 +17,12 @@ namespace ulf {
 namespace {
 
 using Eigen::Vector3d;
+using test::Agreement;
+using test::Compare;
 using test::SceneSpec;
+using test::VisibilityBand;
 
 const CameraModel kCamera = CameraModel::Pinhole(160, 120, 200);
-
-struct Agreement {
-  double within_share = 0;  // of pixels outside the band that differ by no more than 2/255
-  double band_share = 0;
-  double within_share_of_all = 0;  // band included
-  double mean_abs = 0;             // over all pixels, in 1/255
-};
-
-// Pixels where some weighted view begins or ceases to see the proxy between a pixel and its neighbours, or
-// where another view fills.
-cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
-                       const Rigid3& cam_from_world) {
-  const auto scene_pointer = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
-  const Rigid3 world_from_cam = cam_from_world.Inverse();
-  const Vector3d v = cam_from_world.OriginInSource();
-  const auto field = MakeField(scene_pointer, options)->From(v);
-  const auto order = ViewsByDistance(scene, v);
-  const cv::Mat depth = scene.proxy->Depth(camera, cam_from_world);
-  const auto point_at = [&](int x, int y) -> Vector3d {
-    const Vector3d ray((x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1);
-    return world_from_cam * (ray * depth.at<float>(y, x));
-  };
-  const auto nearest = [&](const Vector3d& point) {
-    for (const int i : order)
-      if (scene.views[static_cast<std::size_t>(i)].See(point)) return i;
-    return -1;
-  };
-  cv::Mat band = cv::Mat::zeros(camera.height, camera.width, CV_8U);
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      FieldSample sample;
-      const Vector3d point = point_at(x, y);
-      field->Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
-      bool any_sees = false, changes = false;
-      const int filler = nearest(point);
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          const int nx = std::clamp(x + dx, 0, camera.width - 1),
-                    ny = std::clamp(y + dy, 0, camera.height - 1);
-          const Vector3d there = point_at(nx, ny);
-          for (const ViewWeight& entry : sample.weights) {
-            const SceneView& view = scene.views[static_cast<std::size_t>(entry.view)];
-            const bool sees = view.See(point).has_value();
-            any_sees = any_sees || sees;
-            changes = changes || sees != view.See(there).has_value();
-          }
-          if (!any_sees) changes = changes || nearest(there) != filler;
-        }
-      if (changes) band.at<std::uint8_t>(y, x) = 255;
-    }
-  return band;
-}
-
-Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band) {
-  cv::Mat difference;
-  cv::absdiff(Srgb8FromLinear(a.linear), Srgb8FromLinear(b.linear), difference);
-  Agreement agreement;
-  agreement.band_share = static_cast<double>(cv::countNonZero(band)) / static_cast<double>(band.total());
-  long outside = 0, within = 0, within_all = 0;
-  double sum = 0;
-  for (int y = 0; y < difference.rows; ++y)
-    for (int x = 0; x < difference.cols; ++x) {
-      const cv::Vec3b& d = difference.at<cv::Vec3b>(y, x);
-      sum += (d[0] + d[1] + d[2]) / 3.0;
-      const bool is_within = std::max({d[0], d[1], d[2]}) <= 2;
-      within_all += is_within;
-      if (band.at<std::uint8_t>(y, x)) continue;
-      ++outside;
-      within += is_within;
-    }
-  agreement.within_share = static_cast<double>(within) / static_cast<double>(std::max(outside, 1L));
-  agreement.within_share_of_all = static_cast<double>(within_all) / static_cast<double>(difference.total());
-  agreement.mean_abs = sum / static_cast<double>(difference.total());
-  return agreement;
-}
 
 struct Place {
   std::string name;

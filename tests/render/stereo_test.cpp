@@ -290,7 +290,7 @@ SeenSphere MakeSeenSphere(double noise, unsigned seed) {
 TEST(SurfaceCut, FindsASphereAndLeavesOpenWhatNobodySaw) {
   for (const double noise : {0.0, 0.004}) {
     const SeenSphere sphere = MakeSeenSphere(noise, 3);
-    const Surface surface = CutSurface(sphere.points, sphere.centers);
+    const ReconstructedSurface surface = CutSurface(sphere.points, sphere.centers);
     ASSERT_GT(surface.mesh.triangles.size(), 2000u);
     std::size_t outward = 0;
     double area = 0, area_below = 0;
@@ -326,7 +326,7 @@ TEST(SurfaceCut, LeavesOutWhatOthersSeeThrough) {
     stray.seen_by.resize(2);
     sphere.points.push_back(stray);
   }
-  const Surface surface = CutSurface(sphere.points, sphere.centers);
+  const ReconstructedSurface surface = CutSurface(sphere.points, sphere.centers);
   int strays = 0;
   for (const Eigen::Vector3f& vertex : surface.mesh.vertices) strays += vertex.norm() > 1.2f;
   EXPECT_LE(strays, 12);
@@ -336,9 +336,9 @@ TEST(SurfaceCut, IsTheSameWhateverTheThreads) {
   const SeenSphere sphere = MakeSeenSphere(0.004, 5);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const Surface one = CutSurface(sphere.points, sphere.centers);
+  const ReconstructedSurface one = CutSurface(sphere.points, sphere.centers);
   cv::setNumThreads(4);
-  const Surface four = CutSurface(sphere.points, sphere.centers);
+  const ReconstructedSurface four = CutSurface(sphere.points, sphere.centers);
   cv::setNumThreads(threads);
   EXPECT_EQ(one.mesh.vertices, four.mesh.vertices);
   EXPECT_EQ(one.mesh.triangles, four.mesh.triangles);

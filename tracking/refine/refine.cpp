@@ -289,7 +289,7 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineS
     }
     const auto fit = ChooseLens(working, PartForLens(problem, l));
     if (!fit) continue;
-    LensFit scaled = *fit;
+    LensEstimate scaled = *fit;
     scaled.lens = fit->lens.ScaledTo(given.width, given.height);
     scaled.focal_sigma_px *= to_given;
     scaled.principal_point_sigma_px *= to_given;

@@ -88,7 +88,7 @@ nlohmann::ordered_json LensJson(const CameraModel& lens) {
           {"k2", lens.coefficients[1]}};
 }
 
-nlohmann::ordered_json FitJson(const LensFit& fit, bool taken) {
+nlohmann::ordered_json FitJson(const LensEstimate& fit, bool taken) {
   nlohmann::ordered_json json = LensJson(fit.lens);
   if (fit.free.focal) json["focal_sigma_px"] = fit.focal_sigma_px;
   if (fit.free.principal_point) json["principal_point_sigma_px"] = fit.principal_point_sigma_px;
@@ -120,7 +120,8 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
     json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
   json["lenses"] = nlohmann::ordered_json::array();
-  for (const LensFit& fit : result.lens_fits) json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
+  for (const LensEstimate& fit : result.lens_fits)
+    json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
   json["calibration"] = nlohmann::ordered_json::array();
   for (const CalibrationCheck& check : result.checks)
     json["calibration"].push_back(ToJson(std::optional(check)));
@@ -129,7 +130,7 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
   return json;
 }
 
-std::string Describe(const LensFit& fit) {
+std::string Describe(const LensEstimate& fit) {
   std::string text = fmt::format("focal length {:.2f} px", fit.lens.MeanFocalPx());
   if (fit.free.focal) text += fmt::format(" (± {:.2f})", fit.focal_sigma_px);
   if (fit.free.k1) text += fmt::format(", k1 {:.4f} (± {:.4f})", fit.lens.coefficients[0], fit.k1_sigma);
@@ -163,7 +164,7 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
     fmt::print(
         "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
         result.groups);
-  for (const LensFit& fit : result.lens_fits)
+  for (const LensEstimate& fit : result.lens_fits)
     fmt::print(
         "{}: {}\n",
         args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
