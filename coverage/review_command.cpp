@@ -84,7 +84,10 @@ CameraModel VirtualCamera(const RenderScene& scene, const ReviewArgs& args) {
 }
 
 ReviewRun Review(const ReviewArgs& args, const RenderScene& scene, Device& device, Picture& picture) {
-  const NearestViewRenderer renderer(scene);
+  const NearestViewRenderer renderer = [&] {
+    Progress loading("loading", args.json);
+    return NearestViewRenderer(scene, &loading);
+  }();
   const CameraModel camera = VirtualCamera(scene, args);
   const MarkerSpec spec = MarkerSpec::Parse(args.markers);
   MarkerMouse mouse(scene, spec.Middle());
@@ -130,12 +133,7 @@ int RunReview(const ReviewArgs& args) {
   SceneOptions options{.size_limit_px = std::max(args.width, args.height),
                        .form = PhotographForm::kEightBits};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  std::shared_ptr<const RenderScene> scene;
-  {
-    const LightField light_field = ReadLightField(args.dir);
-    Progress progress("loading", args.json);
-    scene = LoadScene(light_field, options, &progress);
-  }
+  const auto scene = LoadScene(ReadLightField(args.dir), options);
   const auto device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
   Picture picture(args.out, args.fps);
   const ReviewRun run = Review(args, *scene, *device, picture);

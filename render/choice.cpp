@@ -21,12 +21,14 @@ std::string NameOf(const FieldOptions& field) {
 RenderScene Small(const RenderScene& scene) {
   RenderScene small = scene;
   for (SceneView& view : small.views) {
-    std::size_t skip = 0;
-    while (skip + 1 < view.pyramid.size() &&
-           std::max(view.pyramid[skip].cols, view.pyramid[skip].rows) > kChoiceSizePx)
-      ++skip;
-    view.pyramid.erase(view.pyramid.begin(), view.pyramid.begin() + static_cast<std::ptrdiff_t>(skip));
-    view.camera = view.camera.ScaledTo(view.pyramid.front().cols, view.pyramid.front().rows);
+    int skip = 0;
+    const auto longer = [&] {
+      const cv::Size size = view.photograph->LevelSize(skip);
+      return std::max(size.width, size.height);
+    };
+    while (longer() > kChoiceSizePx) ++skip;
+    view.photograph = FromLevel(view.photograph, skip);
+    view.camera = view.camera.ScaledTo(view.photograph->size().width, view.photograph->size().height);
   }
   return small;
 }

@@ -60,8 +60,9 @@ ViewScore Score(Renderer& renderer, const Truth& truth) {
 }  // namespace
 
 UndistortedPhotograph Undistort(const SceneView& view) {
-  UndistortedPhotograph result{view.Srgb8(), cv::Mat(view.pyramid.front().size(), CV_8U, cv::Scalar(255))};
-  if (view.camera.distortion == Distortion::kNone && !view.has_gaps) return result;
+  UndistortedPhotograph result{view.Srgb8(), cv::Mat(view.photograph->size(), CV_8U, cv::Scalar(255))};
+  if (view.camera.distortion == Distortion::kNone && !view.photograph->linear()) return result;
+  const cv::Mat pixels = view.photograph->Level(0);
   const CameraModel pinhole = view.camera.WithoutDistortion();
   cv::Mat linear = cv::Mat::zeros(pinhole.height, pinhole.width, CV_32FC3);
   for (int y = 0; y < pinhole.height; ++y)
@@ -69,7 +70,7 @@ UndistortedPhotograph Undistort(const SceneView& view) {
       const auto img = view.camera.ImgFromCam(
           {(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
       const cv::Vec4f light =
-          img && view.camera.Contains(*img) ? SampleView(view, 0, *img) : cv::Vec4f::all(0);
+          img && view.camera.Contains(*img) ? SampleLevel(pixels, view.camera, *img) : cv::Vec4f::all(0);
       linear.at<cv::Vec3f>(y, x) = {light[0], light[1], light[2]};
       if (!(light[3] > 0)) result.valid.at<std::uint8_t>(y, x) = 0;
     }
@@ -114,7 +115,8 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   summary.height = truths.front().camera.height;
   const auto rest = Without(scene, left_out);
   summary.viewpoints = rest->mesh.Description();
-  const auto renderer = MakeRenderer(rest, {.renderer = options.renderer});
+  const auto renderer =
+      MakeRenderer(rest, {.renderer = options.renderer, .gpu_memory_mb = options.gpu_memory_mb});
   summary.renderer = renderer->Name();
 
   std::vector<std::pair<std::shared_ptr<const Proxy>, FieldOptions>> combinations;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/command_line.h"
 #include "render/quality.h"
 #include "render/renderer.h"
 
@@ -21,6 +22,7 @@ struct EvaluateOptions {
   // Each of them with each field; empty: the scene's own. Their geometry should not know the left-out views.
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
+  double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
 };
 
 struct ViewScore {

@@ -90,7 +90,8 @@ void PrintTable(const EvaluateSummary& summary) {
 }
 
 int RunEvaluate(const EvaluateArgs& args) {
-  EvaluateOptions options{.every = args.every, .renderer = RendererFromName(args.renderer)};
+  EvaluateOptions options{
+      .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields)
     options.fields.push_back({.kind = FieldFromName(name), .level = LevelFromName(args.level)});
   const auto scene = Load(args);

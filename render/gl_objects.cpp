@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <map>
 
 #include "acquisition/error.h"
 
@@ -36,7 +35,7 @@ void CheckGl(const char* doing) {
   while (glGetError() != GL_NO_ERROR) {
   }
   if (error == GL_OUT_OF_MEMORY)
-    throw Error("OpenGL: out of memory while {}; load smaller photographs (--size-limit)", doing);
+    throw Error("OpenGL: out of memory while {}; give it less (--gpu-memory)", doing);
   throw Error("OpenGL: error {:#x} while {}", error, doing);
 }
 
@@ -87,6 +86,13 @@ void GlBuffer::UploadBytes(const void* data, std::size_t size) {
 
 void GlBuffer::BindStorage(unsigned binding) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_);
+}
+
+std::vector<std::int32_t> GlBuffer::Read(std::size_t count) const {
+  std::vector<std::int32_t> values(count);
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  glGetNamedBufferSubData(buffer_, 0, static_cast<GLsizeiptr>(count * sizeof(std::int32_t)), values.data());
+  return values;
 }
 
 void GlBuffer::Release() {
@@ -171,66 +177,6 @@ void GlTarget::Release() {
   if (texture_) glDeleteTextures(1, &texture_);
   framebuffer_ = texture_ = 0;
   width_ = height_ = 0;
-}
-
-void PhotographTextures::Upload(const std::vector<const ViewPyramid*>& pyramids) {
-  constexpr double kMostBytes = 1e9;  // an array of 1.26 GB has worked, one of 2.3 GB has not
-  constexpr std::size_t kMostArrays = 12;
-  GLint most_layers = 256;
-  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
-
-  const bool linear = !pyramids.empty() && pyramids.front()->front().depth() == CV_16F;
-  const GLenum stored = linear ? GL_RGBA16F : GL_SRGB8_ALPHA8;
-  const GLenum order = linear ? GL_BGRA : GL_BGR, type = linear ? GL_HALF_FLOAT : GL_UNSIGNED_BYTE;
-  std::map<std::pair<int, int>, std::vector<std::size_t>> views_of_size;
-  for (std::size_t i = 0; i < pyramids.size(); ++i)
-    views_of_size[{pyramids[i]->front().cols, pyramids[i]->front().rows}].push_back(i);
-  places_.resize(pyramids.size());
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  for (const auto& [size, members] : views_of_size) {
-    const auto [width, height] = size;
-    const double bytes_a_layer = (linear ? 8.0 : 4.0) * width * height * 4 / 3;
-    const std::size_t most = std::clamp<std::size_t>(static_cast<std::size_t>(kMostBytes / bytes_a_layer), 1,
-                                                     static_cast<std::size_t>(most_layers));
-    const int levels = static_cast<int>(pyramids[members.front()]->size());
-    for (std::size_t begin = 0; begin < members.size(); begin += most) {
-      const std::size_t layers = std::min(most, members.size() - begin);
-      unsigned array = 0;
-      glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &array);
-      arrays_.push_back(array);
-      glTextureStorage3D(array, levels, stored, width, height, static_cast<GLsizei>(layers));
-      CheckGl("making room for the photographs");
-      glTextureParameteri(array, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-      glTextureParameteri(array, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-      glTextureParameteri(array, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-      glTextureParameteri(array, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-      for (std::size_t layer = 0; layer < layers; ++layer) {
-        const std::size_t view = members[begin + layer];
-        places_[view] = {static_cast<int>(arrays_.size()) - 1, static_cast<int>(layer)};
-        for (int level = 0; level < levels; ++level) {
-          const cv::Mat& pixels = (*pyramids[view])[static_cast<std::size_t>(level)];
-          const cv::Mat packed = pixels.isContinuous() ? pixels : pixels.clone();
-          glTextureSubImage3D(array, level, 0, 0, static_cast<GLint>(layer), packed.cols, packed.rows, 1,
-                              order, type, packed.data);
-        }
-      }
-      CheckGl("copying the photographs");
-    }
-  }
-  if (arrays_.size() > kMostArrays)
-    throw Error(
-        "OpenGL: {} texture arrays are needed (photographs of many sizes, or too many), {} can be used; load "
-        "smaller photographs (--size-limit) or render with --renderer reference",
-        arrays_.size(), kMostArrays);
-}
-
-void PhotographTextures::Bind() const {
-  for (std::size_t n = 0; n < arrays_.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays_[n]);
-}
-
-void PhotographTextures::Release() {
-  if (!arrays_.empty()) glDeleteTextures(static_cast<GLsizei>(arrays_.size()), arrays_.data());
-  arrays_.clear();
 }
 
 }  // namespace ulf

@@ -4,11 +4,10 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 #include <vector>
-
-#include "render/scene.h"
 
 namespace ulf {
 
@@ -36,6 +35,8 @@ class GlBuffer {
     UploadBytes(values.data(), values.size() * sizeof(T));
   }
   void BindStorage(unsigned binding) const;
+  // What shaders wrote into it; waits for them.
+  std::vector<std::int32_t> Read(std::size_t count) const;
   void Release();
 
  private:
@@ -82,21 +83,6 @@ class GlTarget {
   unsigned format_;
   int width_ = 0, height_ = 0;
   unsigned texture_ = 0, framebuffer_ = 0;
-};
-
-// Pyramids in texture arrays, sRGB or half floats as they are: one array a size, split so that each stays
-// within what drivers accept.
-class PhotographTextures {
- public:
-  void Upload(const std::vector<const ViewPyramid*>& pyramids);
-  void Bind() const;  // to units 0 to ArrayCount() - 1
-  int ArrayCount() const { return static_cast<int>(arrays_.size()); }
-  std::pair<int, int> PlaceOf(std::size_t view) const { return places_[view]; }  // array, layer
-  void Release();
-
- private:
-  std::vector<unsigned> arrays_;
-  std::vector<std::pair<int, int>> places_;
 };
 
 }  // namespace ulf

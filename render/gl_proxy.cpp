@@ -58,39 +58,6 @@ cv::Mat GlProxy::ReadDepth() const {
   return depth;
 }
 
-void GlProxy::UploadSights(const std::vector<SceneView>& views) {
-  if (sights_) glDeleteTextures(1, &sights_);
-  sights_ = 0;
-  if (std::none_of(views.begin(), views.end(), [](const SceneView& view) { return view.sight != nullptr; }))
-    return;
-  GLint most_layers = 256;
-  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
-  if (views.size() > static_cast<std::size_t>(most_layers))
-    throw Error(
-        "OpenGL: this driver can say for {} views what the proxy hides from them, not for {}; render with "
-        "--proxy plane or --renderer reference",
-        most_layers, views.size());
-  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &sights_);
-  glTextureStorage3D(sights_, 1, GL_DEPTH_COMPONENT32F, kSightPx, kSightPx,
-                     static_cast<GLsizei>(views.size()));
-  CheckGl("making room for what the proxy hides");
-  glTextureParameteri(sights_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(sights_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(sights_, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(sights_, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(sights_, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glTextureParameteri(sights_, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!views[i].sight) continue;
-    glTextureSubImage3D(sights_, 0, 0, 0, static_cast<GLint>(i), kSightPx, kSightPx, 1, GL_DEPTH_COMPONENT,
-                        GL_FLOAT, views[i].sight->least_inverse_depth.data);
-  }
-  CheckGl("copying what the proxy hides");
-}
-
-void GlProxy::BindSights(unsigned unit) const { glBindTextureUnit(unit, sights_); }
-
 void GlProxy::Release() {
   program_.Release();
   vertices_.Release();
@@ -98,8 +65,6 @@ void GlProxy::Release() {
   no_vertices_.Release();
   depth_.Release();
   nearness_.Release();
-  if (sights_) glDeleteTextures(1, &sights_);
-  sights_ = 0;
   uploaded_.reset();
 }
 

@@ -1,6 +1,5 @@
 // The proxy's triangles on the graphics side: a pass that draws how deep every pixel is, before anything is
-// blended, and the maps of what it hides from each view. As GlContext's objects, all need their context to be
-// current.
+// blended. As GlContext's objects, all need their context to be current.
 #pragma once
 
 #include <memory>
@@ -23,10 +22,6 @@ class GlProxy {
   void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }
   cv::Mat ReadDepth() const;  // CV_32F
 
-  // The views' maps, one layer each; none where no view has one. Error when there are too many views.
-  void UploadSights(const std::vector<SceneView>& views);
-  void BindSights(unsigned unit) const;
-
   void Release();
 
  private:
@@ -36,7 +31,6 @@ class GlProxy {
   std::shared_ptr<const TriangleMesh> uploaded_;
   GlDepth nearness_;
   GlTarget depth_{kDepthFormat};
-  unsigned sights_ = 0;
 
   static const unsigned kDepthFormat;
 };

@@ -2,7 +2,8 @@
 //
 // Where the proxy has triangles their depth is drawn first, and every later pass reads it.
 //
-// Photographs lie in sRGB texture arrays with the reference's own pyramids as mip levels. Triangles that meet
+// Of each photograph that a picture needs the one level that it reads lies in a texture array
+// (render/gl_photographs). Triangles that meet
 // the frame are drawn twice: once each for their order (of overlapping ones the last counts) and confidence,
 // then once for each view that weighs in them, added up in 32-bit float (the thesis's fans, all in one draw).
 // What fragments need of a view is constant over a triangle, so they read no buffers: on a software
@@ -10,21 +11,29 @@
 // lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a grid
 // and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at every
 // pixel over all views. A last pass divides by the sum of weights and fills what nothing covered.
+//
+// What is added up at a pixel is added in the order of views, so that a picture whose photographs are not
+// there all at once, and which is drawn in several passes, is the same to the last bit. Passes over all views
+// first let the graphics side mark those that pixels are going to need.
 #pragma once
 
+#include "render/gl_photographs.h"
 #include "render/renderer.h"
 
 namespace ulf {
 
 class GlRenderer : public Renderer {
  public:
-  // Throws Error without OpenGL 4.5, and when the photographs do not fit into its memory.
+  // Throws Error without OpenGL 4.5.
   GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options);
   ~GlRenderer() override;
 
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
   void SetField(const FieldOptions& field) override;
   void SetProxy(std::shared_ptr<const Proxy> proxy) override;
+  void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
+  bool loading() const override;
+  GlPhotographs::Counts photograph_counts() const;
   FieldOptions field() const override;
   std::string Name() const override;
   const RenderScene& scene() const override;

@@ -25,7 +25,7 @@ struct GpuTriangle {
   std::array<Vec4, 3> row;
 };
 struct GpuFan {
-  std::uint32_t triangle, vertex, unused[2];
+  std::uint32_t triangle, view, unused[2];
   Vec4 weights;
 };
 
@@ -33,6 +33,15 @@ struct TriangleBatch {
   std::vector<GpuTriangle> triangles;
   std::vector<GpuFan> fans;
 };
+
+// Fans of one view, one behind the other.
+struct FanRun {
+  int view;
+  std::size_t first, count;
+};
+// Brings the fans into the order of views, and says which are whose. What is added up at a pixel is then
+// added in this order, whichever photographs are there at a time.
+std::vector<FanRun> SortByView(std::vector<GpuFan>& fans);
 
 // For each triangle the views that weigh in it.
 struct EntryTable {
@@ -61,9 +70,10 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
 }
 
 // Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
-// `along` (0 to 1) grows with the triangles. Corners are in the camera frame.
+// `along` (0 to 1) grows with the triangles. Corners are in the camera frame. `view_of_key` by key of the
+// table; empty: keys are views.
 void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
-                 std::size_t index, TriangleBatch& batch);
+                 std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);
 
 }  // namespace ulf

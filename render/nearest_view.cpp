@@ -29,13 +29,17 @@ Eigen::Matrix3d Intrinsics(const CameraModel& camera) {
 
 }  // namespace
 
-NearestViewRenderer::NearestViewRenderer(const RenderScene& scene) : subject_(scene.subject) {
+NearestViewRenderer::NearestViewRenderer(const RenderScene& scene, Progress* progress)
+    : subject_(scene.subject) {
   if (scene.views.empty()) throw Error("there are no views to look at");
   for (const SceneView& view : scene.views) {
     Flat flat{view.camera.WithoutDistortion(), view.cam_from_world,
               (view.center_in_world - subject_.center_in_world).normalized(), Undistort(view).srgb8};
     if (view.black != 0 || view.scale != 1) cv::LUT(flat.srgb8, ExposureTable(view), flat.srgb8);
     views_.push_back(std::move(flat));
+    if (progress)
+      progress->Show(static_cast<double>(views_.size()) / static_cast<double>(scene.views.size()),
+                     "photographs");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
+#include "acquisition/command_line.h"
 #include "render/scene.h"
 
 namespace ulf {
@@ -15,7 +16,7 @@ class NearestViewRenderer {
  public:
   // Removes every photograph's distortion and brings them to one exposure: a copy of the first pyramid level
   // (SceneOptions::size_limit_px keeps it small).
-  explicit NearestViewRenderer(const RenderScene& scene);
+  explicit NearestViewRenderer(const RenderScene& scene, Progress* progress = nullptr);
 
   // Index into the scene's views.
   int Nearest(const Rigid3& cam_from_world) const;

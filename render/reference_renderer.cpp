@@ -55,7 +55,9 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
     const cv::Vec3f color = ViewColor(view.id);
     return {color[0], color[1], color[2], 1};
   }
-  const cv::Vec4f light = SampleView(view, setup.level[static_cast<std::size_t>(index)], img);
+  // Asked for at every pixel: who holds them knows what of them there is room for.
+  const cv::Mat pixels = view.photograph->Level(setup.level[static_cast<std::size_t>(index)]);
+  const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
   cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
   common[3] = light[3];
   return common;
@@ -119,10 +121,9 @@ std::pair<Vector3d, double> ConeOf(const CameraModel& camera, const cv::Rect& ti
 
 }  // namespace
 
-cv::Vec4f SampleView(const SceneView& view, int level, const Vector2d& img) {
-  const cv::Mat& pixels = view.pyramid[static_cast<std::size_t>(level)];
-  const double x = img.x() * pixels.cols / view.camera.width - 0.5;
-  const double y = img.y() * pixels.rows / view.camera.height - 0.5;
+cv::Vec4f SampleLevel(const cv::Mat& pixels, const CameraModel& camera, const Vector2d& img) {
+  const double x = img.x() * pixels.cols / camera.width - 0.5;
+  const double y = img.y() * pixels.rows / camera.height - 0.5;
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   const float right_share = static_cast<float>(x - left), below_share = static_cast<float>(y - top);
   const cv::Vec4f above =

@@ -28,7 +28,7 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const Blending
                                         const cv::Mat& depth, bool fill);
 
 // Bilinear between pixel centres, edges continued, in linear light: B G R and how much of the four pixels has
-// light at all. `img` in pixels of the pyramid's first level.
-cv::Vec4f SampleView(const SceneView& view, int level, const Eigen::Vector2d& img);
+// light at all. `img` in pixels of the view's camera, whatever the level.
+cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
 }  // namespace ulf

@@ -222,7 +222,8 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
                                        .fill = !args.no_fill,
                                        .show_field = args.show_field,
                                        .depth = encoding.format == PictureFormat::kExr,
-                                       .weights = args.weights});
+                                       .weights = args.weights,
+                                       .gpu_memory_mb = args.gpu_memory_mb});
   return renderer;
 }
 
@@ -257,6 +258,7 @@ int RunRender(const RenderArgs& args) {
       continue;
     }
     const auto at = static_cast<std::size_t>(i);
+    if (i + 1 < end) renderer->Prefetch(path.cameras[at + 1], path.cam_from_world[at + 1]);
     const Rendering picture = RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
       video->Add(DisplaySrgb8(picture.linear, args.exposure_stops));

@@ -14,6 +14,8 @@ std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
   return std::make_unique<GlRenderer>(std::move(scene), options);
 }
 
+void Renderer::Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
+
 void RequireUndistorted(const CameraModel& camera) {
   camera.Validate("the virtual camera");
   if (camera.distortion != Distortion::kNone)

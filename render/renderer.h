@@ -34,6 +34,12 @@ struct RenderOptions {
   bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
   bool depth = false;       // Rendering::depth
   bool weights = false;     // Rendering::weights; takes the reference's time in either renderer
+  // Of photographs in graphics memory; 0: what the driver says is free, or 2048. Where a picture needs more
+  // it is drawn in several passes.
+  double gpu_memory_mb = 0;
+  // Waits for photographs that are not read yet. If not, a picture is drawn from what is there, coarser
+  // levels and fewer views, and is better the next time, until loading() says that nothing is missing.
+  bool complete = true;
 };
 
 // How much of each pixel's light a view gives.
@@ -65,6 +71,10 @@ class Renderer {
   virtual void SetField(const FieldOptions& field) = 0;
   // The same photographs and field over another proxy.
   virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
+  // Where a picture is going to be wanted next: what it needs is read ahead.
+  virtual void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world);
+  // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
+  virtual bool loading() const { return false; }
   // What is really used: FieldThatServes() of what was asked.
   virtual FieldOptions field() const = 0;
   virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name

@@ -1,16 +1,11 @@
 #include "render/scene.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/counted.h"
 #include "acquisition/error.h"
-#include "acquisition/exr_file.h"
 #include "acquisition/image.h"
 #include "acquisition/light_field_io.h"
 
@@ -42,110 +37,18 @@ bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales
                      [&](const View& view) { return HasMoreThanEightBits(light_field, view); });
 }
 
-double TotalMegabytes(const LightField& light_field, int size_limit_px, int halvings, bool linear) {
-  // Three channels of a byte, or four halves; and a third for the pyramid.
-  const double bytes_a_pixel = (linear ? 8.0 : 3.0) * 4 / 3;
-  double bytes = 0;
-  for (const View& view : light_field.views) {
-    const CameraModel& camera = light_field.CameraOf(view);
-    const double longer = std::max(camera.width, camera.height);
-    double scale = size_limit_px > 0 ? std::min(1.0, size_limit_px / longer) : 1.0;
-    scale = std::ldexp(scale, -halvings);
-    bytes += bytes_a_pixel * camera.width * camera.height * scale * scale;
-  }
-  return bytes / 1e6;
+bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales, PhotographForm form) {
+  if (form != PhotographForm::kAuto) return form == PhotographForm::kLinear;
+  return NeedsLinear(light_field, scales);
 }
-
-int HalvingsThatFit(const LightField& light_field, const SceneOptions& options, bool linear) {
-  int halvings = 0;
-  while (TotalMegabytes(light_field, options.size_limit_px, halvings, linear) > options.memory_limit_mb)
-    ++halvings;
-  return halvings;
-}
-
-bool LoadsLinear(const LightField& light_field, const std::vector<float>& scales,
-                 const SceneOptions& options) {
-  if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
-  if (!NeedsLinear(light_field, scales)) return false;
-  if (HalvingsThatFit(light_field, options, true) == HalvingsThatFit(light_field, options, false))
-    return true;
-  spdlog::info(
-      "8 bits of the photographs are loaded: what they hold beyond would cost resolution (--memory-mb {:.0f} "
-      "has room for both)",
-      std::ceil(TotalMegabytes(light_field, options.size_limit_px, 0, true)));
-  return false;
-}
-
-cv::Size LoadedSize(const CameraModel& camera, int size_limit_px, int halvings) {
-  const double longer = std::max(camera.width, camera.height);
-  double scale = size_limit_px > 0 ? std::min(1.0, size_limit_px / longer) : 1.0;
-  scale = std::ldexp(scale, -halvings);
-  return {std::max(1, static_cast<int>(std::lround(camera.width * scale))),
-          std::max(1, static_cast<int>(std::lround(camera.height * scale)))};
-}
-
-cv::Mat ResizedInLight(const cv::Mat& srgb8, const cv::Size& size) {
-  if (size == srgb8.size()) return srgb8;
-  cv::Mat smaller;
-  cv::resize(LinearFloat({.pixels = srgb8, .transfer = Transfer::kSrgb}), smaller, size, 0, 0,
-             cv::INTER_AREA);
-  return Srgb8FromLinear(smaller);
-}
-
-// Pixels that are not finite.
-struct GapCount {
-  std::size_t pixels = 0, photographs = 0;
-  bool Add(const cv::Mat& light) {
-    const std::size_t before = pixels;
-    for (int y = 0; y < light.rows; ++y)
-      for (int x = 0; x < light.cols; ++x) {
-        const cv::Vec3f& pixel = light.at<cv::Vec3f>(y, x);
-        pixels += !(std::isfinite(pixel[0]) && std::isfinite(pixel[1]) && std::isfinite(pixel[2]));
-      }
-    photographs += pixels > before;
-    return pixels > before;
-  }
-};
 
 }  // namespace
 
-ViewPyramid MakePyramid(const cv::Mat& srgb8) {
-  ViewPyramid levels{srgb8};
-  cv::Mat linear = LinearFloat({.pixels = srgb8, .transfer = Transfer::kSrgb});
-  while (linear.cols > 1 || linear.rows > 1) {
-    cv::Mat half;
-    cv::resize(linear, half, {std::max(1, linear.cols / 2), std::max(1, linear.rows / 2)}, 0, 0,
-               cv::INTER_AREA);
-    levels.push_back(Srgb8FromLinear(half));
-    linear = half;
-  }
-  return levels;
-}
-
-ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size) {
-  cv::Mat level(linear.size(), CV_32FC4);
-  for (int y = 0; y < linear.rows; ++y)
-    for (int x = 0; x < linear.cols; ++x) {
-      const cv::Vec3f& light = linear.at<cv::Vec3f>(y, x);
-      const bool finite = std::isfinite(light[0]) && std::isfinite(light[1]) && std::isfinite(light[2]);
-      level.at<cv::Vec4f>(y, x) = finite ? cv::Vec4f(light[0], light[1], light[2], 1) : cv::Vec4f(0, 0, 0, 0);
-    }
-  if (!size.empty() && size != level.size()) cv::resize(level.clone(), level, size, 0, 0, cv::INTER_AREA);
-  ViewPyramid levels{HalfFromFloat(level)};
-  while (level.cols > 1 || level.rows > 1) {
-    cv::Mat half;
-    cv::resize(level, half, {std::max(1, level.cols / 2), std::max(1, level.rows / 2)}, 0, 0, cv::INTER_AREA);
-    levels.push_back(HalfFromFloat(half));
-    level = half;
-  }
-  return levels;
-}
-
 cv::Mat SceneView::Srgb8() const {
-  const cv::Mat& photograph = pyramid.front();
-  if (photograph.depth() == CV_8U) return photograph;
+  const cv::Mat pixels = photograph->Level(0);
+  if (pixels.depth() == CV_8U) return pixels;
   cv::Mat linear, bgr;
-  photograph.convertTo(linear, CV_32F);
+  pixels.convertTo(linear, CV_32F);
   cv::cvtColor(linear, bgr, cv::COLOR_BGRA2BGR);
   return Srgb8FromLinear(bgr);
 }
@@ -153,7 +56,7 @@ cv::Mat SceneView::Srgb8() const {
 std::optional<Seen> SceneView::See(const Eigen::Vector3d& point_in_world) const {
   auto seen = Frame(point_in_world);
   if (!seen || !sight) return seen;
-  seen->feather *= sight->Share(cam_from_world * point_in_world);
+  seen->feather *= sight->Get().Share(cam_from_world * point_in_world);
   if (seen->feather <= 0) return std::nullopt;
   return seen;
 }
@@ -185,8 +88,7 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
       light_field.root.string());
 }
 
-std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options,
-                                             Progress* progress) {
+std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options) {
   if (light_field.views.empty())
     throw Error("{}: the light field holds no views; capture or import some first",
                 light_field.root.string());
@@ -194,39 +96,23 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   scene->subject = SubjectOf(light_field, options.subject);
   scene->up_in_world = light_field.UpInWorld();
   const std::vector<float> scales = ExposureScales(light_field);
-  const bool linear = LoadsLinear(light_field, scales, options);
-  scene->halvings = HalvingsThatFit(light_field, options, linear);
-  if (scene->halvings > 0)
-    spdlog::warn("photographs are loaded at 1/{} of their size to fit into {:.0f} MB", 1 << scene->halvings,
-                 options.memory_limit_mb);
-
-  GapCount gaps;
+  scene->store = std::make_shared<PhotographStore>(
+      light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options.form),
+                                          .size_limit_px = options.size_limit_px,
+                                          .memory_limit_mb = options.memory_limit_mb});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
     if (std::count(options.leave_out.begin(), options.leave_out.end(), static_cast<int>(i)) > 0) continue;
     const View& view = light_field.views[i];
-    const CameraModel& camera = light_field.CameraOf(view);
-    const cv::Size size = LoadedSize(camera, options.size_limit_px, scene->halvings);
     SceneView& out = scene->views.emplace_back();
     out.id = view.id;
-    out.camera = camera.ScaledTo(size.width, size.height);
+    out.photograph = scene->store->Of(i);
+    out.camera =
+        light_field.CameraOf(view).ScaledTo(out.photograph->size().width, out.photograph->size().height);
     out.cam_from_world = view.cam_from_world;
     out.center_in_world = view.CenterInWorld();
-    if (linear) {
-      const cv::Mat light = LinearFloat(ReadViewLight(light_field, view));
-      out.has_gaps = gaps.Add(light);
-      out.pyramid = MakeLinearPyramid(light, size);
-    } else {
-      out.pyramid = MakePyramid(ResizedInLight(Srgb8(ReadViewImage(light_field, view)), size));
-    }
     out.black = static_cast<float>(view.black_level);
     out.scale = scales[i];
-    if (progress)
-      progress->Show(static_cast<double>(i + 1) / static_cast<double>(light_field.views.size()),
-                     view.image_path);
   }
-  if (gaps.pixels > 0)
-    spdlog::warn("{} of {} are infinite or not numbers: they have no weight", Counted(gaps.pixels, "pixel"),
-                 Counted(gaps.photographs, "photograph"));
   scene->mesh_in_plane = options.mesh_in_plane;
   scene->MakeMesh();
   scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
@@ -237,13 +123,8 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
   auto other = std::make_shared<RenderScene>(scene);
   other->proxy = std::move(proxy);
   const auto occluder = other->proxy->Occluder();
-  cv::parallel_for_({0, static_cast<int>(other->views.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      SceneView& view = other->views[static_cast<std::size_t>(i)];
-      view.sight = occluder ? std::make_shared<Sight>(MakeSight(*occluder, view.camera, view.cam_from_world))
-                            : nullptr;
-    }
-  });
+  for (SceneView& view : other->views)
+    view.sight = occluder ? std::make_shared<LazySight>(occluder, view.camera, view.cam_from_world) : nullptr;
   return other;
 }
 
@@ -251,7 +132,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   auto rest = std::make_shared<RenderScene>();
   rest->subject = scene.subject;
   rest->up_in_world = scene.up_in_world;
-  rest->halvings = scene.halvings;
+  rest->store = scene.store;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (std::count(left_out.begin(), left_out.end(), static_cast<int>(i)) == 0)
       rest->views.push_back(scene.views[i]);
@@ -269,7 +150,7 @@ int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vec
   const double texels_per_pixel =
       (view.camera.MeanFocalPx() / view_distance) / (output_focal_px / output_distance);
   const int level = static_cast<int>(std::lround(std::log2(texels_per_pixel)));
-  return std::clamp(level, 0, static_cast<int>(view.pyramid.size()) - 1);
+  return std::clamp(level, 0, view.photograph->LevelCount() - 1);
 }
 
 cv::Vec3f ViewColor(int index) {

@@ -1,6 +1,6 @@
-// What a renderer works from: the photographs with their pyramids, cameras and poses, the subject, the mesh
-// of the viewpoints, and the proxy. Built once from a light field and shared by renderers and fields; never
-// changed afterwards.
+// What a renderer works from: the photographs with their cameras and poses, the subject, the mesh of the
+// viewpoints, and the proxy. Built once from a light field and shared by renderers and fields; never changed
+// afterwards. Photographs are read when they are looked at (render/photograph_store).
 #pragma once
 
 #include <memory>
@@ -9,23 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/command_line.h"
 #include "acquisition/light_field.h"
+#include "render/photograph.h"
+#include "render/photograph_store.h"
 #include "render/proxy.h"
 #include "render/sight.h"
 #include "render/viewpoint_mesh.h"
 
 namespace ulf {
-
-// The photograph and its halvings (areas averaged in linear light). Sizes are those of OpenGL mipmaps: half
-// of the level above, rounded down, at least one. All views of a scene have one of two forms:
-//   CV_8UC3   8-bit sRGB, B G R
-//   CV_16FC4  halves in linear light, B G R and how much of the pixel has light at all, by which B G R are
-//             multiplied: where a photograph's numbers are not finite there is none
-using ViewPyramid = std::vector<cv::Mat>;
-ViewPyramid MakePyramid(const cv::Mat& srgb8);
-// The second form, of CV_32FC3, made smaller first where another size is given.
-ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {});
 
 struct Seen {
   Eigen::Vector2d img;  // in the view's image
@@ -37,17 +28,15 @@ inline constexpr double kFeatherShare = 0.03;
 
 struct SceneView {
   int id = 0;          // View::id
-  CameraModel camera;  // of the loaded image, which may be smaller than the photograph
+  CameraModel camera;  // of the photograph as it is read, which may be smaller than it was recorded
   Rigid3 cam_from_world;
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
-  ViewPyramid pyramid;
+  std::shared_ptr<const Photograph> photograph;
   // Light common to all views is (linear - black) * scale: exposure and gain differ from view to view.
   float black = 0;
   float scale = 1;
 
-  bool has_gaps = false;  // pixels without light
-
-  std::shared_ptr<const Sight> sight;  // null: nothing hides anything
+  std::shared_ptr<const LazySight> sight;  // null: nothing hides anything
 
   // The photograph for a display, in its own exposure.
   cv::Mat Srgb8() const;
@@ -64,39 +53,38 @@ struct RenderScene {
   ViewpointMesh mesh;
   bool mesh_in_plane = false;
   std::shared_ptr<const Proxy> proxy;
-  int halvings = 0;  // how often photographs were halved on loading to keep within memory
+  std::shared_ptr<const PhotographStore> store;  // that the photographs are read from; null: they are held
 
   std::vector<Eigen::Vector3d> Centers() const;
   void MakeMesh();  // from the views
 };
 
 enum class PhotographForm {
-  kAuto,       // kLinear where it says more and costs no resolution, else kEightBits
+  kAuto,       // kLinear where it says more, else kEightBits
   kEightBits,  // the photographs of images/, whatever masters hold more
   kLinear,     // masters where there are some; halves in linear light
 };
 
 struct SceneOptions {
   std::optional<Subject> subject = {};  // else the light field's, else from the optical axes
-  int size_limit_px = 0;                // longer side of the loaded photographs; 0: as they are
-  double memory_limit_mb = 2048;        // all pyramids together; beyond it photographs are halved
+  int size_limit_px = 0;                // longer side of the photographs as they are read; 0: as they are
+  double memory_limit_mb = 2048;        // of photographs held in memory
   std::vector<int> leave_out = {};      // indices of views that are not to be used
   PhotographForm form = PhotographForm::kAuto;
-  bool mesh_in_plane = false;           // ViewpointMeshOptions::in_plane
+  bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
 };
 
 // The subject to render about; UsageError that asks for --subject when there is none to be had.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
-// Reads every photograph. Throws Error for a photograph that is missing or truncated, and for an empty light
-// field. The proxy is the plane through the subject that faces the virtual camera.
-std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options,
-                                             Progress* progress = nullptr);
+// Reads no photograph yet. Throws Error for an empty light field. The proxy is the plane through the subject
+// that faces the virtual camera.
+std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options);
 
 // The same photographs with some views left out: pixels are shared, the mesh is built anew.
 std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out);
 
-// The same photographs over another proxy; what it hides from each view is found out here (all processors).
+// The same photographs over another proxy; what it hides from a view is found out when that is asked.
 std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shared_ptr<const Proxy> proxy);
 
 // The pyramid level at which a view is read: the nearest to one texel per output pixel at the subject's

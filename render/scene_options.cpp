@@ -17,9 +17,7 @@ std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
                        .form = args.form,
                        .mesh_in_plane = args.viewpoint_mesh == "plane"};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const LightField light_field = ReadLightField(args.dir);
-  Progress progress("loading");
-  return LoadScene(light_field, options, &progress);
+  return LoadScene(ReadLightField(args.dir), options);
 }
 
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
@@ -35,9 +33,16 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
       "--subject", args.subject,
       "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
   sub.add_option("--size-limit", args.size_limit_px,
-                 "Longer side of the loaded photographs in pixels; 0: as they are")
+                 "Longer side of the photographs in pixels as they are read; 0: as they are")
       ->check(NonNegative());
-  sub.add_option("--memory-mb", args.memory_mb, "Photographs are halved until they fit")->check(Positive());
+  sub.add_option("--memory-mb", args.memory_mb,
+                 "Photographs held in main memory; others are read again when they are needed")
+      ->check(Positive());
+  sub.add_option(
+         "--gpu-memory", args.gpu_memory_mb,
+         "MB of photographs in graphics memory (what the driver says is free, or 2048); a picture that "
+         "needs more is drawn in several passes")
+      ->check(Positive());
   sub.add_option(
          "--viewpoint-mesh", args.viewpoint_mesh,
          "Viewpoints are triangulated on the sphere, or in the plane of azimuth and elevation as in the "

@@ -15,6 +15,7 @@ struct SceneArgs {
   std::string subject;
   int size_limit_px = 0;
   double memory_mb = 2048;
+  double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
   std::string renderer = "gl";
   std::vector<std::string> proxies{"plane"};
   std::string viewpoint_mesh = "sphere";

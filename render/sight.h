@@ -8,7 +8,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <mutex>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "acquisition/camera_model.h"
 #include "acquisition/rigid3.h"
@@ -30,5 +33,24 @@ inline constexpr int kSightPx = 256;
 inline constexpr double kSightTolerance = 0.01;
 
 Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, const Rigid3& view_from_world);
+
+// Made when it is first asked for, by whichever thread: of many views a picture needs few.
+class LazySight {
+ public:
+  LazySight(std::shared_ptr<const TriangleMesh> occluder, const CameraModel& view_camera,
+            const Rigid3& view_from_world)
+      : occluder_(std::move(occluder)), view_camera_(view_camera), view_from_world_(view_from_world) {}
+  const Sight& Get() const {
+    std::call_once(made_, [this] { sight_ = MakeSight(*occluder_, view_camera_, view_from_world_); });
+    return *sight_;
+  }
+
+ private:
+  std::shared_ptr<const TriangleMesh> occluder_;
+  CameraModel view_camera_;
+  Rigid3 view_from_world_;
+  mutable std::once_flag made_;
+  mutable std::optional<Sight> sight_;
+};
 
 }  // namespace ulf

@@ -68,7 +68,7 @@ vec3 InView(View v, vec3 point) {
 // How much of the point the proxy leaves to be seen.
 float SightShare(View v, vec3 in_view) {
 #ifdef HIDES
-  if (in_view.z <= 0.0) return 1.0;
+  if (in_view.z <= 0.0 || v.place.w < 0) return 1.0;
   vec2 uv = v.sight.xy * in_view.xy / in_view.z + v.sight.zw;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
   return texture(sights, vec4(uv, float(v.place.w), 1.0 / in_view.z));
@@ -86,12 +86,14 @@ float See(View v, vec3 point, out vec2 img) {
 
 vec4 Photograph(ivec4 place, vec2 uv) {
   vec3 at = vec3(uv, float(place.y));
-  float level = float(place.z);
-  if (ARRAYS == 1) return textureLod(photographs[0], at, level);
+#if ARRAYS == 1
+  return textureLod(photographs[0], at, 0.0);
+#else
   vec4 light = vec4(0.0);
   for (int n = 0; n < ARRAYS; ++n)
-    if (n == place.x) light = textureLod(photographs[n], at, level);
+    if (n == place.x) light = textureLod(photographs[n], at, 0.0);
   return light;
+#endif
 }
 
 // `share`: how much of the photograph's pixels there have light at all.

@@ -2,12 +2,11 @@
 // weight is constant over the triangle and travels flat, so that fragments read no buffers.
 struct Fan {
   uint triangle;
-  uint vertex;     // of the mesh: which view it is depends on where the camera stands
+  uint view;
   uint unused[2];
   vec4 weights;    // of the view at the triangle's corners
 };
 layout(std430, binding = 2) readonly buffer Fans { Fan fans[]; };
-layout(std430, binding = 3) readonly buffer ViewOfVertex { int view_of_vertex[]; };
 
 invariant gl_Position;
 flat out vec4 row0, row1, row2, intrinsics, size, k, more, color_of_view;
@@ -25,7 +24,7 @@ void main() {
   vec3 r2 = triangles[fan.triangle].row[2].xyz;
   numerator = fan.weights.x * r0 + fan.weights.y * r1 + fan.weights.z * r2;
   denominator = r0 + r1 + r2;
-  View v = views[view_of_vertex[fan.vertex]];
+  View v = views[fan.view];
   row0 = v.row0;
   row1 = v.row1;
   row2 = v.row2;

@@ -1,4 +1,7 @@
-// Lumigraph weights at every pixel over all views: the k best are kept while going through them.
+// Lumigraph weights at every pixel over all views: the k best are kept while going through them, and added up in the
+// views' order, those whose photographs are there: the sum is the same in one pass or in several.
+// With MARK nothing is drawn: which views decide is marked, whether their photographs are there or not. A view of
+// which it is not known yet what the proxy hides from it counts as one from which nothing is hidden.
 layout(std430, binding = 5) readonly buffer Centers { vec4 centers[]; };
 uniform int view_count;
 uniform int k_best;  // at most 8
@@ -6,7 +9,14 @@ uniform float resolution_penalty;
 uniform float zero_penalty;
 uniform float above_tie;
 uniform float above_largest;
-out vec4 color;  // light times weight, weight
+#ifdef MARK
+layout(std430, binding = 3) writeonly buffer Needed { int needed[]; };
+vec4 color;
+#else
+layout(binding = 15) uniform sampler2D before;
+uniform bool goes_on;  // after passes over other views
+out vec4 color;        // light times weight, weight
+#endif
 
 void main() {
   vec3 ray = RayOfPixel();
@@ -39,6 +49,11 @@ void main() {
     if (count == k_best + 1) least_cosine = cos(min(penalty[count - 1], 3.14159265)) - 1e-6;
   }
   color = vec4(0.0);
+#ifdef MARK
+  for (int n = 0; n < count; ++n) needed[best[n]] = 1;
+#else
+  if (goes_on) color = texelFetch(before, ivec2(gl_FragCoord.xy), 0);
+#endif
   if (count == 0) return;
   float threshold = above_largest * penalty[count - 1];
   if (count > k_best) {
@@ -51,11 +66,25 @@ void main() {
     weights[n] = penalty[0] <= zero_penalty ? (n == 0 ? 1.0 : 0.0) : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
     total += weights[n];
   }
+#ifndef MARK
+  for (int n = 1; n < count; ++n)
+    for (int at = n; at > 0 && best[at - 1] > best[at]; --at) {
+      int view = best[at];
+      best[at] = best[at - 1];
+      best[at - 1] = view;
+      float weight = weights[at];
+      weights[at] = weights[at - 1];
+      weights[at - 1] = weight;
+    }
   for (int n = 0; n < count; ++n) {
+#ifndef SHOW_FIELD
+    if (views[best[n]].place.x < 0) continue;
+#endif
     vec2 img;
     float weight = weights[n] / total * See(views[best[n]], point, img);
     float share;
     vec3 light = LightOf(views[best[n]], img, share);
     if (weight * share > 0.0) color += weight * share * vec4(light, 1.0);
   }
+#endif
 }

@@ -26,12 +26,23 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px) {
+std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progress* progress) {
   std::vector<StereoView> views(scene.views.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(views.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i)
-      views[static_cast<std::size_t>(i)] = MakeStereoView(scene.views[static_cast<std::size_t>(i)], size_px);
-  });
+  std::size_t done = 0;
+  std::mutex showing;
+  cv::parallel_for_(
+      cv::Range(0, static_cast<int>(views.size())),
+      [&](const cv::Range& range) {
+        for (int i = range.start; i < range.end; ++i) {
+          views[static_cast<std::size_t>(i)] =
+              MakeStereoView(scene.views[static_cast<std::size_t>(i)], size_px);
+          const std::lock_guard lock(showing);
+          if (progress)
+            progress->Show(0.1 * static_cast<double>(++done) / static_cast<double>(views.size()),
+                           "photographs");
+        }
+      },
+      static_cast<double>(views.size()));
   return views;
 }
 
@@ -68,7 +79,7 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
           maps[static_cast<std::size_t>(i)] = {view, SweepPlanes(view, task.neighbours, depths).depth,
                                                (depths.most - depths.least) / (depths.planes - 1)};
           const std::lock_guard lock(showing);
-          if (progress) progress->Show(0.9 * ++done / static_cast<double>(tasks.size()), "depth maps");
+          if (progress) progress->Show(0.1 + 0.8 * ++done / static_cast<double>(tasks.size()), "depth maps");
         }
       },
       static_cast<double>(tasks.size()));
@@ -96,7 +107,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   ProxyMesh result;
   result.summary.views = static_cast<int>(scene.views.size());
   Stopwatch watch;
-  const std::vector<StereoView> views = StereoViews(scene, options.size_px);
+  const std::vector<StereoView> views = StereoViews(scene, options.size_px, progress);
   const std::vector<Task> tasks = TasksOf(views, scene.subject, options);
   if (tasks.empty())
     throw Error(

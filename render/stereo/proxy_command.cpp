@@ -82,11 +82,7 @@ ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
     throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
                 args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
                 scene_options.leave_out.size());
-  std::shared_ptr<const RenderScene> scene;
-  {
-    Progress loading("loading");
-    scene = LoadScene(light_field, scene_options, &loading);
-  }
+  const auto scene = LoadScene(light_field, scene_options);
   Progress progress("proxy");
   return BuildProxy(*scene, args.options, &progress);
 }

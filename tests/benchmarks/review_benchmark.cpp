@@ -78,7 +78,7 @@ const RenderScene& LightFieldOfStudio() {
       view.camera = camera.camera();
       view.cam_from_world = camera.hand().CamFromWorld(0.5 * i);
       view.center_in_world = view.cam_from_world.OriginInSource();
-      view.pyramid = MakePyramid(camera.CleanSrgb(view.cam_from_world));
+      view.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
       made.views.push_back(view);
     }
     return made;

@@ -136,7 +136,7 @@ TEST(NearestView, AgreesWithTheReference) {
     view.camera = camera.camera();
     view.cam_from_world = camera.hand().CamFromWorld(0.9 * i);
     view.center_in_world = view.cam_from_world.OriginInSource();
-    view.pyramid = MakePyramid(camera.CleanSrgb(view.cam_from_world));
+    view.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
     scene.views.push_back(view);
   }
   scene.proxy = std::make_shared<PlaneProxy>(scene.subject);

@@ -127,7 +127,7 @@ TEST(CameraPath, VertigoKeepsTheSubjectsSizeWhileMovingIn) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::GridViewpoints(6, 5, 0.1, 2.0), .width = 384, .height = 288, .focal_px = 480});
   for (SceneView& view : scene->views)
-    view.pyramid = MakePyramid(PhotographOfDisc(view.camera, view.cam_from_world));
+    view.photograph = HoldPhotograph(MakePyramid(PhotographOfDisc(view.camera, view.cam_from_world)));
   const CameraModel camera = CameraModel::Pinhole(400, 300, 500);
   const CameraPath path = VertigoPath(*scene, 5, camera);
   ASSERT_EQ(path.cameras.size(), 5u);

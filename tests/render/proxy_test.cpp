@@ -137,11 +137,11 @@ TEST(Sight, IsTheShareThatTheOccluderLeaves) {
   // Sight fades around the shadow's edge.
   const double edge = test::kSquareHalf * 2 / (2 - test::kSquareZ);
   const double texel = 2.0 * view.camera.width / view.camera.fx / kSightPx;
-  EXPECT_EQ(view.sight->Share(view.cam_from_world * Vector3d(edge + 2.6 * texel, 0, 0)), 1);
-  const double fading = view.sight->Share(view.cam_from_world * Vector3d(edge + 1.25 * texel, 0, 0));
+  EXPECT_EQ(view.sight->Get().Share(view.cam_from_world * Vector3d(edge + 2.6 * texel, 0, 0)), 1);
+  const double fading = view.sight->Get().Share(view.cam_from_world * Vector3d(edge + 1.25 * texel, 0, 0));
   EXPECT_GT(fading, 0);
   EXPECT_LT(fading, 1);
-  EXPECT_EQ(view.sight->Share(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
+  EXPECT_EQ(view.sight->Get().Share(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
   // A plane proxy hides nothing, whatever was hidden before.
   EXPECT_TRUE(WithProxy(*with, scene->proxy)->views[0].See({0, 0, 0}));
 }
@@ -156,7 +156,7 @@ TEST(Sight, ASlantedSurfaceDoesNotHideItself) {
   const auto with = WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, plane));
   for (double x = -0.6; x < 0.9; x += 0.0173)
     for (double y = -0.4; y < 0.4; y += 0.0191)
-      EXPECT_EQ(with->views[0].sight->Share(with->views[0].cam_from_world * Vector3d(x, y, 0)), 1)
+      EXPECT_EQ(with->views[0].sight->Get().Share(with->views[0].cam_from_world * Vector3d(x, y, 0)), 1)
           << x << " " << y;
 }
 

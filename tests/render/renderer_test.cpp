@@ -135,7 +135,7 @@ TEST(Renderers, APhotographReturnsFromItsOwnViewpoint) {
         const SceneView& view = scene->views[i];
         const Rendering picture = renderer->Render(view.camera, view.cam_from_world);
         cv::Mat difference;
-        cv::absdiff(Srgb8FromLinear(picture.linear), view.pyramid.front(), difference);
+        cv::absdiff(Srgb8FromLinear(picture.linear), view.photograph->Level(0), difference);
         const cv::Scalar mean = cv::mean(difference);
         EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << renderer->Name() << ", view " << i;
         EXPECT_EQ(picture.empty_px, 0);
@@ -224,9 +224,9 @@ TEST(Renderers, TheFieldsPictureBlendsTheViewsColours) {
 TEST(Renderers, ExposureDifferencesAreTakenOut) {
   auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)});
   for (std::size_t i = 0; i < scene->views.size(); ++i) {
-    scene->views[i].pyramid =
+    scene->views[i].photograph = HoldPhotograph(
         MakePyramid(cv::Mat(72, 96, CV_8UC3, cv::Scalar::all(0)) +
-                    cv::Scalar::all(i % 2 ? 255 * SrgbFromLinear(0.4f) : 255 * SrgbFromLinear(0.2f)));
+                    cv::Scalar::all(i % 2 ? 255 * SrgbFromLinear(0.4f) : 255 * SrgbFromLinear(0.2f))));
     scene->views[i].scale = i % 2 ? 0.5f : 1.0f;
   }
   for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
@@ -319,7 +319,7 @@ TEST(Renderers, RealGridReturnsItsPhotographs) {
     const SceneView& view = scene->views[i];
     const Rendering picture = gl->Render(view.camera, view.cam_from_world);
     cv::Mat difference;
-    cv::absdiff(Srgb8FromLinear(picture.linear), view.pyramid.front(), difference);
+    cv::absdiff(Srgb8FromLinear(picture.linear), view.photograph->Level(0), difference);
     const cv::Scalar mean = cv::mean(difference);
     EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << "view " << view.id;
     const cv::Mat band = VisibilityBand(*scene, gl->field(), view.camera, view.cam_from_world);

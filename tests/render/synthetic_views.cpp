@@ -124,7 +124,8 @@ std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
     view.camera = CameraOf(spec, i);
     view.cam_from_world = LookAt(spec.viewpoints[i], spec.subject.center_in_world, Vector3d::UnitY());
     view.center_in_world = spec.viewpoints[i];
-    view.pyramid = MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square));
+    view.photograph =
+        HoldPhotograph(MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square)));
   }
   scene->mesh = MakeViewpointMesh(scene->Centers(), scene->subject);
   scene->proxy = std::make_shared<PlaneProxy>(scene->subject);

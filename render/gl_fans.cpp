@@ -1,0 +1,159 @@
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "acquisition/error.h"
+#include "render/at.h"
+#include "render/gl_renderer_state.h"
+#include "render/image_triangulation.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+}  // namespace
+
+int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
+  return *std::min_element(of_views.begin(), of_views.end(), [&](int a, int b) {
+    return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
+           (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
+  });
+}
+
+// How many of the views, from the first on, can be drawn from now; whoever draws asks again for the rest.
+std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
+  if (options.show_field || of_views.empty()) return of_views.size();
+  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(of_views);
+  if (options.complete) {
+    const std::size_t there = photographs.Require(wishes);
+    if (there < wishes.size() && !std::exchange(said_several_passes, true))
+      spdlog::info(
+          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
+          "is "
+          "drawn in several passes, which takes longer",
+          photographs.limit_bytes() / 1000000);
+    return there;
+  }
+  offered.insert(offered.end(), wishes.begin(), wishes.end());
+  lacks = !photographs.Offer(offered);
+  const bool nothing_serves = std::none_of(
+      offered.begin(), offered.end(),
+      [&](const GlPhotographs::Wish& wish) { return photographs.PlaceOf(wish.view).has_value(); });
+  if (lacks && nothing_serves) {  // one photograph is worth waiting for
+    try {
+      photographs.Require(views.Wishes(std::array{NearestOf(of_views)}));
+    } catch (const Error&) {
+      // It is said when it is offered.
+    }
+    lacks = !photographs.Offer(offered);
+  }
+  return of_views.size();
+}
+
+void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera,
+                                  const PlaneInCamera& plane) {
+  if (batch.triangles.empty()) return;
+  const std::vector<FanRun> runs = SortByView(batch.fans);
+  triangles.Upload(batch.triangles);
+  triangles.BindStorage(1);
+  fans.Upload(batch.fans);
+  fans.BindStorage(2);
+  no_vertices.Bind();
+
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_ALWAYS);
+  confidence.Bind();
+  programs.cover().Use();
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
+
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_EQUAL);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  drawn.Bind();
+  SetCommon(programs.fan(), camera, plane);
+  std::vector<int> of_views;
+  for (const FanRun& run : runs) of_views.push_back(run.view);
+  ProvideSights(of_views);
+  const auto draw = [](std::size_t first_fan, std::size_t count) {
+    if (count > 0)
+      glDrawArrays(GL_TRIANGLES, static_cast<GLint>(3 * first_fan), static_cast<GLsizei>(3 * count));
+  };
+  for (std::size_t done = 0; done < runs.size();) {
+    const std::size_t end = done + MakeThere(std::span(of_views).subspan(done));
+    if (!options.show_field) views.TellPlaces(photographs);
+    // Neighbouring fans whose photographs lie in one array are drawn together.
+    unsigned bound = 0;
+    std::size_t first = 0, count = 0;
+    for (; done < end; ++done) {
+      const auto place = photographs.PlaceOf(runs[done].view);
+      if (!place && !options.show_field) continue;
+      const unsigned texture = place ? place->texture : 0;
+      if (texture != bound || runs[done].first != first + count) {
+        draw(first, count);
+        first = runs[done].first;
+        count = 0;
+        glBindTextureUnit(0, bound = texture);
+      }
+      count += runs[done].count;
+    }
+    draw(first, count);
+  }
+  glDisable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
+}
+
+TriangleBatch GlRenderer::State::MeshTriangles(const CameraModel& camera,
+                                               const Rigid3& cam_from_world) const {
+  const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
+  const FieldMesh& mesh = mesh_field->field_mesh();
+  const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
+  const double count = static_cast<double>(mesh.triangles.size());
+  TriangleBatch batch;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (placed.cone_from_ray[t].isZero(0)) continue;
+    AddTriangle(cam_from_world_r * placed.corners[t], placed.cone_from_ray[t] * cam_from_world_r.transpose(),
+                camera, mesh.confidence[t], static_cast<double>(t) / count, mesh_entries, t,
+                placed.view_of_vertex, batch);
+  }
+  return batch;
+}
+
+TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                    const PlaneInCamera& plane) const {
+  const cv::Mat drawn_depth = has_triangles ? proxy.ReadDepth() : cv::Mat();
+  const auto depth_at = [&](const Eigen::Vector2d& img) -> double {
+    if (has_triangles) {
+      const float depth =
+          drawn_depth.at<float>(std::clamp(static_cast<int>(img.y()), 0, drawn_depth.rows - 1),
+                                std::clamp(static_cast<int>(img.x()), 0, drawn_depth.cols - 1));
+      if (depth > 0) return depth;
+    }
+    return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
+  };
+  const auto image =
+      TriangulateLumigraph(*scene, camera, cam_from_world, depth_at, options.field.lumigraph_k);
+  const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
+    for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
+  });
+  const double count = static_cast<double>(image.triangles.size());
+  TriangleBatch batch;
+  for (std::size_t t = 0; t < image.triangles.size(); ++t) {
+    // Rays with unit z as corners: what the shader normalises is then linear in the image.
+    Matrix3d corners;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector2d& img = image.img[At(image.triangles[t][At(k)])];
+      corners.col(k) = Vector3d((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
+    }
+    AddTriangle(corners, corners.inverse(), camera, 1.0, static_cast<double>(t) / count, table, t, {}, batch);
+  }
+  return batch;
+}
+
+}  // namespace ulf

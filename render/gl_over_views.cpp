@@ -1,0 +1,188 @@
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <opencv2/core/utility.hpp>
+
+#include "render/at.h"
+#include "render/gl_renderer_state.h"
+#include "render/lumigraph_field.h"
+
+namespace ulf {
+namespace {
+
+constexpr unsigned kBeforeUnit = 15;
+
+// Whether a level has pixels without light.
+bool HasGaps(const cv::Mat& halves) {
+  for (int y = 0; y < halves.rows; ++y)
+    for (int x = 0; x < halves.cols; ++x)
+      if (!(static_cast<float>(halves.at<cv::Vec<cv::float16_t, 4>>(y, x)[3]) > 0)) return true;
+  return false;
+}
+
+}  // namespace
+
+// Calls draw(first, end, arrays) for stretches of the views whose photographs are there and bound together,
+// until all have had their turn; once for no views.
+void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw) {
+  std::vector<unsigned> arrays;
+  std::size_t done = 0;
+  do {
+    const std::size_t there = done + MakeThere(std::span(of_views).subspan(done));
+    do {
+      const std::size_t end =
+          done + views.TellPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
+      for (std::size_t n = 0; n < arrays.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays[n]);
+      draw(done, end, std::max(1, static_cast<int>(arrays.size())));
+      done = end;
+    } while (done < there);
+  } while (done < of_views.size());
+}
+
+// Of the candidates those that the shader marks over what is bound, in their order.
+std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates) {
+  needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
+  needed.BindStorage(3);
+  mark.Use();
+  no_vertices.Bind();
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  const std::vector<std::int32_t> marks = needed.Read(scene->views.size());
+  std::vector<int> marked;
+  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(marked),
+               [&](int view) { return marks[At(view)] != 0; });
+  return marked;
+}
+
+void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel& camera,
+                                     const PlaneInCamera& plane) const {
+  SetCommon(program, camera, plane);
+  program.Set("depth", 0.0f);
+  program.Set("view_count", static_cast<int>(scene->views.size()));
+  program.Set("k_best", options.field.lumigraph_k);
+  program.Set("resolution_penalty", static_cast<float>(kResolutionPenalty));
+  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
+  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+}
+
+void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
+  confidence.Clear(1);
+  drawn.Bind();
+  no_vertices.Bind();
+  std::vector<int> of_views(scene->views.size());
+  std::iota(of_views.begin(), of_views.end(), 0);
+  const bool has_all = options.show_field || photographs.HasAll(views.Wishes(of_views));
+  if (!has_all || !sights.HasAll(of_views)) {
+    const std::vector<int> all = of_views;
+    SetLumigraph(programs.mark_lumigraph(), camera, plane);
+    do of_views = Marked(programs.mark_lumigraph(), all);
+    while (ProvideSights(of_views));
+  }
+  OverPhotographs(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
+    const GlProgram& program = programs.Lumigraph(arrays);
+    SetLumigraph(program, camera, plane);
+    program.Set("goes_on", first > 0 ? 1 : 0);
+    if (first > 0) {
+      glTextureBarrier();
+      drawn.BindTexture(kBeforeUnit);
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  });
+}
+
+// Looks through those that were not looked through yet; whether that brought any news.
+bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
+  std::vector<int> unknown;
+  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
+               [&](int view) { return !gaps_known[At(view)]; });
+  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(unknown);
+  std::vector<char> has_gaps(unknown.size(), 0);
+  cv::parallel_for_({0, static_cast<int>(unknown.size())}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i)
+      has_gaps[At(i)] = HasGaps(scene->views[At(unknown[At(i)])].photograph->Level(wishes[At(i)].level));
+  });
+  bool news = false;
+  for (std::size_t i = 0; i < unknown.size(); ++i) {
+    gaps_known[At(unknown[i])] = true;
+    if (has_gaps[i]) views.SetGaps(unknown[i]);
+    news = news || has_gaps[i];
+  }
+  return news;
+}
+
+// Of all views, nearest first, those that pixels which nothing covered may need; the target is bound and its
+// depth is set.
+std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                  const PlaneInCamera& plane) {
+  if (!options.fill && options.field.kind != FieldKind::kNearest) return {};
+  std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
+  nearest_first.Upload(order);
+  nearest_first.BindStorage(4);
+  const bool has_all = options.show_field || photographs.HasAll(views.Wishes(order));
+  if (has_all && sights.HasAll(order)) return order;
+  if (!options.complete && lacks) {  // first what covers
+    std::erase_if(order, [&](int view) { return !photographs.PlaceOf(view) || sights.LayerOf(view) < 0; });
+    return order;
+  }
+  const GlProgram& mark = programs.mark_fill();
+  SetCommon(mark, camera, plane);
+  mark.Set("depth", 0.0f);
+  mark.Set("first", 0);
+  mark.Set("end", static_cast<int>(order.size()));
+  std::vector<int> marked = Marked(mark, order);
+  const bool looks_for_gaps = options.complete && !options.show_field;
+  while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
+    views.TellSights(*scene, sights);
+    marked = Marked(mark, order);
+  }
+  return marked;
+}
+
+// Covered pixels get depth 1, so that filling does not even start on them.
+void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
+                                const PlaneInCamera& plane) {
+  const bool nearest_is_the_field = options.field.kind == FieldKind::kNearest;
+  resolved.Bind();
+  resolved.ClearDepth(0);
+  no_vertices.Bind();
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  if (!nearest_is_the_field) {
+    glDepthFunc(GL_ALWAYS);
+    confidence.BindTexture(14);
+    drawn.BindTexture(15);
+    const GlProgram& normalise = programs.normalise();
+    normalise.Use();
+    normalise.Set("least_weight", static_cast<float>(kLeastWeight));
+    normalise.Set("depth", 1.0f);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_GREATER);
+  const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
+  nearest_first.Upload(of_views);
+  nearest_first.BindStorage(4);
+  OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
+    const GlProgram& program = programs.Fill(arrays);
+    SetCommon(program, camera, plane);
+    program.Set("depth", 0.0f);
+    program.Set("first", static_cast<int>(first));
+    program.Set("end", static_cast<int>(end));
+    program.Set("nearest_is_the_field", nearest_is_the_field ? 1 : 0);
+    program.Set("goes_on", first > 0 ? 1 : 0);
+    program.Set("last", end == of_views.size() ? 1 : 0);
+    if (first > 0) {
+      glTextureBarrier();
+      resolved.BindTexture(kBeforeUnit);
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  });
+  glDepthMask(GL_TRUE);
+  glDisable(GL_DEPTH_TEST);
+}
+
+}  // namespace ulf

@@ -1,0 +1,41 @@
+// The renderer's shaders, built for the photographs and the proxy that there are.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "render/gl_objects.h"
+#include "render/renderer.h"
+
+namespace ulf {
+
+class GlPrograms {
+ public:
+  // `has_triangles`: the proxy's depth is drawn first. What the scene does not need is left out.
+  void Build(const RenderScene& scene, bool show_field, bool has_triangles);
+
+  const GlProgram& cover() const { return cover_; }
+  const GlProgram& fan() const { return fan_; }
+  const GlProgram& normalise() const { return normalise_; }
+  const GlProgram& mark_lumigraph() const { return mark_lumigraph_; }
+  const GlProgram& mark_fill() const { return mark_fill_; }
+  // Those that read many photographs at a pixel, by how many texture arrays these lie in: built when they are
+  // first needed.
+  const GlProgram& Lumigraph(int arrays) { return Over(arrays).lumigraph; }
+  const GlProgram& Fill(int arrays) { return Over(arrays).fill; }
+
+  void Release();
+
+ private:
+  struct OverViews {
+    GlProgram lumigraph, fill;
+  };
+  const OverViews& Over(int arrays);
+  std::string Head(int arrays) const;
+
+  std::string defines_;
+  GlProgram cover_, fan_, normalise_, mark_lumigraph_, mark_fill_;
+  std::map<int, OverViews> over_views_;
+};
+
+}  // namespace ulf

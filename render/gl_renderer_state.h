@@ -1,0 +1,73 @@
+// What a GlRenderer owns, and its passes. Internal to gl_renderer.cpp (the order of passes), gl_fans.cpp
+// (those over triangles) and gl_over_views.cpp (those whose pixels look at all views).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "render/gl_context.h"
+#include "render/gl_objects.h"
+#include "render/gl_photographs.h"
+#include "render/gl_programs.h"
+#include "render/gl_proxy.h"
+#include "render/gl_renderer.h"
+#include "render/gl_sights.h"
+#include "render/gl_triangles.h"
+#include "render/gl_views.h"
+#include "render/mesh_field.h"
+
+namespace ulf {
+
+struct GlRenderer::State {
+  std::shared_ptr<const RenderScene> scene;
+  RenderOptions options;
+  GlContext context;
+
+  GlPhotographs photographs;
+  GlViews views;
+  GlProxy proxy;
+  GlSights sights;
+  GlPrograms programs;
+  GlBuffer triangles, fans, nearest_first, needed;
+  GlEmptyVertexArray no_vertices;
+  GlDepth depth;
+  GlTarget drawn{GL_RGBA32F}, confidence{GL_R32F}, resolved{GL_RGBA32F};
+  bool has_triangles = false;    // of the proxy
+  std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
+
+  // Of the picture that is being drawn: all that was to be offered, and whether some of it is missing.
+  Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
+  std::vector<GlPhotographs::Wish> offered;
+  bool lacks = false;
+  bool said_several_passes = false;
+
+  std::unique_ptr<MeshField> mesh_field;
+  EntryTable mesh_entries;
+
+  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options)
+      : scene(std::move(the_scene)), options(the_options) {}
+
+  void Build();
+  void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  TriangleBatch MeshTriangles(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                   const PlaneInCamera& plane) const;
+  bool ProvideSights(std::span<const int> of_views);
+  int NearestOf(std::span<const int> of_views) const;
+  std::size_t MakeThere(std::span<const int> of_views);
+  using DrawSome = std::function<void(std::size_t first, std::size_t end, int arrays)>;
+  void OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw);
+  std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates);
+  bool LearnGaps(const std::vector<int>& of_views);
+  std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
+                                 const PlaneInCamera& plane);
+  void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawBatch(TriangleBatch batch, const CameraModel& camera, const PlaneInCamera& plane);
+  void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
+};
+
+}  // namespace ulf

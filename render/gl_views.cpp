@@ -1,0 +1,139 @@
+#include "render/gl_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/at.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// How far out a distortion polynomial still grows: r squared, or the fisheye's angle.
+// (CameraModel::ImgFromCam refuses points beyond.)
+double TrustedExtent(const CameraModel& camera) {
+  const auto& c = camera.coefficients;
+  const bool fisheye = camera.distortion == Distortion::kFisheye;
+  const auto slope = [&](double s) {
+    if (!fisheye) return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4]));
+    const double t2 = s * s;
+    return 1 + t2 * (3 * c[0] + t2 * (5 * c[1] + t2 * (7 * c[2] + t2 * 9 * c[3])));
+  };
+  const double most = fisheye ? M_PI : 100.0;
+  constexpr int kSteps = 10000;
+  for (int i = 1; i <= kSteps; ++i)
+    if (slope(most * i / kSteps) <= 0) return most * (i - 1) / kSteps;
+  return fisheye ? M_PI : 1e30;
+}
+
+}  // namespace
+
+void GlViews::Build(const RenderScene& scene) {
+  // Most views have their camera in common with the one before.
+  const CameraModel* before = nullptr;
+  for (const SceneView& view : scene.views) {
+    trusted_extent_.push_back(before && *before == view.camera ? trusted_extent_.back()
+                                                               : TrustedExtent(view.camera));
+    before = &view.camera;
+  }
+  has_gaps_.assign(scene.views.size(), false);
+}
+
+void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world) {
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  const Vector3d virtual_center = cam_from_world.OriginInSource();
+  gpu_views_.clear();
+  level_.clear();
+  std::vector<Vec4> gpu_centers;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const SceneView& view = scene.views[i];
+    const Rigid3 view_from_cam = view.cam_from_world * world_from_cam;
+    const Matrix3d r = view_from_cam.RotationMatrix();
+    const Vector3d& t = view_from_cam.translation;
+    const auto& c = view.camera.coefficients;
+    const bool fisheye = view.camera.distortion == Distortion::kFisheye;
+    const double kind = view.camera.distortion == Distortion::kNone ? 0 : fisheye ? 2 : 1;
+    const cv::Vec3f bgr = ViewColor(view.id);
+    const Vector3d center = cam_from_world * view.center_in_world;
+    GpuView& out = gpu_views_.emplace_back();
+    out.row0 = MakeVec4(r(0, 0), r(0, 1), r(0, 2), t.x());
+    out.row1 = MakeVec4(r(1, 0), r(1, 1), r(1, 2), t.y());
+    out.row2 = MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z());
+    out.intrinsics = MakeVec4(view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy);
+    out.size = MakeVec4(view.camera.width, view.camera.height,
+                        kFeatherShare * std::min(view.camera.width, view.camera.height), trusted_extent_[i]);
+    out.k = MakeVec4(c[0], c[1], c[2], c[3]);
+    out.more = MakeVec4(c[4], view.black, view.scale, kind);
+    out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
+    out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
+    out.place = {-1, 0, 0, -1};
+    level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
+    gpu_centers.push_back(out.center);
+  }
+  centers_.Upload(gpu_centers);
+  centers_.BindStorage(5);
+}
+
+std::vector<GlPhotographs::Wish> GlViews::Wishes(std::span<const int> views) const {
+  std::vector<GlPhotographs::Wish> wishes;
+  for (const int view : views) wishes.push_back({view, level_[At(view)]});
+  return wishes;
+}
+
+void GlViews::Upload() {
+  views_.Upload(gpu_views_);
+  views_.BindStorage(0);
+}
+
+std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs& photographs,
+                                std::vector<unsigned>& arrays) {
+  for (GpuView& view : gpu_views_) view.place[0] = -1;
+  arrays.clear();
+  std::size_t told = 0;
+  for (; told < views.size(); ++told) {
+    const auto place = photographs.PlaceOf(views[told]);
+    if (!place) continue;
+    const auto array = std::find(arrays.begin(), arrays.end(), place->texture);
+    const auto number = static_cast<std::int32_t>(array - arrays.begin());
+    if (array == arrays.end()) {
+      if (number == kMostArrays) break;
+      arrays.push_back(place->texture);
+    }
+    GpuView& view = gpu_views_[At(views[told])];
+    view.place[0] = number;
+    view.place[1] = place->layer;
+  }
+  Upload();
+  return told;
+}
+
+void GlViews::TellPlaces(const GlPhotographs& photographs) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i)
+    if (const auto place = photographs.PlaceOf(static_cast<int>(i))) gpu_views_[i].place[1] = place->layer;
+  Upload();
+}
+
+void GlViews::TellSights(const RenderScene& scene, const GlSights& sights) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i) {
+    gpu_views_[i].place[3] = sights.LayerOf(static_cast<int>(i));
+    if (!scene.views[i].sight || gpu_views_[i].place[3] < 0) continue;
+    const CameraModel& map = scene.views[i].sight->Get().camera;
+    gpu_views_[i].sight =
+        MakeVec4(map.fx / map.width, map.fy / map.height, map.cx / map.width, map.cy / map.height);
+  }
+  Upload();
+}
+
+void GlViews::SetGaps(int view) {
+  has_gaps_[At(view)] = true;
+  gpu_views_[At(view)].center[3] = 1;
+}
+
+void GlViews::Release() {
+  views_.Release();
+  centers_.Release();
+}
+
+}  // namespace ulf
