@@ -4,6 +4,8 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/light_field_io.h"
@@ -97,6 +99,26 @@ void ReadFile(benchmark::State& state) {
         ReadPyramidFile(scratch / "x.pyramid", 1, *photograph, static_cast<int>(state.range(0))));
 }
 
+// What a mesh of 100,000 triangles hides from one view.
+void SightOfOneView(benchmark::State& state) {
+  constexpr int kSide = 224;
+  TriangleMesh mesh;
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x <= kSide; ++x)
+      mesh.vertices.emplace_back(2.0f * static_cast<float>(x) / kSide - 1,
+                                 2.0f * static_cast<float>(y) / kSide - 1,
+                                 0.1f * std::sin(0.3f * static_cast<float>(x + y)));
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const std::uint32_t at = y * (kSide + 1) + x;
+      mesh.triangles.push_back({at, at + 1, at + kSide + 1});
+      mesh.triangles.push_back({at + 1, at + kSide + 2, at + kSide + 1});
+    }
+  const Rigid3 pose = LookAt({0.2, 0.1, 2}, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
+  for (auto _ : state) benchmark::DoNotOptimize(MakeSight(mesh, Studio().camera(), pose));
+  state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
+}
+
 CameraModel OutputCamera(const RenderScene& scene) {
   const CameraModel camera = scene.views.front().camera.WithoutDistortion();
   return camera.ScaledTo(camera.width / 2, camera.height / 2);
@@ -155,6 +177,7 @@ BENCHMARK_CAPTURE(Decode, jpeg, ".jpg")->Unit(benchmark::kMillisecond);
 BENCHMARK(Pyramid)->Unit(benchmark::kMillisecond);
 BENCHMARK(WriteFile)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(ReadFile)->Arg(0)->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(SightOfOneView)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(FirstPicture, without_files, false, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(FirstPicture, from_files, true, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(FirstPicture, without_files_at_once, false, false)
