@@ -19,9 +19,9 @@ constexpr std::array kNames{NamedField{FieldKind::kLinear, "linear"},
                             NamedField{FieldKind::kLumigraphPerPixel, "lumigraph-per-pixel"},
                             NamedField{FieldKind::kNearest, "nearest"}};
 
-bool UsesMesh(FieldKind kind) { return kind == FieldKind::kLinear || kind == FieldKind::kSubdivision; }
-
 }  // namespace
+
+bool UsesMesh(FieldKind kind) { return kind == FieldKind::kLinear || kind == FieldKind::kSubdivision; }
 
 std::string FieldName(FieldKind kind) {
   for (const NamedField& entry : kNames)

@@ -26,6 +26,7 @@ enum class FieldKind {
   kNearest,
 };
 
+bool UsesMesh(FieldKind kind);                     // of viewpoints
 std::string FieldName(FieldKind kind);             // as on the command line
 FieldKind FieldFromName(const std::string& name);  // UsageError that lists the names
 std::string LevelName(int level);                  // "0" to "3", "limit"
@@ -80,6 +81,8 @@ class BlendingField {
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                          const FieldOptions& options);
 
+// Weights that sum to less before they are normalised count as none.
+inline constexpr double kLeastWeightOfField = 1e-4;
 // Confidence of what is extrapolated past the hull.
 inline constexpr double kExtrapolatedConfidence = 0.25;
 

@@ -15,6 +15,7 @@ namespace ulf {
 struct CameraPath {
   std::vector<Rigid3> cam_from_world;
   std::vector<CameraModel> cameras;  // one for each pose where the path gives them, else empty
+  std::vector<Aperture> apertures;   // the same
 
   const CameraModel& CameraOf(std::size_t index, const CameraModel& otherwise) const {
     return cameras.empty() ? otherwise : cameras[index];

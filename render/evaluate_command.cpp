@@ -11,6 +11,7 @@
 #include "acquisition/error.h"
 #include "render/evaluate.h"
 #include "render/scene_options.h"
+#include "render/temporal_command.h"
 
 namespace ulf {
 namespace {
@@ -19,6 +20,7 @@ struct EvaluateArgs : SceneArgs {
   int every = 8;
   std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
   std::string level = "1";
+  TemporalArgs temporal;
   bool json = false;
 };
 
@@ -94,6 +96,8 @@ int RunEvaluate(const EvaluateArgs& args) {
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields)
     options.fields.push_back({.kind = FieldFromName(name), .level = LevelFromName(args.level)});
+  CheckTemporalOptions(args.temporal);
+  if (!args.temporal.path.empty()) return RunTemporal(args.temporal, args, options.fields, args.json);
   const auto scene = Load(args);
   options.proxies = Proxies(args, scene->subject);
   Progress progress("evaluating");
@@ -118,8 +122,9 @@ int RunEvaluate(const EvaluateArgs& args) {
 
 void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<EvaluateArgs>();
-  CLI::App* sub =
-      app.add_subcommand("evaluate", "Leaves views out, renders them, and compares with the photographs");
+  CLI::App* sub = app.add_subcommand(
+      "evaluate",
+      "Leaves views out, renders them, and compares with the photographs; or compares a path with its truth");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view")->check(CLI::Range(2, 1000000));
   sub->add_option("--fields", args->fields, "Blending weights to compare, comma-separated")->delimiter(',');
@@ -130,6 +135,7 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
          "mesh should "
          "not have seen the left-out views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
+  AddTemporalOptions(*sub, args->temporal);
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });

@@ -74,6 +74,28 @@ void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera
 
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_EQUAL);
+  AddFans(runs, camera, plane);
+  glDisable(GL_DEPTH_TEST);
+}
+
+void GlRenderer::State::AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane) {
+  const std::vector<FanRun> runs = SortByView(rings.fans);
+  triangles.Upload(rings.triangles);
+  triangles.BindStorage(1);
+  fans.Upload(rings.fans);
+  fans.BindStorage(2);
+  no_vertices.Bind();
+  confidence.Bind();
+  SetCommon(programs.RingWeight(), camera, plane);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
+  AddFans(runs, camera, plane);
+}
+
+// Weights times light and weights of fans that have been uploaded.
+void GlRenderer::State::AddFans(const std::vector<FanRun>& runs, const CameraModel& camera,
+                                const PlaneInCamera& plane) {
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
   drawn.Bind();
@@ -106,12 +128,46 @@ void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera
     draw(first, count);
   }
   glDisable(GL_BLEND);
-  glDisable(GL_DEPTH_TEST);
 }
 
-TriangleBatch GlRenderer::State::MeshTriangles(const CameraModel& camera,
-                                               const Rigid3& cam_from_world) const {
+void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
+                                 const PlaneInCamera& plane) {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
+  TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
+  if (!rings.fans.empty()) confidence.Clear(0);
+  DrawBatch(MeshTriangles(placed, camera, cam_from_world), camera, plane);
+  if (!rings.fans.empty()) AddRings(std::move(rings), camera, plane);
+}
+
+// The field that the processor computes.
+std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const Rigid3& cam_from_world) const {
+  if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
+  return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
+}
+
+// Those of a wide aperture, in no order, their weights times the rings' share; none where it is not wide.
+TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                               const Rigid3& cam_from_world) const {
+  TriangleBatch batch;
+  if (!aperture_field) return batch;
+  const WarpedRings rings = aperture_field->Warp(placed, cam_from_world, *options.aperture);
+  if (rings.share == 0) return batch;
+  for (const WarpedTriangle& part : rings.triangles) {
+    const auto triangle = MakeTriangle(part.corners, part.cone_from_ray, camera,
+                                       mesh_field->field_mesh().confidence[At(part.triangle)], 0);
+    if (!triangle) continue;
+    const Vector3d weights = rings.share * part.weights;
+    batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
+                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]),
+                          {0, 0},
+                          MakeVec4(weights.x(), weights.y(), weights.z(), 0)});
+    batch.triangles.push_back(*triangle);
+  }
+  return batch;
+}
+
+TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                               const Rigid3& cam_from_world) const {
   const FieldMesh& mesh = mesh_field->field_mesh();
   const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
   const double count = static_cast<double>(mesh.triangles.size());

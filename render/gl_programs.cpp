@@ -1,6 +1,7 @@
 #include "render/gl_programs.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "render/embedded_shaders.h"
 
@@ -37,6 +38,15 @@ std::string GlPrograms::Head(int arrays) const {
   return "#version 450 core\n#define ARRAYS " + std::to_string(arrays) + "\n" + defines_;
 }
 
+const GlProgram& GlPrograms::RingWeight() {
+  if (std::exchange(has_ring_weight_, true)) return ring_weight_;
+  const std::string view = Head(1) + shaders::k_view_glsl;
+  ring_weight_.Build("ring weight",
+                     view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl + shaders::k_fan_vert,
+                     view + shaders::k_common_glsl + shaders::k_ring_weight_frag);
+  return ring_weight_;
+}
+
 const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
   const auto found = over_views_.find(arrays);
   if (found != over_views_.end()) return found->second;
@@ -50,7 +60,9 @@ const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
 }
 
 void GlPrograms::Release() {
-  for (GlProgram* program : {&cover_, &fan_, &normalise_, &mark_lumigraph_, &mark_fill_}) program->Release();
+  for (GlProgram* program : {&cover_, &fan_, &ring_weight_, &normalise_, &mark_lumigraph_, &mark_fill_})
+    program->Release();
+  has_ring_weight_ = false;
   for (auto& [arrays, programs] : over_views_) {
     programs.lumigraph.Release();
     programs.fill.Release();

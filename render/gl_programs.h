@@ -16,6 +16,8 @@ class GlPrograms {
 
   const GlProgram& cover() const { return cover_; }
   const GlProgram& fan() const { return fan_; }
+  // Of a wide aperture's rings what fan() multiplies light with; built when it is first needed.
+  const GlProgram& RingWeight();
   const GlProgram& normalise() const { return normalise_; }
   const GlProgram& mark_lumigraph() const { return mark_lumigraph_; }
   const GlProgram& mark_fill() const { return mark_fill_; }
@@ -34,7 +36,8 @@ class GlPrograms {
   std::string Head(int arrays) const;
 
   std::string defines_;
-  GlProgram cover_, fan_, normalise_, mark_lumigraph_, mark_fill_;
+  GlProgram cover_, fan_, ring_weight_, normalise_, mark_lumigraph_, mark_fill_;
+  bool has_ring_weight_ = false;
   std::map<int, OverViews> over_views_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "render/at.h"
 #include "render/gl_renderer_state.h"
@@ -81,9 +82,10 @@ void GlRenderer::SetField(const FieldOptions& field) {
   s.options.field = FieldThatServes(field, s.scene->mesh);
   s.options.field.lumigraph_k = std::clamp(s.options.field.lumigraph_k, 1, kMostLumigraphViews);
   s.mesh_field.reset();
-  const FieldKind kind = s.options.field.kind;
-  if (kind != FieldKind::kLinear && kind != FieldKind::kSubdivision) return;
-  s.mesh_field = std::make_unique<MeshField>(s.scene, s.options.field.level);
+  s.aperture_field.reset();
+  if (!UsesMesh(s.options.field.kind)) return;
+  s.mesh_field = std::make_shared<MeshField>(s.plain, s.options.field.level);
+  if (s.options.aperture) s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
   const FieldMesh& mesh = s.mesh_field->field_mesh();
   s.mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
     for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
@@ -93,10 +95,24 @@ void GlRenderer::SetField(const FieldOptions& field) {
 void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
   State& s = *state_;
   const GlContext::Current current(s.context);
-  s.scene = WithProxy(*s.scene, std::move(proxy));
+  s.plain = WithProxy(*s.plain, std::move(proxy));
+  s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
   s.sights.Reset(s.scene->views);
-  s.programs.Build(*s.scene, s.options.show_field, s.has_triangles);
+  s.programs_stale = true;
   SetField(s.options.field);
+}
+
+void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
+  State& s = *state_;
+  if (aperture == s.options.aperture) return;
+  const GlContext::Current current(s.context);
+  if (aperture.has_value() != s.options.aperture.has_value()) s.programs_stale = true;
+  s.options.aperture = aperture;
+  s.scene = aperture ? WithFocalPlane(*s.plain, *aperture) : s.plain;
+  s.sights.Reset(s.scene->views);
+  if (!aperture) s.aperture_field.reset();
+  if (aperture && s.mesh_field && !s.aperture_field)
+    s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
 }
 
 void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) {
@@ -104,7 +120,9 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   std::vector<int> of_views;
   if (s.mesh_field) {
-    TriangleBatch batch = s.MeshTriangles(camera, cam_from_world);
+    const PlacedMesh placed = s.mesh_field->Place(virtual_center);
+    TriangleBatch rings = s.RingTriangles(placed, camera, cam_from_world);
+    TriangleBatch batch = rings.fans.empty() ? s.MeshTriangles(placed, camera, cam_from_world) : rings;
     for (const FanRun& run : SortByView(batch.fans)) of_views.push_back(run.view);
   } else {
     constexpr std::size_t kNearest = 12;
@@ -123,7 +141,7 @@ GlPhotographs::Counts GlRenderer::photograph_counts() const { return state_->pho
 
 FieldOptions GlRenderer::field() const { return state_->options.field; }
 std::string GlRenderer::Name() const { return "gl (" + state_->context.device() + ")"; }
-const RenderScene& GlRenderer::scene() const { return *state_->scene; }
+const RenderScene& GlRenderer::scene() const { return *state_->plain; }
 
 double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world) {
   RequireUndistorted(camera);
@@ -132,7 +150,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   const auto start = std::chrono::steady_clock::now();
   const PlaneInCamera plane = s.scene->proxy->Background(cam_from_world);
   const auto triangles = s.scene->proxy->Triangles(camera, cam_from_world);
-  if ((triangles != nullptr) != s.has_triangles) {
+  if (std::exchange(s.programs_stale, false) || (triangles != nullptr) != s.has_triangles) {
     s.has_triangles = triangles != nullptr;
     s.programs.Build(*s.scene, s.options.show_field, s.has_triangles);
   }
@@ -157,7 +175,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   switch (s.options.field.kind) {
     case FieldKind::kLinear:
     case FieldKind::kSubdivision:
-      s.DrawBatch(s.MeshTriangles(camera, cam_from_world), camera, plane);
+      s.DrawMesh(camera, cam_from_world, plane);
       break;
     case FieldKind::kLumigraph:
       s.DrawBatch(s.LumigraphTriangles(camera, cam_from_world, plane), camera, plane);
@@ -197,7 +215,7 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   const cv::Mat depth = state_->Depth(camera, cam_from_world);
   if (options.depth) picture.depth = depth;
   if (options.weights)
-    picture.weights = WeightsOfViews(*state_->scene, *MakeField(state_->scene, options.field), camera,
+    picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(cam_from_world), camera,
                                      cam_from_world, depth, options.fill);
   return picture;
 }

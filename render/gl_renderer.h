@@ -10,7 +10,8 @@
 // rasteriser this is many times faster than one pass per triangle whose shader reads all its views. The
 // lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a grid
 // and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at every
-// pixel over all views. A last pass divides by the sum of weights and fills what nothing covered.
+// pixel over all views. Rings of a wide aperture are added to the field. A last pass divides by the sum of
+// weights and fills what nothing covered.
 //
 // What is added up at a pixel is added in the order of views, so that a picture whose photographs are not
 // there all at once, and which is drawn in several passes, is the same to the last bit. Passes over all views
@@ -31,6 +32,7 @@ class GlRenderer : public Renderer {
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
   void SetField(const FieldOptions& field) override;
   void SetProxy(std::shared_ptr<const Proxy> proxy) override;
+  void SetAperture(const std::optional<Aperture>& aperture) override;
   void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
   bool loading() const override;
   GlPhotographs::Counts photograph_counts() const;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "render/aperture_field.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
 #include "render/gl_photographs.h"
@@ -21,7 +22,8 @@
 namespace ulf {
 
 struct GlRenderer::State {
-  std::shared_ptr<const RenderScene> scene;
+  std::shared_ptr<const RenderScene> plain;  // with its own proxy
+  std::shared_ptr<const RenderScene> scene;  // the same, or with the focal plane of the aperture
   RenderOptions options;
   GlContext context;
 
@@ -33,8 +35,9 @@ struct GlRenderer::State {
   GlBuffer triangles, fans, nearest_first, needed;
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
-  GlTarget drawn{GL_RGBA32F}, confidence{GL_R32F}, resolved{GL_RGBA32F};
-  bool has_triangles = false;    // of the proxy
+  GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F};
+  bool has_triangles = false;  // of the proxy
+  bool programs_stale = false;
   std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
 
   // Of the picture that is being drawn: all that was to be offered, and whether some of it is missing.
@@ -43,15 +46,22 @@ struct GlRenderer::State {
   bool lacks = false;
   bool said_several_passes = false;
 
-  std::unique_ptr<MeshField> mesh_field;
+  std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;
+  std::unique_ptr<ApertureField> aperture_field;  // while there is an aperture, and a mesh
 
   State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options)
-      : scene(std::move(the_scene)), options(the_options) {}
+      : plain(std::move(the_scene)),
+        scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
+        options(the_options) {}
 
   void Build();
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
-  TriangleBatch MeshTriangles(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  TriangleBatch MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                              const Rigid3& cam_from_world) const;
+  TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                              const Rigid3& cam_from_world) const;
+  std::unique_ptr<FieldFromHere> FieldFrom(const Rigid3& cam_from_world) const;
   TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                    const PlaneInCamera& plane) const;
   bool ProvideSights(std::span<const int> of_views);
@@ -65,7 +75,10 @@ struct GlRenderer::State {
                                  const PlaneInCamera& plane);
   void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void DrawBatch(TriangleBatch batch, const CameraModel& camera, const PlaneInCamera& plane);
+  void AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane);
+  void AddFans(const std::vector<FanRun>& runs, const CameraModel& camera, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
 };

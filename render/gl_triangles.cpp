@@ -7,9 +7,8 @@ namespace ulf {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
-                 const CameraModel& camera, double confidence, double along, const EntryTable& table,
-                 std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch) {
+std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
+                                        const CameraModel& camera, double confidence, double along) {
   GpuTriangle triangle;
   std::array<int, 5> outside{};
   for (int k = 0; k < 3; ++k) {
@@ -25,7 +24,15 @@ void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
     triangle.row[static_cast<std::size_t>(k)] = MakeVec4(
         cone_from_ray_in_cam(k, 0), cone_from_ray_in_cam(k, 1), cone_from_ray_in_cam(k, 2), confidence);
   }
-  if (std::count(outside.begin(), outside.end(), 3) > 0) return;
+  if (std::count(outside.begin(), outside.end(), 3) > 0) return std::nullopt;
+  return triangle;
+}
+
+void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
+                 const CameraModel& camera, double confidence, double along, const EntryTable& table,
+                 std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch) {
+  const auto triangle = MakeTriangle(corners_in_cam, cone_from_ray_in_cam, camera, confidence, along);
+  if (!triangle) return;
   for (std::size_t e = table.first[index]; e < table.first[index + 1]; ++e) {
     const EntryTable::Entry& entry = table.entries[e];
     batch.fans.push_back(
@@ -35,7 +42,7 @@ void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
          {0, 0},
          MakeVec4(entry.weights[0], entry.weights[1], entry.weights[2], 0)});
   }
-  batch.triangles.push_back(triangle);
+  batch.triangles.push_back(*triangle);
 }
 
 std::vector<FanRun> SortByView(std::vector<GpuFan>& fans) {

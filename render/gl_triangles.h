@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "acquisition/camera_model.h"
@@ -69,8 +70,14 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
   return table;
 }
 
+// None when it does not meet the frame. Corners are in the camera's axes; `along` (0 to 1) grows with the
+// triangles, so that of those that overlap the last one counts.
+std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
+                                        const Eigen::Matrix3d& cone_from_ray_in_cam,
+                                        const CameraModel& camera, double confidence, double along);
+
 // Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
-// `along` (0 to 1) grows with the triangles. Corners are in the camera frame. `view_of_key` by key of the
+// `view_of_key` by key of the
 // table; empty: keys are views.
 void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,

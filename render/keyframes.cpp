@@ -47,7 +47,7 @@ VectorXd CubicSpline::At(double time) const {
 std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames) {
   const Index count = static_cast<Index>(keyframes.size());
   std::vector<double> times;
-  MatrixXd eyes(count, 3), targets(count, 3), ups(count, 3), turns(count, 4), focals(count, 1);
+  MatrixXd eyes(count, 3), targets(count, 3), ups(count, 3), turns(count, 4), lenses(count, 3);
   bool all_aim = true;
   Quaterniond before = Quaterniond::Identity();
   for (Index i = 0; i < count; ++i) {
@@ -64,16 +64,19 @@ std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>&
     if (i > 0 && turn.dot(before) < 0) turn.coeffs() = -turn.coeffs();
     before = turn;
     turns.row(i) = turn.coeffs();
-    focals(i, 0) = std::log(key.focal_px);
+    lenses.row(i) << std::log(key.focal_px), key.aperture_radius, std::log(key.focus_depth);
   }
   const CubicSpline eye(times, eyes), target(times, targets), up(times, ups), turn(times, turns),
-      focal(times, focals);
+      lens(times, lenses);
   std::vector<KeyframedPose> poses;
   for (int frame = 0; frame < frames; ++frame) {
     const double share = frames > 1 ? static_cast<double>(frame) / (frames - 1) : 0;
     const double time = times.front() + share * (times.back() - times.front());
     KeyframedPose& pose = poses.emplace_back();
-    pose.focal_px = std::exp(focal.At(time)(0));
+    const VectorXd lens_now = lens.At(time);
+    pose.focal_px = std::exp(lens_now(0));
+    pose.aperture_radius = std::max(0.0, lens_now(1));
+    pose.focus_depth = std::exp(lens_now(2));
     const Vector3d center = eye.At(time);
     const auto fail = [&](const char* what) {
       const auto after = std::upper_bound(times.begin(), times.end(), time) - times.begin();

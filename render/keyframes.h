@@ -3,8 +3,8 @@
 // Positions follow a natural cubic spline over time, which is twice continuously differentiable; so do the
 // targets where every keyframe names one, and then the camera looks at the target all along. Else rotations
 // follow a cubic spline through their quaternions, of q and -q always the one nearer to the keyframe before,
-// made unit again: as smooth as the spline. Focal lengths are interpolated in their logarithm, so that a zoom
-// goes at an even speed on the screen.
+// made unit again: as smooth as the spline. Focal lengths and distances of focus are interpolated in their
+// logarithm, so that a zoom goes at an even speed on the screen.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,11 +24,15 @@ struct PathKeyframe {
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   Eigen::Quaterniond world_from_cam = Eigen::Quaterniond::Identity();
   double focal_px = 1;
+  double aperture_radius = 0;  // world units
+  double focus_depth = 1;      // of its focal plane, along the optical axis
 };
 
 struct KeyframedPose {
   Rigid3 cam_from_world;
   double focal_px = 1;
+  double aperture_radius = 0;
+  double focus_depth = 1;
 };
 
 // At evenly spaced times from the first keyframe to the last; times must grow from keyframe to keyframe. One

@@ -1,12 +1,11 @@
 #include "render/mesh_field.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "render/at.h"
+#include "render/ray_cone.h"
 
 namespace ulf {
 namespace {
@@ -14,28 +13,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// A ray within rounding of an edge belongs to both triangles; none may be lost between them.
-constexpr double kEdgeTolerance = 1e-9;
-
-std::optional<Vector3d> Barycentric(const Matrix3d& cone_from_ray, const Vector3d& ray) {
-  const Vector3d lambda = cone_from_ray * ray;
-  const double tolerance = kEdgeTolerance * lambda.cwiseAbs().sum();
-  if (!(lambda.minCoeff() >= -tolerance) || tolerance == 0) return std::nullopt;
-  const Vector3d clamped = lambda.cwiseMax(0.0);
-  return clamped / clamped.sum();
-}
-
 Matrix3d CornersFrom(const FieldMesh& mesh, const Triangle& t, const Vector3d& origin) {
   Matrix3d corners;
   for (int k = 0; k < 3; ++k) corners.col(k) = mesh.positions[At(t[At(k)])] - origin;
   return corners;
-}
-
-// The inverse, scaled so that badly shaped triangles do no harm; zero for a singular matrix.
-Matrix3d InverseOrZero(const Matrix3d& corners) {
-  const double size = corners.col(0).norm() * corners.col(1).norm() * corners.col(2).norm();
-  if (!(std::abs(corners.determinant()) > 1e-15 * size)) return Matrix3d::Zero();
-  return corners.inverse();
 }
 
 class MeshFieldFromHere : public FieldFromHere {
@@ -43,16 +24,10 @@ class MeshFieldFromHere : public FieldFromHere {
   MeshFieldFromHere(std::shared_ptr<const FieldMesh> mesh, PlacedMesh placed)
       : mesh_(std::move(mesh)), placed_(std::move(placed)) {}
 
-  // A cone of rays misses the triangle's cone when one of its sides has all of it on the outer side.
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
     std::vector<int> candidates;
-    const double limit = -std::sin(half_angle) - 1e-9;
-    for (std::size_t t = 0; t < placed_.cone_from_ray.size(); ++t) {
-      const Matrix3d& cone = placed_.cone_from_ray[t];
-      const Vector3d sides = cone * axis;
-      const Vector3d sizes = cone.rowwise().norm();
-      if (sizes.x() > 0 && (sides - limit * sizes).minCoeff() >= 0) candidates.push_back(static_cast<int>(t));
-    }
+    for (std::size_t t = 0; t < placed_.cone_from_ray.size(); ++t)
+      if (MayMeet(placed_.cone_from_ray[t], axis, half_angle)) candidates.push_back(static_cast<int>(t));
     return candidates;
   }
 
@@ -99,8 +74,9 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level) {
   }
   SubdividedMesh fine = SubdivideWeights(positions, outward, mesh.triangles, level);
 
-  FieldMesh result{.positions = fine.positions, .weights = fine.weights, .triangles = {}, .confidence = {}};
+  FieldMesh result{.level = level, .positions = fine.positions, .weights = fine.weights};
   const TriangleTopology topology = MakeTopology(static_cast<int>(fine.positions.size()), fine.triangles);
+  result.extends.assign(fine.positions.size(), -1);
   std::vector<int> virtual_of(fine.positions.size(), -1);
   const auto virtual_vertex = [&](int vertex) {
     int& twin = virtual_of[At(vertex)];
@@ -108,6 +84,7 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level) {
       twin = static_cast<int>(result.positions.size());
       result.positions.push_back(fine.positions[At(vertex)] + fine.outward[At(vertex)]);
       result.weights.push_back(fine.weights[At(vertex)]);
+      result.extends.push_back(vertex);
     }
     return twin;
   };
@@ -129,7 +106,7 @@ MeshField::MeshField(std::shared_ptr<const RenderScene> scene, int level)
       centers_(scene_->Centers()),
       mesh_(std::make_shared<FieldMesh>(MakeFieldMesh(scene_->mesh, level))) {
   for (const Triangle& t : mesh_->triangles)
-    cone_from_direction_.push_back(InverseOrZero(CornersFrom(*mesh_, t, scene_->mesh.center_in_world)));
+    cone_from_direction_.push_back(ConeFromRay(CornersFrom(*mesh_, t, scene_->mesh.center_in_world)));
 }
 
 Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
@@ -161,7 +138,7 @@ PlacedMesh MeshField::Place(const Vector3d& virtual_center) const {
     Matrix3d corners = CornersFrom(*mesh_, t, placed.virtual_center_in_world);
     // Outward normals: the determinant is negative when V is outside the triangle's plane.
     if (corners.determinant() > 0) corners = -corners;
-    placed.cone_from_ray.push_back(InverseOrZero(corners));
+    placed.cone_from_ray.push_back(ConeFromRay(corners));
     placed.corners.push_back(corners);
   }
   const double distance = (virtual_center - scene_->mesh.center_in_world).norm();

@@ -23,11 +23,13 @@
 namespace ulf {
 
 struct FieldMesh {
-  std::vector<Eigen::Vector3d> positions;  // in world
-  std::vector<SparseWeights> weights;      // of each vertex over the viewpoint mesh's vertices
-  std::vector<Triangle> triangles;         // the extension's strips first
-  std::vector<double> confidence;          // of each triangle
-  std::size_t strips = 0;                  // how many triangles belong to the extension
+  int level = 0;                                // of subdivision
+  std::vector<Eigen::Vector3d> positions = {};  // in world; the viewpoint mesh's vertices first
+  std::vector<SparseWeights> weights = {};      // of each vertex over the viewpoint mesh's vertices
+  std::vector<int> extends = {};                // of a vertex of the extension its rim vertex, else -1
+  std::vector<Triangle> triangles = {};         // the extension's strips first
+  std::vector<double> confidence = {};          // of each triangle
+  std::size_t strips = 0;                       // how many triangles belong to the extension
 };
 
 FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level);
@@ -48,6 +50,7 @@ class MeshField : public BlendingField {
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;
   const FieldMesh& field_mesh() const { return *mesh_; }
+  const Eigen::Vector3d& center_in_world() const { return scene_->mesh.center_in_world; }
 
  private:
   Eigen::Vector3d OffTheMesh(const Eigen::Vector3d& virtual_center_in_world) const;

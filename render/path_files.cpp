@@ -210,6 +210,22 @@ PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const
   return key;
 }
 
+// Focused on the target, or the subject's centre, unless the keyframe says how far.
+void ReadAperture(const JsonPlace& place, const Vector3d& subject_center, PathKeyframe& key) {
+  key.aperture_radius = place.Number("aperture");
+  if (!(key.aperture_radius >= 0))
+    throw Error("{}: 'aperture' is a radius, 0 or more, not {}", place.where, key.aperture_radius);
+  if (place.Has("focus")) {
+    key.focus_depth = place.Positive("focus");
+    return;
+  }
+  const Rigid3 cam_from_world = key.target_in_world
+                                    ? LookAt(key.eye_in_world, *key.target_in_world, key.up_in_world)
+                                    : Rigid3{key.world_from_cam.normalized(), key.eye_in_world}.Inverse();
+  key.focus_depth =
+      FocusDepth({.focus_in_world = key.target_in_world.value_or(subject_center)}, cam_from_world);
+}
+
 CameraPath FromKeyframes(const json& document, const fs::path& file, const PathRequest& request,
                          const RenderScene& scene) {
   const JsonPlace top{document, file.string()};
@@ -223,6 +239,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
   const json& entries = top.Raw("keyframes");
   if (!entries.is_array()) throw Error("{}: 'keyframes' must be a list", top.where);
   std::vector<PathKeyframe> keyframes;
+  const bool with_apertures = !entries.empty() && entries[0].contains("aperture");
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const JsonPlace place{entries[i], fmt::format("{}, keyframe {}", file.string(), i)};
     if (place.Has("focal_px") && !top.Has("width"))
@@ -230,6 +247,11 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
           "{}: 'focal_px' are pixels of a picture: give 'width' and 'height' at the top, or 'fov_deg'",
           place.where);
     keyframes.push_back(KeyframeOf(place, camera, scene.up_in_world));
+    if (place.Has("aperture") != with_apertures)
+      throw Error("{}: either all keyframes have an 'aperture', or none", place.where);
+    if (with_apertures) ReadAperture(place, scene.subject.center_in_world, keyframes.back());
+    if (!with_apertures && place.Has("focus"))
+      throw Error("{}: 'focus' needs an 'aperture': without one everything is in focus", place.where);
     if (i > 0 && !(keyframes[i].time_s > keyframes[i - 1].time_s))
       throw Error("{}: 'time' must be later than the keyframe before ({} s), not {}", place.where,
                   keyframes[i - 1].time_s, keyframes[i].time_s);
@@ -252,6 +274,10 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
     CameraModel& zoomed = path.cameras.emplace_back(camera);
     zoomed.fx = pose.focal_px;
     zoomed.fy = pose.focal_px * camera.fy / camera.fx;
+    if (with_apertures)
+      path.apertures.push_back(
+          {.radius = pose.aperture_radius,
+           .focus_in_world = pose.cam_from_world.Inverse() * Vector3d(pose.focus_depth * Vector3d::UnitZ())});
   }
   return path;
 }

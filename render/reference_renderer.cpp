@@ -142,12 +142,27 @@ ReferenceRenderer::ReferenceRenderer(std::shared_ptr<const RenderScene> scene, c
 
 void ReferenceRenderer::SetField(const FieldOptions& field) {
   options_.field = FieldThatServes(field, scene_->mesh);
-  field_ = MakeField(scene_, options_.field);
+  SetAperture(options_.aperture);
 }
 
 void ReferenceRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
   scene_ = WithProxy(*scene_, std::move(proxy));
-  SetField(options_.field);
+  SetAperture(options_.aperture);
+}
+
+void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
+  options_.aperture = aperture;
+  focused_ = aperture ? WithFocalPlane(*scene_, *aperture) : nullptr;
+  field_ = MakeField(focused_ ? focused_ : scene_, options_.field);
+  aperture_field_ = nullptr;
+  if (aperture && UsesMesh(options_.field.kind))
+    aperture_field_ =
+        std::make_unique<ApertureField>(std::make_shared<MeshField>(scene_, options_.field.level));
+}
+
+std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const Rigid3& cam_from_world) const {
+  return aperture_field_ ? aperture_field_->From(cam_from_world, *options_.aperture)
+                         : field_->From(cam_from_world.OriginInSource());
 }
 
 namespace {
@@ -165,9 +180,8 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
 // shade(x, y, contributions, total, confidence) for every pixel; the contributions' weights sum to `total`,
 // which is 0 where they fill.
 template <typename Shade>
-void ForEachPixel(const FrameSetup& setup, const BlendingField& blending_field, const cv::Mat& depth,
-                  bool fill, Shade&& shade) {
-  const auto field = blending_field.From(setup.virtual_center);
+void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth, bool fill,
+                  Shade&& shade) {
   const CameraModel& camera = setup.camera;
   FieldSample sample;
   std::vector<Contribution> contributions;
@@ -175,7 +189,7 @@ void ForEachPixel(const FrameSetup& setup, const BlendingField& blending_field, 
     const Vector3d ray_in_cam = RayThrough(camera, x + 0.5, y + 0.5);
     const Vector3d point = setup.world_from_cam * (ray_in_cam * depth.at<float>(y, x));
     const Vector3d ray_in_world = setup.world_from_cam.rotation * ray_in_cam.normalized();
-    field->Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
+    field.Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
     contributions.clear();
     double total = BlendViews(setup, sample, point, contributions);
     if (total < kLeastWeight) {
@@ -191,8 +205,7 @@ void ForEachPixel(const FrameSetup& setup, const BlendingField& blending_field, 
       const cv::Rect tile(left, top, std::min(kTile, camera.width - left),
                           std::min(kTile, camera.height - top));
       const auto [axis_in_cam, half_angle] = ConeOf(camera, tile);
-      const auto candidates =
-          field->CandidatesInCone(setup.world_from_cam.rotation * axis_in_cam, half_angle);
+      const auto candidates = field.CandidatesInCone(setup.world_from_cam.rotation * axis_in_cam, half_angle);
       for (int y = tile.y; y < tile.y + tile.height; ++y)
         for (int x = tile.x; x < tile.x + tile.width; ++x) shade_pixel(x, y, candidates);
     }
@@ -236,7 +249,7 @@ class WeightLayers {
 
 }  // namespace
 
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const BlendingField& field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, bool fill) {
   WeightLayers layers(scene, depth.size());
@@ -249,14 +262,16 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const Blending
 Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {
   RequireUndistorted(camera);
   const auto start = std::chrono::steady_clock::now();
-  const cv::Mat depth = scene_->proxy->Depth(camera, cam_from_world);
+  const RenderScene& scene = focused_ ? *focused_ : *scene_;
+  const cv::Mat depth = scene.proxy->Depth(camera, cam_from_world);
   Rendering picture;
   picture.linear = cv::Mat::zeros(camera.height, camera.width, CV_32FC3);
   picture.confidence = cv::Mat::zeros(camera.height, camera.width, CV_32F);
   picture.drawn = cv::Mat::zeros(camera.height, camera.width, CV_8U);
-  WeightLayers layers(*scene_, depth.size());
+  WeightLayers layers(scene, depth.size());
   ForEachPixel(
-      SetUp(*scene_, camera, cam_from_world, options_.show_field), *field_, depth, options_.fill,
+      SetUp(scene, camera, cam_from_world, options_.show_field), *FieldFrom(cam_from_world), depth,
+      options_.fill,
       [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
         if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
         if (contributions.empty()) return;

@@ -2,6 +2,7 @@
 // precision up to the photograph's pixels and float light.
 #pragma once
 
+#include "render/aperture_field.h"
 #include "render/renderer.h"
 
 namespace ulf {
@@ -12,18 +13,23 @@ class ReferenceRenderer : public Renderer {
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
   void SetField(const FieldOptions& field) override;
   void SetProxy(std::shared_ptr<const Proxy> proxy) override;
+  void SetAperture(const std::optional<Aperture>& aperture) override;
   FieldOptions field() const override { return options_.field; }
   std::string Name() const override { return "reference"; }
   const RenderScene& scene() const override { return *scene_; }
 
  private:
-  std::shared_ptr<const RenderScene> scene_;
+  std::unique_ptr<FieldFromHere> FieldFrom(const Rigid3& cam_from_world) const;
+
+  std::shared_ptr<const RenderScene> scene_;    // with its own proxy
+  std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
   RenderOptions options_;
   std::unique_ptr<BlendingField> field_;
+  std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
 };
 
 // What Rendering::weights asks for, of the field at every pixel; `depth` as from Proxy::Depth().
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const BlendingField& field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, bool fill);
 

@@ -15,6 +15,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/number_checks.h"
+#include "render/aperture_options.h"
 #include "render/camera_path.h"
 #include "render/choice.h"
 #include "render/frame_range.h"
@@ -39,6 +40,7 @@ struct RenderArgs : SceneArgs {
   double focal_px = 0, fov_deg = 0;  // of the pictures; 0: as the photographs' or the path's
   double zoom = 0;                   // 0: just enough to fill the pictures of a named path
   double fps = 30;
+  ApertureArgs aperture;
   std::string out = "orbit.mp4";
   std::string format;
   std::string exr_compression = "zip";
@@ -85,6 +87,7 @@ CameraPath PathOf(const RenderArgs& args, const RenderScene& scene, int frames) 
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
   if (!IsNamedPath(args.path))
     for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
+  if (args.aperture.Asked()) path.apertures.clear();
   return path;
 }
 
@@ -127,7 +130,7 @@ class Fingerprint {
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
                                               const CameraPath& path) {
   const RenderScene& scene = renderer.scene();
-  Fingerprint views, poses;
+  Fingerprint views, poses, lenses;
   for (const SceneView& view : scene.views) {
     views.Add(view.id);
     views.Add(view.cam_from_world);
@@ -138,6 +141,10 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
     poses.Add(path.cam_from_world[i]);
     poses.Add(path.cameras[i]);
   }
+  for (const Aperture& aperture : path.apertures) {
+    lenses.Add(aperture.radius);
+    for (const double value : aperture.focus_in_world) lenses.Add(value);
+  }
   const Subject& subject = scene.subject;
   return {{"views", fmt::format("{} ({})", scene.views.size(), views.Text())},
           {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
@@ -146,6 +153,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
                                poses.Text())},
           {"field", fmt::format("{}, level {}", FieldName(renderer.field().kind), renderer.field().level)},
           {"proxy", args.proxy == kAuto ? scene.proxy->Name() : args.proxy},
+          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
           {"renderer", args.renderer},
           {"fill", args.no_fill ? "none" : "nearest view"},
           {"shows", args.show_field ? "blending field" : "light"},
@@ -213,8 +221,10 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
   if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
   const auto plain = Load(scene_args);
   spdlog::info("{}", plain->mesh.Description());
+  const std::string field =
+      args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
   const Choice choice =
-      ChooseByName(*plain, args.field, level, args.proxy, args.dir, RendererFromName(args.renderer));
+      ChooseByName(*plain, field, level, args.proxy, args.dir, RendererFromName(args.renderer));
   if (!choice.why.empty()) spdlog::info("{}", choice.why);
   const auto scene = WithProxy(*plain, choice.proxy);
   auto renderer = MakeRenderer(scene, {.field = choice.field,
@@ -230,6 +240,7 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
 int RunRender(const RenderArgs& args) {
   const FrameRange range = ParseFrames(args.frames);
   const PictureEncoding encoding = EncodingOf(args);
+  CheckApertureOptions(args.aperture, args.dir);
   const auto renderer = RendererOf(args, encoding);
   const bool single = IsSinglePicture(args.out);
   CameraPath path = PathOf(args, renderer->scene(), single && args.frames.empty() ? 1 : range.count);
@@ -238,6 +249,8 @@ int RunRender(const RenderArgs& args) {
     throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
   Zoom(args, *renderer, path);
+  if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
+  if (!path.apertures.empty()) RequireRings(renderer->field(), renderer->scene().mesh);
   for (int i = range.first; i < end; ++i) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
     RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
@@ -258,6 +271,7 @@ int RunRender(const RenderArgs& args) {
       continue;
     }
     const auto at = static_cast<std::size_t>(i);
+    if (!path.apertures.empty()) renderer->SetAperture(path.apertures[at]);
     if (i + 1 < end) renderer->Prefetch(path.cameras[at + 1], path.cam_from_world[at + 1]);
     const Rendering picture = RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
@@ -313,6 +327,7 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
          "--zoom", args->zoom,
          "Times the focal length; if neither is said, named paths zoom until photographs fill their pictures")
       ->check(Positive());
+  AddApertureOptions(*sub, args->aperture);
   sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
   sub->add_option(
       "-o,--output", args->out,

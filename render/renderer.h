@@ -15,10 +15,12 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "acquisition/image.h"
+#include "render/aperture.h"
 #include "render/blending_field.h"
 #include "render/proxy.h"
 #include "render/scene.h"
@@ -40,6 +42,7 @@ struct RenderOptions {
   // Waits for photographs that are not read yet. If not, a picture is drawn from what is there, coarser
   // levels and fewer views, and is better the next time, until loading() says that nothing is missing.
   bool complete = true;
+  std::optional<Aperture> aperture = {};  // SetAperture()
 };
 
 // How much of each pixel's light a view gives.
@@ -71,6 +74,10 @@ class Renderer {
   virtual void SetField(const FieldOptions& field) = 0;
   // The same photographs and field over another proxy.
   virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
+  // A lens that is wide open: the focal plane is the proxy until there is none again, which brings the
+  // scene's back. Fields without a mesh of viewpoints have no rings to widen: of them it changes the proxy
+  // alone.
+  virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
   // Where a picture is going to be wanted next: what it needs is read ahead.
   virtual void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world);
   // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
@@ -78,6 +85,7 @@ class Renderer {
   // What is really used: FieldThatServes() of what was asked.
   virtual FieldOptions field() const = 0;
   virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name
+  // With the proxy of its own, whatever the aperture.
   virtual const RenderScene& scene() const = 0;
 };
 

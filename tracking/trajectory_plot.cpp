@@ -9,7 +9,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "tracking/gnuplot.h"
+#include "acquisition/gnuplot.h"
 #include "tracking/quantile.h"
 
 namespace ulf {

@@ -202,10 +202,12 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
   return frame;
 }
 
+double SimulatedCamera::LightScale() const {
+  return options_.exposure_s / SensorOptions{}.reference_exposure_s * std::pow(10, options_.gain_db / 20);
+}
+
 cv::Mat SimulatedCamera::CleanLinear(const Rigid3& cam_from_world) const {
-  const double scale =
-      options_.exposure_s / SensorOptions{}.reference_exposure_s * std::pow(10, options_.gain_db / 20);
-  return caster_.Radiance(cam_from_world) * scale;
+  return caster_.Radiance(cam_from_world) * LightScale();
 }
 
 cv::Mat SimulatedCamera::CleanSrgb(const Rigid3& cam_from_world) const {

@@ -84,6 +84,8 @@ class SimulatedCamera {
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
   // The same for people: 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;
+  // That scale, of radiance as RayCaster gives it.
+  double LightScale() const;
 
   // How long the blur of such an exposure is, in pixels.
   double BlurPx(double open_s, double exposure_s) const;

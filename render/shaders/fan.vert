@@ -16,6 +16,7 @@ flat out vec4 sight;
 flat out ivec4 place;
 // The weight is numerator . ray / denominator . ray.
 flat out vec3 numerator, denominator;
+flat out float confidence;
 
 void main() {
   Fan fan = fans[uint(gl_VertexID) / 3u];
@@ -24,6 +25,7 @@ void main() {
   vec3 r2 = triangles[fan.triangle].row[2].xyz;
   numerator = fan.weights.x * r0 + fan.weights.y * r1 + fan.weights.z * r2;
   denominator = r0 + r1 + r2;
+  confidence = triangles[fan.triangle].row[0].w;
   View v = views[fan.view];
   row0 = v.row0;
   row1 = v.row1;

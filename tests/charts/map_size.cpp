@@ -17,7 +17,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "tracking/gnuplot.h"
+#include "acquisition/gnuplot.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 

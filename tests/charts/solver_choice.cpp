@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "acquisition/error.h"
+#include "acquisition/gnuplot.h"
 #include "tests/charts/solver_grid.h"
-#include "tracking/gnuplot.h"
 
 namespace ulf::test {
 namespace {

@@ -28,10 +28,15 @@ bool DepthJumps(const cv::Mat& depth, int x, int y) {
 
 cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
                        const Rigid3& cam_from_world) {
-  const auto scene_pointer = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
+  const auto borrowed = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
+  return VisibilityBand(scene, *MakeField(borrowed, options)->From(cam_from_world.OriginInSource()), camera,
+                        cam_from_world);
+}
+
+cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, const CameraModel& camera,
+                       const Rigid3& cam_from_world) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   const Vector3d v = cam_from_world.OriginInSource();
-  const auto field = MakeField(scene_pointer, options)->From(v);
   const auto order = ViewsByDistance(scene, v);
   const cv::Mat depth = scene.proxy->Depth(camera, cam_from_world);
   const auto point_at = [&](int x, int y) -> Vector3d {
@@ -48,7 +53,7 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, co
     for (int x = 0; x < camera.width; ++x) {
       FieldSample sample;
       const Vector3d point = point_at(x, y);
-      field->Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
+      field.Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
       bool any_sees = false, changes = DepthJumps(depth, x, y);
       const int filler = nearest(point);
       for (int dy = -1; dy <= 1; ++dy)

@@ -18,6 +18,8 @@ struct Agreement {
 // another view fills, or where the proxy's depth jumps.
 cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
                        const Rigid3& cam_from_world);
+cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, const CameraModel& camera,
+                       const Rigid3& cam_from_world);
 
 Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band);
 

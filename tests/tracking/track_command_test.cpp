@@ -14,9 +14,9 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
+#include "acquisition/gnuplot.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/textured_room.h"
-#include "tracking/gnuplot.h"
 #include "tracking/track_words.h"
 #include "tracking/trajectory.h"
 

@@ -1,4 +1,4 @@
-#include "tracking/gnuplot.h"
+#include "acquisition/gnuplot.h"
 
 #include <fmt/core.h>
 #include <spawn.h>
