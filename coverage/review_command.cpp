@@ -18,7 +18,7 @@
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/marker_mouse.h"
-#include "coverage/operator/picture_window.h"
+#include "render/display/picture_window.h"
 #include "render/nearest_view.h"
 #include "render/video.h"
 #include "tracking/marker_locator.h"

@@ -1,11 +1,10 @@
 // The keys and what they do, as the person at the display is told.
 #pragma once
 
+#include "render/display/plain_panels.h"
+
 namespace ulf {
 
-struct KeyHelp {
-  const char *keys, *what;
-};
 inline constexpr KeyHelp kKeysAlways[] = {{"Space", "pause, go on"},
                                           {"Backspace", "take back the last view"},
                                           {"S", "subject: place its sphere"},

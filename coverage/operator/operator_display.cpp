@@ -179,11 +179,7 @@ void OperatorDisplay::DrawFrame() {
   const cv::Size screen = surface_.Size();
   if (screen.empty()) return;  // a window that is iconified
   ++frames_;
-  // Small windows get small text rather than text over text.
-  constexpr double kWideEnough = 960, kHighEnough = 540;
-  const double fits = std::min(screen.width / kWideEnough, screen.height / kHighEnough);
-  const double wanted = std::clamp(fits, 0.6, surface_.ContentScale());
-  const double scale = std::round(wanted * 20) / 20;  // fonts are made for it
+  const double scale = ScaleOf(surface_);
   surface_.Bind();
   painter_.Begin(screen, scale);
   const Panels panels(painter_, screen, scale, palette());

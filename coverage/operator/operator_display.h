@@ -10,16 +10,16 @@
 #include <vector>
 
 #include "coverage/capture_request.h"
-#include "coverage/operator/live_texture.h"
-#include "coverage/operator/painter.h"
 #include "coverage/operator/panels.h"
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/recorded_pictures.h"
 #include "coverage/operator/reprojection.h"
 #include "coverage/operator/review.h"
 #include "coverage/operator/subject_tool.h"
-#include "coverage/operator/surface.h"
 #include "coverage/operator/wishes.h"
+#include "render/display/live_texture.h"
+#include "render/display/painter.h"
+#include "render/display/surface.h"
 
 namespace ulf {
 

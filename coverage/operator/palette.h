@@ -4,18 +4,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 
 #include "coverage/coverage_map.h"
+#include "render/display/shapes.h"
 
 namespace ulf {
-
-struct Rgba {
-  std::uint8_t r = 0, g = 0, b = 0, a = 255;
-  Rgba WithOpacity(double opacity) const;  // 0 to 1, times its own
-  bool operator==(const Rgba&) const = default;
-};
-Rgba Mix(const Rgba& from, const Rgba& to, double share);
 
 struct Palette {
   Rgba same, farther, nearer;

@@ -14,8 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-const Rgba kPanel{0, 0, 0, 175};
-
 std::string Bytes(std::uint64_t bytes) {
   const double giga = static_cast<double>(bytes) / 1e9;
   return giga < 10 ? fmt::format("{:.1f} GB left", giga) : fmt::format("{:.0f} GB left", giga);
@@ -73,22 +71,6 @@ std::vector<TableRow> KeyRows(const Rgba& heading) {
   return rows;
 }
 
-void Panels::Status(const CaptureState& state) const {
-  const std::vector<StatusItem> items = StatusLine(state);
-  const double gap = Px(22), pad = Px(10), line = painter_.Extent("X", TextSize::kSmall).y() + Px(4);
-  std::vector<Vector2d> places;
-  double x = pad, y = Px(5);
-  for (const StatusItem& item : items) {
-    const double width = painter_.Extent(item.text, TextSize::kSmall).x();
-    if (x > pad && x + width > screen_.width - pad) x = pad, y += line;
-    places.push_back({x, y});
-    x += width + gap;
-  }
-  painter_.Box({0, 0, double(screen_.width), y + line + Px(3)}, kPanel, 0);
-  for (std::size_t i = 0; i < items.size(); ++i)
-    painter_.Text(places[i], items[i].text, TextSize::kSmall, items[i].color);
-}
-
 // The one number that is read from an arm's length.
 void Panels::Share(const CaptureState& state) const {
   if (!state.coverage || state.view_ids.empty()) return;
@@ -96,7 +78,7 @@ void Panels::Share(const CaptureState& state) const {
                                          : Counted(state.view_ids.size(), "view");
   const Vector2d extent = painter_.Extent(text, TextSize::kLarge);
   const Vector2d at(screen_.width - extent.x() - Px(26), Px(46));
-  painter_.Box({at.x() - Px(12), at.y() - Px(4), extent.x() + Px(24), extent.y() + Px(8)}, kPanel);
+  painter_.Box({at.x() - Px(12), at.y() - Px(4), extent.x() + Px(24), extent.y() + Px(8)}, ink::kPanel);
   painter_.Text(at, text, TextSize::kLarge, state.recorded_view ? palette_.guide : ink::kText);
 }
 
@@ -108,7 +90,7 @@ void Panels::TrackingHelp(const CaptureState& state) const {
   const double width = std::max(extent.x(), Px(260)) + Px(48);
   const bool bar = state.start && state.start->parallax_needed_deg > 0;
   const double height = extent.y() + Px(bar ? 58 : 24);
-  painter_.Box({middle.x() - 0.5 * width, middle.y() - Px(12), width, height}, kPanel, 8);
+  painter_.Box({middle.x() - 0.5 * width, middle.y() - Px(12), width, height}, ink::kPanel, 8);
   painter_.Text({middle.x() - 0.5 * extent.x(), middle.y()}, title, TextSize::kLarge,
                 lost ? ink::kBad : ink::kText);
   if (!bar) return;
@@ -120,55 +102,13 @@ void Panels::TrackingHelp(const CaptureState& state) const {
   painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, ink::kGood, 3);
 }
 
-void Panels::Instruction(const std::string& words, const Rgba& color) const {
-  if (words.empty()) return;
-  // As large as it fits into the room between the panels.
-  const double room = std::min<double>(screen_.width - Px(40), Px(900));
-  TextSize size = TextSize::kLarge;
-  if (painter_.Extent(words, size).x() > room) size = TextSize::kMedium;
-  const Vector2d extent = painter_.Extent(words, size, room);
-  const Vector2d at(0.5 * (screen_.width - extent.x()), screen_.height - extent.y() - Px(26));
-  painter_.Box({at.x() - Px(16), at.y() - Px(6), extent.x() + Px(32), extent.y() + Px(12)}, {0, 0, 0, 200},
-               6);
-  painter_.Text(at, words, size, color, room);
-}
-
-void Panels::Table(const std::vector<TableRow>& rows, const Vector2d& corner, const Vector2d& anchor,
-                   double wrap_points) const {
-  const double pad = Px(10), swatch = Px(16), gap = Px(14);
-  double left = 0, right = 0, height = 0;
-  std::vector<double> heights;
-  bool swatches = false;
-  for (const TableRow& row : rows) {
-    left = std::max(left, painter_.Extent(row.left, TextSize::kSmall).x());
-    const Vector2d extent = painter_.Extent(row.right, TextSize::kSmall, Px(wrap_points));
-    right = std::max(right, row.right.empty() ? 0 : extent.x());
-    heights.push_back(std::max(extent.y(), painter_.Extent("X", TextSize::kSmall).y()) + Px(3));
-    height += heights.back();
-    swatches = swatches || row.swatch;
-  }
-  const double indent = swatches ? swatch + Px(8) : 0;
-  const Vector2d size(2 * pad + indent + left + (right > 0 ? gap + right : 0), 2 * pad + height);
-  const Vector2d low = corner - anchor.cwiseProduct(size);
-  painter_.Box({low.x(), low.y(), size.x(), size.y()}, kPanel, 6);
-  double y = low.y() + pad;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const TableRow& row = rows[i];
-    if (row.swatch) painter_.Box({low.x() + pad, y + Px(2), swatch, swatch}, *row.swatch, 3);
-    painter_.Text({low.x() + pad + indent, y}, row.left, TextSize::kSmall, row.color);
-    painter_.Text({low.x() + pad + indent + left + gap, y}, row.right, TextSize::kSmall, row.color,
-                  Px(wrap_points));
-    y += heights[i];
-  }
-}
-
 void Panels::Legend(const CaptureState& state) const {
   if (!state.subject || !state.cam_from_world) return;
   const std::vector<LegendMark> marks = LegendMarks(state, palette_);
   const double line = painter_.Extent("X", TextSize::kSmall).y() + Px(3), pad = Px(10), width = Px(250);
   const double height = 2 * pad + 2 * line + Px(20) + line * static_cast<double>(marks.size());
   const cv::Rect2d area(Px(12), screen_.height - Px(12) - height, width, height);
-  painter_.Box(area, kPanel, 6);
+  painter_.Box(area, ink::kPanel, 6);
   const double x = area.x + pad, inner = width - 2 * pad;
   double y = area.y + pad;
   painter_.Text({x, y}, "recorded, against now", TextSize::kSmall, ink::kText);
@@ -219,48 +159,15 @@ void Panels::Preflight(const CaptureState& state) const {
   Table(rows, {Px(12), Px(46)}, {0, 0}, 420);
 }
 
-void Panels::Keys() const {
-  painter_.Box({0, 0, double(screen_.width), double(screen_.height)}, {0, 0, 0, 150}, 0);
-  Table(KeyRows(palette_.guide), {0.5 * screen_.width, 0.5 * screen_.height}, {0.5, 0.5});
-}
-
-void Panels::Mode(const std::vector<TableRow>& rows) const {
-  Table(rows, {Px(12), screen_.height - Px(12)}, {0, 1});
-}
-
 void Panels::BesideLine(const Vector2d& top, const std::string& left, const std::string& right) const {
   const auto word = [this](const std::string& text, const Vector2d& at) {
     const Vector2d extent = painter_.Extent(text, TextSize::kMedium);
-    painter_.Box({at.x() - Px(8), at.y() - Px(4), extent.x() + Px(16), extent.y() + Px(8)}, kPanel);
+    painter_.Box({at.x() - Px(8), at.y() - Px(4), extent.x() + Px(16), extent.y() + Px(8)}, ink::kPanel);
     painter_.Text(at, text, TextSize::kMedium, ink::kText);
   };
   const double y = top.y() + Px(48);
   word(left, {top.x() - painter_.Extent(left, TextSize::kMedium).x() - Px(20), y});
   word(right, {top.x() + Px(20), y});
-}
-
-void Panels::Hint(const std::string& words) const {
-  const Vector2d extent = painter_.Extent(words, TextSize::kSmall);
-  const Vector2d at(screen_.width - extent.x() - Px(22), screen_.height - extent.y() - Px(18));
-  painter_.Box({at.x() - Px(10), at.y() - Px(6), extent.x() + Px(20), extent.y() + Px(12)}, kPanel, 6);
-  painter_.Text(at, words, TextSize::kSmall, ink::kText);
-}
-
-void Panels::Flash(const Rgba& color) const {
-  const double width = screen_.width, height = screen_.height, thick = Px(16);
-  painter_.Box({0, 0, width, thick}, color, 0);
-  painter_.Box({0, height - thick, width, thick}, color, 0);
-  painter_.Box({0, 0, thick, height}, color, 0);
-  painter_.Box({width - thick, 0, thick, height}, color, 0);
-}
-
-// What the capture has to say, and what became of what it was asked.
-void Panels::Said(const std::string& words) const {
-  const double room = std::min<double>(0.45 * screen_.width, Px(600));  // between the panels
-  const Vector2d extent = painter_.Extent(words, TextSize::kSmall, room);
-  const Vector2d at(0.5 * (screen_.width - extent.x()), screen_.height - extent.y() - Px(96));
-  painter_.Box({at.x() - Px(10), at.y() - Px(6), extent.x() + Px(20), extent.y() + Px(12)}, kPanel, 6);
-  painter_.Text(at, words, TextSize::kSmall, ink::kCareful, room);
 }
 
 }  // namespace ulf

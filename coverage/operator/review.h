@@ -9,7 +9,7 @@
 
 #include "coverage/capture_state.h"
 #include "coverage/marker_mouse.h"
-#include "coverage/operator/surface.h"
+#include "render/display/surface.h"
 
 namespace ulf {
 

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <exception>
 #include <thread>
-#include <vector>
 
 #include "acquisition/error.h"
 
@@ -30,13 +29,6 @@ bool ShowWhile(const std::function<bool()>& goes_on, OperatorDisplay& display) {
     std::this_thread::sleep_until(next);
   }
   return true;
-}
-
-// What may not even be given back is kept to the end of the process.
-template <typename Thing>
-void Abandon(std::unique_ptr<Thing> thing) {
-  static auto* const abandoned = new std::vector<Thing*>;
-  abandoned->push_back(thing.release());
 }
 
 void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, CaptureFeed& feed,

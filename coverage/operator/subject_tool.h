@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "coverage/capture_state.h"
-#include "coverage/operator/surface.h"
 #include "coverage/operator/wishes.h"
+#include "render/display/surface.h"
 
 namespace ulf {
 

@@ -47,10 +47,10 @@ const std::map<std::string, std::set<std::string>> kOutside = {
       "acquisition/gphoto2/gphoto_camera", "acquisition/gphoto2/gphoto_device",
       "acquisition/gphoto2/gphoto_features", "acquisition/gphoto2/gphoto_options",
       "acquisition/gphoto2/photograph_downloads"}},
-    {"GLFW/", {"coverage/operator/surface"}},
-    {"X11/", {"coverage/operator/surface"}},
-    {"imgui.h", {"coverage/operator/painter"}},
-    {"backends/imgui_", {"coverage/operator/painter"}},
+    {"GLFW/", {"render/display/surface"}},
+    {"X11/", {"render/display/surface"}},
+    {"imgui.h", {"render/display/painter"}},
+    {"backends/imgui_", {"render/display/painter"}},
     {"CGAL/", {"render/spherical_delaunay", "render/planar_delaunay", "render/stereo/tetrahedra"}},
 };
 
@@ -129,7 +129,7 @@ TEST(Layering, FindsAPlantedClimb) {
            Case{"coverage/coverage_map.cpp", "#include \"coverage/criterion.h\"\n", false},
            Case{"coverage/operator/a.cpp", "#include <arv.h>\n", true},
            Case{"coverage/operator/operator_display.cpp", "#include <imgui.h>\n", true},
-           Case{"coverage/operator/painter.cpp", "#include <imgui.h>\n", false},
+           Case{"render/display/painter.cpp", "#include <imgui.h>\n", false},
            Case{"render/gl_context.cpp", "#include <GLFW/glfw3.h>\n", true},
            Case{"tracking/relative_pose.cpp", "#include <opengv/types.hpp>\n", true},
            Case{"tracking/opengv_bridge.cpp", "#include <opengv/types.hpp>\n", false},

@@ -1,4 +1,4 @@
-#include "coverage/operator/surface.h"
+#include "render/display/surface.h"
 
 #include <epoxy/gl.h>
 #include <fmt/core.h>

@@ -7,8 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "coverage/operator/overlay.h"
-#include "coverage/operator/palette.h"
+#include "render/display/shapes.h"
 
 namespace ulf {
 

@@ -1,8 +1,8 @@
-#include "coverage/operator/picture_window.h"
+#include "render/display/picture_window.h"
 
 #include <variant>
 
-#include "coverage/operator/painter.h"
+#include "render/display/painter.h"
 
 namespace ulf {
 

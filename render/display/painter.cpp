@@ -1,4 +1,4 @@
-#include "coverage/operator/painter.h"
+#include "render/display/painter.h"
 
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>

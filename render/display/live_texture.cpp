@@ -1,4 +1,4 @@
-#include "coverage/operator/live_texture.h"
+#include "render/display/live_texture.h"
 
 #include <epoxy/gl.h>
 

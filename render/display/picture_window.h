@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "coverage/operator/live_texture.h"
-#include "coverage/operator/surface.h"
+#include "render/display/live_texture.h"
+#include "render/display/surface.h"
 
 namespace ulf {
 

@@ -57,6 +57,13 @@ class SurfaceGone : public Error {
   using Error::Error;
 };
 
+// What may not even be given back is kept to the end of the process.
+template <typename Thing>
+void Abandon(std::unique_ptr<Thing> thing) {
+  static auto* const abandoned = new std::vector<Thing*>;
+  abandoned->push_back(thing.release());
+}
+
 class Surface {
  public:
   virtual ~Surface() = default;

@@ -1,0 +1,55 @@
+// Plain shapes, as values: what is drawn over a picture, whoever draws it.
+//
+// Places are in a picture, pixel centres at integer + 0.5. Widths, radii and text sizes are in points: pixels
+// of a screen of ordinary density.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace ulf {
+
+struct Rgba {
+  std::uint8_t r = 0, g = 0, b = 0, a = 255;
+  Rgba WithOpacity(double opacity) const;  // 0 to 1, times its own
+  bool operator==(const Rgba&) const = default;
+};
+Rgba Mix(const Rgba& from, const Rgba& to, double share);
+
+struct Polyline {
+  std::vector<Eigen::Vector2d> img;
+  double width = 1;
+  Rgba color;
+  bool closed = false;
+};
+// Convex.
+struct Polygon {
+  std::vector<Eigen::Vector2d> img;
+  Rgba color;
+};
+// One of many that lie side by side: its edges are not smoothed.
+struct Patch {
+  std::array<Eigen::Vector2d, 4> img;
+  Rgba color;
+};
+struct Spot {
+  Eigen::Vector2d img;
+  double radius = 1;
+  Rgba color;
+};
+struct Label {
+  Eigen::Vector2d img;
+  std::string text;
+  double size = 20;
+  Rgba color;
+  Eigen::Vector2d anchor{
+      0.5, 0.5};  // which point of the text is at `img`: 0,0 its upper left, 1,1 its lower right
+};
+using OverlayShape = std::variant<Polyline, Polygon, Patch, Spot, Label>;
+using Overlay = std::vector<OverlayShape>;  // in the order of drawing
+
+}  // namespace ulf
