@@ -14,13 +14,13 @@ using Eigen::Vector3d;
 // A triangle reaches up to this share of its farthest corner's depth towards the camera; the rest is cut off.
 constexpr double kNearShare = 1e-4;
 
-struct Polygon {
+struct CutPolygon {
   std::array<Vector3d, 4> corners;
   std::size_t count = 0;
 };
 
-Polygon CutNear(const std::array<Vector3d, 3>& corners, double near) {
-  Polygon cut;
+CutPolygon CutNear(const std::array<Vector3d, 3>& corners, double near) {
+  CutPolygon cut;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3d &a = corners[k], &b = corners[(k + 1) % 3];
     if (a.z() >= near) cut.corners[cut.count++] = a;
@@ -89,7 +89,7 @@ cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, co
                                           in_cam[t[2]].cast<double>()};
     const double farthest = std::max({corners[0].z(), corners[1].z(), corners[2].z()});
     if (!(farthest > 0)) continue;
-    const Polygon cut = CutNear(corners, kNearShare * farthest);
+    const CutPolygon cut = CutNear(corners, kNearShare * farthest);
     for (std::size_t k = 2; k < cut.count; ++k)
       DrawTriangle(cut.corners[0], cut.corners[k - 1], cut.corners[k], camera, inverse_depth);
   }

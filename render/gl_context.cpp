@@ -58,19 +58,25 @@ GlContext::Current::Current(const GlContext& context)
       previous_context_(eglGetCurrentContext()),
       previous_draw_(eglGetCurrentSurface(EGL_DRAW)),
       previous_read_(eglGetCurrentSurface(EGL_READ)) {
+  if (!display_) return;  // others' is current already
   if (previous_context_ != context.context_ &&
       !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_))
     throw Error("OpenGL: the context cannot be made current (EGL error {:#x})", eglGetError());
 }
 
 GlContext::Current::~Current() {
+  if (!display_) return;
   if (previous_context_ == EGL_NO_CONTEXT)
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   else
     eglMakeCurrent(previous_display_, previous_draw_, previous_read_, previous_context_);
 }
 
-GlContext::GlContext() {
+GlContext::GlContext(GlDoor door) {
+  if (door == GlDoor::kCurrent) {
+    device_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return;
+  }
   for (const EGLDisplay display : Displays()) {
     const EGLContext context = ContextOn(display);
     if (context == EGL_NO_CONTEXT) continue;

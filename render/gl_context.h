@@ -1,5 +1,5 @@
 // An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that gives
-// one, else on Mesa's software rasteriser.
+// one, else on Mesa's software rasteriser. Or the context of whoever calls, a window's.
 #pragma once
 
 #include <memory>
@@ -7,9 +7,14 @@
 
 namespace ulf {
 
+enum class GlDoor {
+  kOwn,      // a context of its own
+  kCurrent,  // the one that is current in this thread: it stays so and belongs to others
+};
+
 class GlContext {
  public:
-  GlContext();  // throws Error that says what was tried
+  explicit GlContext(GlDoor door = GlDoor::kOwn);  // throws Error that says what was tried
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
@@ -30,7 +35,7 @@ class GlContext {
 
  private:
   void* display_ = nullptr;
-  void* context_ = nullptr;
+  void* context_ = nullptr;  // null: others'
   std::string device_;
 };
 

@@ -3,10 +3,13 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "render/at.h"
+#include "render/embedded_shaders.h"
 #include "render/gl_renderer_state.h"
 #include "render/lumigraph_field.h"
 #include "render/reference_renderer.h"
@@ -37,6 +40,8 @@ void GlRenderer::State::Build() {
   views.Build(*scene);
   gaps_known.assign(scene->views.size(), !scene->views.front().photograph->linear());
   proxy.Build();
+  const std::string version = "#version 450 core\n";
+  show.Build("show", version + shaders::k_fullscreen_vert, version + shaders::k_show_frag);
 }
 
 // Whether that brought any news.
@@ -53,8 +58,8 @@ cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_fr
   return depth;
 }
 
-GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)
-    : state_(std::make_unique<State>(std::move(scene), options)) {
+GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options, GlDoor door)
+    : state_(std::make_unique<State>(std::move(scene), options, door)) {
   const GlContext::Current current(state_->context);
   state_->Build();
   state_->sights.Reset(state_->scene->views);
@@ -67,6 +72,7 @@ GlRenderer::~GlRenderer() {
   const GlContext::Current current(state_->context);
   State& s = *state_;
   s.programs.Release();
+  s.show.Release();
   s.photographs.Release();
   s.views.Release();
   for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.nearest_first, &s.needed}) buffer->Release();
@@ -139,6 +145,12 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
 bool GlRenderer::loading() const { return state_->lacks; }
 GlPhotographs::Counts GlRenderer::photograph_counts() const { return state_->photographs.counts(); }
 
+void GlRenderer::ShowField(bool show) {
+  if (show == state_->options.show_field) return;
+  state_->options.show_field = show;
+  state_->programs_stale = true;
+}
+
 FieldOptions GlRenderer::field() const { return state_->options.field; }
 std::string GlRenderer::Name() const { return "gl (" + state_->context.device() + ")"; }
 const RenderScene& GlRenderer::scene() const { return *state_->plain; }
@@ -148,6 +160,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   State& s = *state_;
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
+  s.last_camera = camera;
   const PlaneInCamera plane = s.scene->proxy->Background(cam_from_world);
   const auto triangles = s.scene->proxy->Triangles(camera, cam_from_world);
   if (std::exchange(s.programs_stale, false) || (triangles != nullptr) != s.has_triangles) {
@@ -191,6 +204,23 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   glFinish();
   CheckGl("drawing");
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void GlRenderer::Show(const DisplayTransform& transform) const {
+  State& s = *state_;
+  std::array<GLint, 4> viewport{};
+  glGetIntegerv(GL_VIEWPORT, viewport.data());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  s.show.Use();
+  s.show.Set("size", MakeVec4(s.last_camera.width, s.last_camera.height, viewport[2], viewport[3]));
+  s.show.Set("brighter", static_cast<float>(std::exp2(transform.exposure_stops)));
+  s.show.Set("hatches_doubt", transform.hatches_doubt ? 1 : 0);
+  s.show.Set("depth", 0.0f);
+  s.resolved.BindTexture(15);
+  s.no_vertices.Bind();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  CheckGl("showing the picture");
 }
 
 Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {

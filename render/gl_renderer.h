@@ -18,15 +18,24 @@
 // first let the graphics side mark those that pixels are going to need.
 #pragma once
 
+#include "render/gl_context.h"
 #include "render/gl_photographs.h"
 #include "render/renderer.h"
 
 namespace ulf {
 
+// How what was drawn is shown on a screen.
+struct DisplayTransform {
+  double exposure_stops = 0;
+  bool hatches_doubt = false;  // stripes, the stronger the less the confidence
+};
+
 class GlRenderer : public Renderer {
  public:
-  // Throws Error without OpenGL 4.5.
-  GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options);
+  // Throws Error without OpenGL 4.5. With kCurrent it draws in its caller's context, which is current
+  // whenever it is called and when it goes.
+  GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
+             GlDoor door = GlDoor::kOwn);
   ~GlRenderer() override;
 
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
@@ -42,6 +51,11 @@ class GlRenderer : public Renderer {
 
   // Draws and waits, without reading back: what an interactive viewer pays for a frame. Milliseconds.
   double Draw(const CameraModel& camera, const Rigid3& cam_from_world);
+  // What Draw() drew, in sRGB, onto the framebuffer that is bound in the caller's context, filling its
+  // viewport. Every pixel is written.
+  void Show(const DisplayTransform& transform) const;
+  // A colour for each view in place of its photograph, or not.
+  void ShowField(bool show);
 
  private:
   struct State;

@@ -32,6 +32,7 @@ struct GlRenderer::State {
   GlProxy proxy;
   GlSights sights;
   GlPrograms programs;
+  GlProgram show;
   GlBuffer triangles, fans, nearest_first, needed;
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
@@ -50,10 +51,13 @@ struct GlRenderer::State {
   EntryTable mesh_entries;
   std::unique_ptr<ApertureField> aperture_field;  // while there is an aperture, and a mesh
 
-  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options)
+  CameraModel last_camera;  // of the last frame
+
+  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlDoor door)
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
-        options(the_options) {}
+        options(the_options),
+        context(door) {}
 
   void Build();
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;

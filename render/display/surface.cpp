@@ -51,6 +51,8 @@ std::optional<Key> KeyOf(int glfw_key) {
       return Key::kPageUp;
     case GLFW_KEY_PAGE_DOWN:
       return Key::kPageDown;
+    case GLFW_KEY_HOME:
+      return Key::kHome;
     case GLFW_KEY_F1:
       return Key::kF1;
     case GLFW_KEY_F11:
@@ -100,9 +102,11 @@ class Window : public Surface {
       Of(window).Came(MouseButton{button, action == GLFW_PRESS});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double steps) {
-      const bool shift = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
-                         glfwGetKey(window, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
-      Of(window).Came(WheelTurned{steps, shift});
+      const auto held = [&](int left, int right) {
+        return glfwGetKey(window, left) == GLFW_PRESS || glfwGetKey(window, right) == GLFW_PRESS;
+      };
+      Of(window).Came(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
+                                  held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
     });
     glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Came(CloseAsked{}); });
   }

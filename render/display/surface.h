@@ -26,6 +26,7 @@ enum class Key {
   kDown,
   kPageUp,
   kPageDown,
+  kHome,
   kF1,
   kF11
 };
@@ -45,7 +46,7 @@ struct MouseButton {
 };
 struct WheelTurned {
   double steps = 0;  // away from the person: positive
-  bool shift = false;
+  bool shift = false, control = false;
 };
 struct CloseAsked {};
 using InputEvent = std::variant<KeyPressed, Typed, MouseMoved, MouseButton, WheelTurned, CloseAsked>;

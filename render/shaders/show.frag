@@ -1,0 +1,19 @@
+// What was drawn, for a screen: brightened, in sRGB, row 0 on top, and on request with stripes where it is in doubt.
+layout(binding = 15) uniform sampler2D resolved;  // linear light; alpha: confidence, negative where none
+uniform vec4 size;                                // of what was drawn, of the screen
+uniform float brighter;
+uniform bool hatches_doubt;
+out vec4 color;
+
+void main() {
+  vec2 at = gl_FragCoord.xy / size.zw;
+  vec4 drawn = texelFetch(resolved, ivec2(vec2(at.x, 1.0 - at.y) * size.xy), 0);
+  vec3 light = clamp(drawn.rgb * brighter, 0.0, 1.0);
+  vec3 srgb = mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, greaterThan(light, vec3(0.0031308)));
+  if (hatches_doubt) {
+    float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 16.0));
+    float doubt = 1.0 - clamp(drawn.a, 0.0, 1.0);
+    srgb = mix(srgb, mix(vec3(0.15), vec3(1.0, 0.55, 0.1), stripe), 0.7 * doubt);
+  }
+  color = vec4(srgb, 1.0);
+}

@@ -1,0 +1,99 @@
+#include "render/viewer/viewer_camera.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "render/camera_path.h"
+
+namespace ulf {
+
+using Eigen::Vector3d;
+
+namespace {
+
+const SceneView& NearestView(const RenderScene& scene, const Vector3d& eye_in_world) {
+  return *std::min_element(
+      scene.views.begin(), scene.views.end(), [&](const SceneView& a, const SceneView& b) {
+        return (a.center_in_world - eye_in_world).norm() < (b.center_in_world - eye_in_world).norm();
+      });
+}
+
+Vector3d RightOf(const ViewerCamera& camera) {
+  return camera.CamFromWorld().DirectionInSource(Vector3d::UnitX());
+}
+
+}  // namespace
+
+CameraModel ViewerCamera::For(const cv::Size& screen) const {
+  const double fills =
+      std::max(1.0 * screen.width / photograph.width, 1.0 * screen.height / photograph.height);
+  return CameraModel::Pinhole(screen.width, screen.height, zoom * fills * photograph.MeanFocalPx());
+}
+
+ViewerCamera StartingCamera(const RenderScene& scene) {
+  constexpr double kNearlyAlong = 0.95;
+  const Rigid3 middle = OrbitPath(scene, 1).cam_from_world.front();
+  ViewerCamera camera;
+  camera.eye_in_world = middle.OriginInSource();
+  camera.target_in_world = scene.subject.center_in_world;
+  const SceneView& nearest = NearestView(scene, camera.eye_in_world);
+  camera.photograph = nearest.camera.WithoutDistortion();
+  camera.up_in_world = scene.up_in_world.normalized();
+  const Vector3d forward = (camera.target_in_world - camera.eye_in_world).normalized();
+  if (std::abs(forward.dot(camera.up_in_world)) > kNearlyAlong)
+    camera.up_in_world = nearest.cam_from_world.DirectionInSource(-Vector3d::UnitY());
+  return camera;
+}
+
+ViewerCamera Orbited(ViewerCamera camera, double right, double up) {
+  const Vector3d axis = camera.up_in_world;
+  Vector3d arm = camera.eye_in_world - camera.target_in_world;
+  const double polar = std::atan2(arm.cross(axis).norm(), arm.dot(axis));
+  const double wanted =
+      std::clamp(polar - up, std::min(kLeastPolarRad, polar), std::max(M_PI - kLeastPolarRad, polar));
+  // To the camera's right is counter-clockwise about up, seen from above.
+  arm = Eigen::AngleAxisd(wanted - polar, RightOf(camera)) * arm;
+  arm = Eigen::AngleAxisd(right, axis) * arm;
+  camera.eye_in_world = camera.target_in_world + arm;
+  return camera;
+}
+
+ViewerCamera Panned(ViewerCamera camera, double right, double up) {
+  const Rigid3 cam_from_world = camera.CamFromWorld();
+  const Vector3d step = camera.Distance() * (right * cam_from_world.DirectionInSource(Vector3d::UnitX()) -
+                                             up * cam_from_world.DirectionInSource(Vector3d::UnitY()));
+  camera.eye_in_world += step;
+  camera.target_in_world += step;
+  return camera;
+}
+
+ViewerCamera MovedIn(ViewerCamera camera, double factor) {
+  camera.eye_in_world = camera.target_in_world + (camera.eye_in_world - camera.target_in_world) / factor;
+  return camera;
+}
+
+ViewerCamera Zoomed(ViewerCamera camera, double factor) {
+  camera.zoom = std::clamp(camera.zoom * factor, kLeastZoom, kMostZoom);
+  return camera;
+}
+
+ViewerCamera Ahead(const ViewerCamera& before, ViewerCamera now, int movements) {
+  constexpr double kMostTimes = 4, kMostTurn = 0.5;  // after a jump
+  const Vector3d arm_before = before.eye_in_world - before.target_in_world;
+  const Vector3d arm = now.eye_in_world - now.target_in_world;
+  Vector3d turn = movements * (arm.normalized() - arm_before.normalized());
+  if (turn.norm() > kMostTurn) turn *= kMostTurn / turn.norm();
+  const double farther =
+      std::clamp(std::pow(arm.norm() / arm_before.norm(), movements), 1 / kMostTimes, kMostTimes);
+  now.target_in_world += movements * (now.target_in_world - before.target_in_world);
+  now.eye_in_world = now.target_in_world + farther * arm.norm() * (arm.normalized() + turn).normalized();
+  return now;
+}
+
+ViewerCamera AtNearestView(ViewerCamera camera, const RenderScene& scene) {
+  camera.eye_in_world = NearestView(scene, camera.eye_in_world).center_in_world;
+  return camera;
+}
+
+}  // namespace ulf

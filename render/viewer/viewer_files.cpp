@@ -1,0 +1,79 @@
+#include "render/viewer/viewer_files.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/error.h"
+#include "acquisition/json_fields.h"
+
+namespace ulf {
+namespace {
+
+using nlohmann::json;
+
+json ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+json ReadKeyframes(const std::filesystem::path& file) {
+  json document;
+  try {
+    document = json::parse(ReadWholeFile(file));
+  } catch (const json::exception& error) {
+    throw Error("{}: not valid JSON: {}; keyframes are not added to it", file.string(), error.what());
+  }
+  if (!document.is_object() || !document.contains("keyframes") || !document["keyframes"].is_array())
+    throw Error("{}: holds no list of keyframes; move it away or give another folder with -o", file.string());
+  return document;
+}
+
+}  // namespace
+
+std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera& camera,
+                           const cv::Size& screen, const std::optional<Aperture>& aperture) {
+  json document{{"width", screen.width}, {"height", screen.height}, {"keyframes", json::array()}};
+  if (std::filesystem::exists(file)) document = ReadKeyframes(file);
+  json& keyframes = document["keyframes"];
+  double time_s = 0;
+  if (!keyframes.empty())
+    time_s =
+        JsonPlace{keyframes.back(), file.string() + ", the last keyframe"}.Number("time") + kKeyframeSeconds;
+  const double fov_rad = 2 * std::atan(0.5 * screen.width / camera.For(screen).fx);
+  const bool has_apertures = keyframes.empty() ? aperture.has_value() : keyframes[0].contains("aperture");
+  if (aperture && !has_apertures)
+    throw Error("{}: its keyframes have no aperture; close it (X), or move the file away", file.string());
+  json keyframe{{"time", time_s},
+                {"eye", ListOf(camera.eye_in_world)},
+                {"target", ListOf(camera.target_in_world)},
+                {"up", ListOf(camera.up_in_world)},
+                {"fov_deg", fov_rad * 180 / M_PI}};
+  if (has_apertures) {
+    const Aperture closed{.radius = 0, .focus_in_world = camera.target_in_world};
+    keyframe["aperture"] = aperture.value_or(closed).radius;
+    keyframe["focus"] = FocusDepth(aperture.value_or(closed), camera.CamFromWorld());
+  }
+  keyframes.push_back(std::move(keyframe));
+  WriteFileAtomically(file, document.dump(1) + "\n");
+  return keyframes.size();
+}
+
+void SavePicture(const std::filesystem::path& file, const cv::Mat& srgb8) {
+  std::vector<std::uint8_t> bytes;
+  const std::string ending = file.extension().string();
+  if (ending != ".png" && ending != ".jpg")
+    throw UsageError("{}: pictures of the viewer end in .png or .jpg", file.string());
+  if (!cv::imencode(ending, srgb8, bytes)) throw Error("{}: the picture cannot be encoded", file.string());
+  WriteFileAtomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+std::filesystem::path SaveNumbered(const std::filesystem::path& folder, const cv::Mat& srgb8) {
+  std::filesystem::path file;
+  for (int n = 0; file.empty() || std::filesystem::exists(file); ++n)
+    file = folder / fmt::format("ulf_view_{:03}.png", n);
+  SavePicture(file, srgb8);
+  return file;
+}
+
+}  // namespace ulf

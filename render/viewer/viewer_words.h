@@ -1,0 +1,24 @@
+// What the viewer says, as values.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "render/display/plain_panels.h"
+#include "render/viewer/viewer_state.h"
+
+namespace ulf {
+
+struct ViewerFigures {
+  std::size_t views = 0;
+  FieldOptions field;  // that is used, which may not be what was asked
+  std::string proxy;
+  double focus_depth = 0;  // of the focal plane, along the optical axis
+  bool loading = false;    // of this picture some photographs are still being read
+  double frame_ms = 0;     // the last frame, all of it; 0: none yet
+  double picture_ms = 0;   // of that the light field
+};
+
+std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures);
+
+}  // namespace ulf

@@ -1,0 +1,150 @@
+#include "render/viewer/where_am_i.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "render/viewer/viewer_camera.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+const Rgba kSphere{40, 42, 48, 200}, kRim{235, 235, 235, 160};
+const Rgba kCovered{70, 190, 90, 150}, kCoveredBehind{70, 190, 90, 60};
+const Rgba kView{255, 255, 255, 220}, kViewBehind{255, 255, 255, 70};
+const Rgba kCamera{235, 30, 40}, kCameraRim{255, 255, 255};
+
+double AngleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// The median over the views of the angle to the nearest other one; of many views to some.
+double MedianSpacing(const std::vector<Vector3d>& directions) {
+  if (directions.size() < 2) return 0;
+  constexpr std::size_t kSample = 100;
+  const std::size_t stride = std::max<std::size_t>(1, directions.size() / kSample);
+  std::vector<double> least;
+  for (std::size_t i = 0; i < directions.size(); i += stride) {
+    double nearest = M_PI;
+    for (std::size_t j = 0; j < directions.size(); ++j)
+      if (j != i) nearest = std::min(nearest, AngleBetween(directions[i], directions[j]));
+    least.push_back(nearest);
+  }
+  std::nth_element(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2), least.end());
+  return least[least.size() / 2];
+}
+
+std::vector<Vector2d> Circle(const Vector2d& middle, double radius) {
+  constexpr int kCorners = 48;
+  std::vector<Vector2d> circle;
+  for (int i = 0; i < kCorners; ++i) {
+    const double phase = 2 * M_PI * i / kCorners;
+    circle.push_back(middle + radius * Vector2d(std::cos(phase), std::sin(phase)));
+  }
+  return circle;
+}
+
+Patch Square(const Vector2d& middle, double half, const Rgba& color) {
+  return {{middle + Vector2d(-half, -half), middle + Vector2d(half, -half), middle + Vector2d(half, half),
+           middle + Vector2d(-half, half)},
+          color};
+}
+
+}  // namespace
+
+WhereAmI::WhereAmI(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
+  const ViewerCamera start = StartingCamera(scene);
+  Rigid3 look = start.CamFromWorld();
+  std::vector<double> distances;
+  int behind = 0;
+  for (const SceneView& view : scene.views) {
+    const Vector3d arm = view.center_in_world - subject_.center_in_world;
+    if (!(arm.norm() > 0)) continue;
+    distances.push_back(arm.norm());
+    directions_.push_back(arm.normalized());
+    behind += arm.dot(start.eye_in_world - start.target_in_world) < 0;
+  }
+  constexpr double kFromAboveRad = 20 * M_PI / 180;
+  if (4 * behind > static_cast<int>(directions_.size()))
+    look = Orbited(start, 0, kFromAboveRad).CamFromWorld();
+  right_ = look.DirectionInSource(Vector3d::UnitX());
+  up_ = look.DirectionInSource(-Vector3d::UnitY());
+  towards_ = look.DirectionInSource(-Vector3d::UnitZ());
+  nearest_ = *std::min_element(distances.begin(), distances.end());
+  farthest_ = *std::max_element(distances.begin(), distances.end());
+  spacing_rad_ = MedianSpacing(directions_);
+}
+
+WhereAmI::Place WhereAmI::Of(const Vector3d& direction, double size) const {
+  constexpr double kRadius = 0.46;  // of the picture
+  const Vector3d unit = direction.normalized();
+  return {size * (Vector2d(0.5, 0.5) + kRadius * Vector2d(unit.dot(right_), -unit.dot(up_))),
+          unit.dot(towards_) >= 0};
+}
+
+Overlay WhereAmI::Draw(const Vector3d& eye, double size) const {
+  Overlay behind, before;
+  for (const Triangle& t : mesh_.triangles) {
+    std::array<Vector2d, 3> img;
+    int in_front = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& vertex = mesh_.vertices[static_cast<std::size_t>(t[k])];
+      const Place place = Of(vertex.position_in_world - subject_.center_in_world, size);
+      img[k] = place.img;
+      in_front += place.front;
+    }
+    const bool front = in_front >= 2;
+    (front ? before : behind)
+        .emplace_back(Patch{{img[0], img[1], img[2], img[2]}, front ? kCovered : kCoveredBehind});
+  }
+  for (const Vector3d& direction : directions_) {
+    const Place place = Of(direction, size);
+    (place.front ? before : behind).emplace_back(Square(place.img, 1, place.front ? kView : kViewBehind));
+  }
+  Overlay all{Polygon{Circle({0.5 * size, 0.5 * size}, 0.46 * size), kSphere}};
+  all.insert(all.end(), behind.begin(), behind.end());
+  all.insert(all.end(), before.begin(), before.end());
+  all.emplace_back(Polyline{Circle({0.5 * size, 0.5 * size}, 0.46 * size), 1.5, kRim, true});
+  const Place camera = Of(eye - subject_.center_in_world, size);
+  if (camera.front) {
+    all.emplace_back(Spot{camera.img, 6, kCameraRim});
+    all.emplace_back(Spot{camera.img, 4.5, kCamera});
+  } else {
+    all.emplace_back(Polyline{Circle(camera.img, 5), 2, kCamera, true});
+  }
+  return all;
+}
+
+double WhereAmI::Spacing() const {
+  constexpr double kLeastShare = 1e-3;  // of the distance: views may share a centre
+  return std::max(spacing_rad_, kLeastShare) * std::max(farthest_, subject_.radius);
+}
+
+bool WhereAmI::IsOutside(const Vector3d& direction) const {
+  if (mesh_.span == Span::kSurface) return !InsideHull(mesh_, direction);
+  constexpr double kSpacings = 2;
+  constexpr double kLeastRad = 1 * M_PI / 180;
+  const double allowed = std::max(kLeastRad, kSpacings * spacing_rad_);
+  return std::none_of(directions_.begin(), directions_.end(),
+                      [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
+}
+
+std::string WhereAmI::Warning(const Vector3d& eye) const {
+  constexpr double kMargin = 1.02;  // standing on a view is not outside
+  const Vector3d arm = eye - subject_.center_in_world;
+  const double distance = arm.norm();
+  if (distance < subject_.radius) return "inside the subject's sphere";
+  std::string warning;
+  const auto add = [&](const std::string& words) { warning += (warning.empty() ? "" : "; ") + words; };
+  if (IsOutside(arm)) add("outside the recorded views: the nearest ones are stretched");
+  if (distance * kMargin < nearest_)
+    add(fmt::format("{:.1f} times nearer than any view", nearest_ / distance));
+  if (distance > farthest_ * kMargin)
+    add(fmt::format("{:.1f} times farther than any view", distance / farthest_));
+  return warning;
+}
+
+}  // namespace ulf
