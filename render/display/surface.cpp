@@ -76,16 +76,20 @@ class Window : public Surface {
     // A thread can have no context of EGL's beside one of GLX's; the renderers' are EGL's.
     for (const int door : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
       glfwWindowHint(GLFW_CONTEXT_CREATION_API, door);
-      window_ = glfwCreateWindow(points.width, points.height, title.c_str(), nullptr, nullptr);
+      window_ = glfwCreateWindow(points.width, points.height, "", nullptr, nullptr);
       if (window_) break;
+      RequireServer();
     }
     if (!window_) {
       const std::string reason = LastGlfwError();
-      RequireServer();
       glfwTerminate();
       throw Error("no window with OpenGL 4.5: {}", reason);
     }
     glfwMakeContextCurrent(window_);
+    // Not before: Mesa 22.3 crashes where a server ends while a window is being given its OpenGL, and by its
+    // title a window is found.
+    glfwSetWindowTitle(window_, title.c_str());
+    RequireServer();
     glfwSwapInterval(0);  // whoever draws has a clock of its own
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
