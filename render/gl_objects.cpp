@@ -151,9 +151,10 @@ void GlTarget::Bind() const {
   glViewport(0, 0, width_, height_);
 }
 
-void GlTarget::Clear(float value) const {
-  const std::array<float, 4> values{value, value, value, value};
-  glClearNamedFramebufferfv(framebuffer_, GL_COLOR, 0, values.data());
+void GlTarget::Clear(float value) const { Clear({value, value, value, value}); }
+
+void GlTarget::Clear(const std::array<float, 4>& rgba) const {
+  glClearNamedFramebufferfv(framebuffer_, GL_COLOR, 0, rgba.data());
 }
 
 void GlTarget::ClearDepth(float value) const {

@@ -73,6 +73,7 @@ class GlTarget {
   void Resize(int width, int height, const GlDepth* depth = nullptr);
   void Bind() const;
   void Clear(float value) const;
+  void Clear(const std::array<float, 4>& rgba) const;
   void ClearDepth(float value) const;  // 0 nearest to 1 farthest
   void BindTexture(unsigned unit) const;
   unsigned texture() const { return texture_; }

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <numeric>
 #include <opencv2/core/utility.hpp>
+#include <optional>
 
 #include "render/at.h"
 #include "render/gl_renderer_state.h"
@@ -20,6 +21,10 @@ bool HasGaps(const cv::Mat& halves) {
     for (int x = 0; x < halves.cols; ++x)
       if (!(static_cast<float>(halves.at<cv::Vec<cv::float16_t, 4>>(y, x)[3]) > 0)) return true;
   return false;
+}
+
+void DrawTiles(std::size_t count) {
+  if (count > 0) glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
 }
 
 }  // namespace
@@ -42,13 +47,14 @@ void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const 
 }
 
 // Of the candidates those that the shader marks over what is bound, in their order.
-std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates) {
+std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates,
+                                           const std::function<void()>& draw) {
   needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
   needed.BindStorage(3);
   mark.Use();
   no_vertices.Bind();
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  draw();
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   const std::vector<std::int32_t> marks = needed.Read(scene->views.size());
   std::vector<int> marked;
@@ -79,7 +85,7 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   if (!has_all || !sights.HasAll(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
-    do of_views = Marked(programs.mark_lumigraph(), all);
+    do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
     while (ProvideSights(of_views));
   }
   OverPhotographs(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
@@ -114,14 +120,40 @@ bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
   return news;
 }
 
+// Tells the fill's shaders which views to look through where; in how many tiles.
+std::size_t GlRenderer::State::SetTiles(const std::vector<int>& in_order, const CameraModel& camera,
+                                        const Rigid3& cam_from_world, const PlaneInCamera& plane,
+                                        bool marks) {
+  // A view that nothing hides anything from, with light all over its photograph, ends the search.
+  const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
+  const ViewTiles of_views = tiler.Tile(
+      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles.get()}, [&](int view) {
+        return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
+      });
+  struct GpuTile {
+    Vec4 clip;
+    std::array<std::int32_t, 4> views;
+  };
+  std::vector<GpuTile> gpu_tiles;
+  for (const ViewTiles::Tile& tile : of_views.tiles) {
+    const auto clip = [](int px, int size) { return 2.0 * px / size - 1; };
+    gpu_tiles.push_back({MakeVec4(clip(tile.px.x, camera.width), clip(tile.px.y, camera.height),
+                                  clip(tile.px.br().x, camera.width), clip(tile.px.br().y, camera.height)),
+                         {tile.first, tile.end, 0, 0}});
+  }
+  tiles.Upload(gpu_tiles);
+  tiles.BindStorage(1);
+  nearest_first.Upload(of_views.views);
+  nearest_first.BindStorage(4);
+  return gpu_tiles.size();
+}
+
 // Of all views, nearest first, those that pixels which nothing covered may need; the target is bound and its
 // depth is set.
 std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
                                                   const PlaneInCamera& plane) {
   if (!options.fill && options.field.kind != FieldKind::kNearest) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
-  nearest_first.Upload(order);
-  nearest_first.BindStorage(4);
   const bool has_all = options.show_field || photographs.HasAll(views.Wishes(order));
   if (has_all && sights.HasAll(order)) return order;
   if (!options.complete && lacks) {  // first what covers
@@ -131,13 +163,13 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   const GlProgram& mark = programs.mark_fill();
   SetCommon(mark, camera, plane);
   mark.Set("depth", 0.0f);
-  mark.Set("first", 0);
-  mark.Set("end", static_cast<int>(order.size()));
-  std::vector<int> marked = Marked(mark, order);
+  const std::size_t count = SetTiles(order, camera, cam_from_world, plane, true);
+  const auto draw = [&] { DrawTiles(count); };
+  std::vector<int> marked = Marked(mark, order, draw);
   const bool looks_for_gaps = options.complete && !options.show_field;
   while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
     views.TellSights(*scene, sights);
-    marked = Marked(mark, order);
+    marked = Marked(mark, order, draw);
   }
   return marked;
 }
@@ -147,6 +179,7 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
                                 const PlaneInCamera& plane) {
   const bool nearest_is_the_field = options.field.kind == FieldKind::kNearest;
   resolved.Bind();
+  resolved.Clear({0, 0, 0, -2});  // where no view has anything
   resolved.ClearDepth(0);
   no_vertices.Bind();
   glEnable(GL_DEPTH_TEST);
@@ -164,14 +197,13 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_GREATER);
   const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
-  nearest_first.Upload(of_views);
-  nearest_first.BindStorage(4);
+  std::optional<std::size_t> count;
   OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
+    if (!count)
+      count = SetTiles(of_views, camera, cam_from_world, plane, false);  // what is there is known now
     const GlProgram& program = programs.Fill(arrays);
     SetCommon(program, camera, plane);
     program.Set("depth", 0.0f);
-    program.Set("first", static_cast<int>(first));
-    program.Set("end", static_cast<int>(end));
     program.Set("nearest_is_the_field", nearest_is_the_field ? 1 : 0);
     program.Set("goes_on", first > 0 ? 1 : 0);
     program.Set("last", end == of_views.size() ? 1 : 0);
@@ -179,7 +211,7 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
       glTextureBarrier();
       resolved.BindTexture(kBeforeUnit);
     }
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    DrawTiles(*count);
   });
   glDepthMask(GL_TRUE);
   glDisable(GL_DEPTH_TEST);

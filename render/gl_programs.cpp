@@ -31,7 +31,7 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
       head + "#define MARK\n" + shaders::k_view_glsl + shaders::k_common_glsl + shaders::k_views_glsl;
   mark_lumigraph_.Build("mark lumigraph", head + shaders::k_fullscreen_vert,
                         marking + shaders::k_lumigraph_frag);
-  mark_fill_.Build("mark fill", head + shaders::k_fullscreen_vert, marking + shaders::k_fill_frag);
+  mark_fill_.Build("mark fill", head + shaders::k_fill_vert, marking + shaders::k_fill_frag);
 }
 
 std::string GlPrograms::Head(int arrays) const {
@@ -55,7 +55,7 @@ const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
   const std::string with_views =
       Head(arrays) + shaders::k_view_glsl + shaders::k_common_glsl + shaders::k_views_glsl;
   made.lumigraph.Build("lumigraph", vertices, with_views + shaders::k_lumigraph_frag);
-  made.fill.Build("fill", vertices, with_views + shaders::k_fill_frag);
+  made.fill.Build("fill", Head(arrays) + shaders::k_fill_vert, with_views + shaders::k_fill_frag);
   return made;
 }
 

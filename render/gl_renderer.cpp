@@ -75,7 +75,7 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.nearest_first, &s.needed}) buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.nearest_first, &s.needed}) buffer->Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();
@@ -167,6 +167,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
     s.has_triangles = triangles != nullptr;
     s.programs.Build(*s.scene, s.options.show_field, s.has_triangles);
   }
+  s.proxy_triangles = triangles;
   if (triangles) {
     s.proxy.Draw(triangles, camera, cam_from_world, plane.offset);
     s.proxy.BindDepth(kProxyDepthUnit);

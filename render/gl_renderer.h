@@ -11,7 +11,8 @@
 // lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a grid
 // and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at every
 // pixel over all views. Rings of a wide aperture are added to the field. A last pass divides by the sum of
-// weights and fills what nothing covered.
+// weights and fills what nothing covered, looking in each tile of the picture through the views that have it
+// in their images (render/view_tiles).
 //
 // What is added up at a pixel is added in the order of views, so that a picture whose photographs are not
 // there all at once, and which is drawn in several passes, is the same to the last bit. Passes over all views

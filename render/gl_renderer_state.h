@@ -18,6 +18,7 @@
 #include "render/gl_triangles.h"
 #include "render/gl_views.h"
 #include "render/mesh_field.h"
+#include "render/view_tiles.h"
 
 namespace ulf {
 
@@ -33,7 +34,9 @@ struct GlRenderer::State {
   GlSights sights;
   GlPrograms programs;
   GlProgram show;
-  GlBuffer triangles, fans, nearest_first, needed;
+  GlBuffer triangles, fans, tiles, nearest_first, needed;
+  ViewTiler tiler;
+  std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
   GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F};
@@ -57,7 +60,8 @@ struct GlRenderer::State {
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
         options(the_options),
-        context(door) {}
+        context(door),
+        tiler(plain->views) {}
 
   void Build();
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
@@ -73,7 +77,10 @@ struct GlRenderer::State {
   std::size_t MakeThere(std::span<const int> of_views);
   using DrawSome = std::function<void(std::size_t first, std::size_t end, int arrays)>;
   void OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw);
-  std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates);
+  std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates,
+                          const std::function<void()>& draw);
+  std::size_t SetTiles(const std::vector<int>& in_order, const CameraModel& camera,
+                       const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
   bool LearnGaps(const std::vector<int>& of_views);
   std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
                                  const PlaneInCamera& plane);

@@ -3,9 +3,8 @@
 // passes, when photographs are not there all at once: -1.5 filled by a view from which the proxy hides it.
 // With MARK nothing is drawn: which views would be needed is marked, whether their photographs are there or not, and
 // those of which it is not known yet what the proxy hides from them.
-layout(std430, binding = 4) readonly buffer NearestFirst { int nearest_first[]; };
-uniform int first;  // of nearest_first, to be looked at now
-uniform int end;
+layout(std430, binding = 4) readonly buffer NearestFirst { int nearest_first[]; };  // of each tile
+flat in ivec2 looks_through;  // of nearest_first
 uniform bool nearest_is_the_field;
 
 #ifdef MARK
@@ -17,7 +16,7 @@ void main() {
   vec3 point = ray * DepthOf(ray);
   bool filled = false;
   int unknown = 0;
-  for (int n = first; n < end; ++n) {
+  for (int n = looks_through.x; n < looks_through.y; ++n) {
     int i = nearest_first[n];
     vec2 img;
     vec3 in_view = InView(views[i], point);
@@ -50,7 +49,7 @@ void main() {
   if (color.a > -1.25) return;
   vec3 ray = RayOfPixel();
   vec3 point = ray * DepthOf(ray);
-  for (int n = first; n < end; ++n) {
+  for (int n = looks_through.x; n < looks_through.y; ++n) {
     int i = nearest_first[n];
 #ifndef SHOW_FIELD
     if (views[i].place.x < 0) continue;

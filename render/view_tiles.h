@@ -1,0 +1,56 @@
+// Which recorded views have which part of a picture in their images: where a pixel looks through views until
+// one sees its point, all others need not be looked at. Conservative, by the half-spaces of the views'
+// images; where no view has anything there is no tile.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/proxy.h"
+#include "render/scene.h"
+#include "render/triangle_mesh.h"
+
+namespace ulf {
+
+struct ViewTiles {
+  struct Tile {
+    cv::Rect px;
+    int first = 0, end = 0;  // of `views`
+  };
+  std::vector<Tile> tiles;  // do not overlap
+  std::vector<int> views;   // of each tile in the order in which they are looked through
+};
+
+class ViewTiler {
+ public:
+  explicit ViewTiler(const std::vector<SceneView>& views);
+
+  // What pixels of the picture show: the plane, and before or behind it points of triangles.
+  struct Picture {
+    CameraModel camera;  // without distortion
+    Rigid3 cam_from_world;
+    PlaneInCamera plane;
+    const TriangleMesh* triangles = nullptr;
+  };
+  // `ends`: a pixel needs none of the views behind one that has it in its image.
+  ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
+                 const std::function<bool(int view)>& ends);
+
+ private:
+  // Of what an image has the slopes x/z and y/z; none where it reaches to the side of the camera.
+  struct Slopes {
+    Eigen::Vector2d low, high;
+  };
+  static std::optional<Slopes> SlopesOf(const CameraModel& camera);
+  void Surround(const TriangleMesh* triangles);
+
+  std::vector<std::optional<Slopes>> slopes_;
+  const TriangleMesh* surrounded_ = nullptr;
+  Eigen::AlignedBox3f box_;  // of the triangles
+};
+
+}  // namespace ulf
