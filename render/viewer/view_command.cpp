@@ -172,7 +172,8 @@ int RunView(const ViewArgs& args) {
                                       ViewerOptions{.field = field,
                                                     .proxies = ProxiesOf(args, scene->subject),
                                                     .out = args.out,
-                                                    .gpu_memory_mb = args.gpu_memory_mb});
+                                                    .gpu_memory_mb = args.gpu_memory_mb,
+                                                    .keeps_up = args.screenshot.empty()});
     Open(args.aperture, surface->Size(), *viewer);
     Report(args, *viewer, Show(args, start, *surface, *viewer));
   } catch (const SurfaceGone& gone) {

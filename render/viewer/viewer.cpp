@@ -17,9 +17,15 @@ namespace {
 constexpr std::size_t kFramesRemembered = 1000;
 constexpr double kUntilMoreIsReadSeconds = 0.02;
 constexpr int kFramesAhead = 10;
+constexpr double kRestSeconds = 0.2;  // without a move
 
-double MsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+double SteadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool Moves(const ViewerState& before, const ViewerState& now) {
+  return before.camera != now.camera || before.aperture != now.aperture ||
+         before.focus_in_world != now.focus_in_world;
 }
 
 ViewerState StartOf(const RenderScene& scene, const FieldOptions& field) {
@@ -49,12 +55,14 @@ Viewer::Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const
       coarse_mesh_(scene_, 0),
       input_(StartOf(*scene_, options.field), static_cast<int>(options.proxies.size()), where_.Spacing()) {
   proxies_.front() = renderer_->scene().proxy;
+  if (!options_.seconds) options_.seconds = SteadySeconds;
 }
 
 bool Viewer::Step(double patience_s) {
   const bool was_loading = frames_ > 0 && loading();
-  const std::vector<InputEvent> events =
-      surface_.TakeEvents(was_loading ? std::min(patience_s, kUntilMoreIsReadSeconds) : patience_s);
+  if (was_loading) patience_s = std::min(patience_s, kUntilMoreIsReadSeconds);
+  if (IsReduced()) patience_s = std::clamp(moved_s_ + kRestSeconds - options_.seconds(), 0.0, patience_s);
+  const std::vector<InputEvent> events = surface_.TakeEvents(patience_s);
   for (const InputEvent& event : events) {
     if (std::holds_alternative<KeyPressed>(event) || std::holds_alternative<Typed>(event) ||
         std::holds_alternative<MouseButton>(event))
@@ -67,7 +75,10 @@ bool Viewer::Step(double patience_s) {
     if (!screen.empty()) Obey(wish);
   }
   if (screen.empty()) return true;  // iconified
-  if (stale_ || was_loading || shown_ != input_.state() || shown_size_ != screen) Draw();
+  const bool moves = shown_ && Moves(*shown_, input_.state());
+  const bool rests = IsReduced() && !moves && options_.seconds() >= moved_s_ + kRestSeconds;
+  if (stale_ || was_loading || rests || shown_ != input_.state() || shown_size_ != screen)
+    Draw(moves || (IsReduced() && !rests));
   return true;
 }
 
@@ -144,20 +155,26 @@ void Viewer::FocusOn(const Eigen::Vector2d& img) {
 
 // ---- drawing
 
-void Viewer::Draw() {
-  const auto start = std::chrono::steady_clock::now();
-  Paint();
+void Viewer::Draw(bool moves) {
+  const double start_s = options_.seconds();
+  if (moves && shown_ && Moves(*shown_, state())) moved_s_ = start_s;
+  const cv::Size screen = surface_.Size();
+  Paint(moves && options_.keeps_up ? moving_size_.For(screen) : screen);
   surface_.Present();
-  frame_ms_.push_back(MsSince(start));
+  const double end_s = options_.seconds();
+  frame_ms_.push_back(1000 * (end_s - start_s));
   if (frame_ms_.size() > kFramesRemembered) frame_ms_.erase(frame_ms_.begin());
+  last_frame_picture_ms_ = picture_ms_;
+  moving_size_.Took(frame_ms_.back(), drawn_size_, screen);
   ++frames_;
   shown_ = state();
-  shown_size_ = surface_.Size();
+  shown_size_ = screen;
   stale_ = false;
 }
 
-void Viewer::Paint() {
-  const auto start = std::chrono::steady_clock::now();
+void Viewer::Paint(const cv::Size& drawn_size) {
+  const double start_s = options_.seconds();
+  drawn_size_ = drawn_size;
   SwitchOver();
   const cv::Size screen = surface_.Size();
   const ViewerState now = state();
@@ -167,10 +184,10 @@ void Viewer::Paint() {
     const ViewerCamera ahead = Ahead(shown_->camera, now.camera, kFramesAhead);
     renderer_->Prefetch(ahead.For(screen), ahead.CamFromWorld());
   }
-  renderer_->Draw(camera, cam_from_world);
+  renderer_->Draw(now.camera.For(drawn_size), cam_from_world);
   surface_.Bind();
   renderer_->Show({.exposure_stops = now.exposure_stops, .hatches_doubt = now.shows_doubt});
-  picture_ms_ = MsSince(start);
+  picture_ms_ = 1000 * (options_.seconds() - start_s);
   painter_.Begin(screen, ScaleOf(surface_));
   DrawOverlays(camera, cam_from_world);
   painter_.End();
@@ -222,8 +239,9 @@ void Viewer::DrawWords(const PlainPanels& panels) {
                                      .focus_depth = FocusDepth({.focus_in_world = state().focus_in_world},
                                                                state().camera.CamFromWorld()),
                                      .loading = loading(),
+                                     .drawn_size = drawn_size_ == surface_.Size() ? cv::Size() : drawn_size_,
                                      .frame_ms = frame_ms,
-                                     .picture_ms = picture_ms_}));
+                                     .picture_ms = last_frame_picture_ms_}));
   const std::string warning = where_.Warning(state().camera.eye_in_world);
   if (!warning.empty()) panels.Instruction(warning, ink::kCareful);
   if (!said_.empty()) panels.Said(said_);
@@ -233,7 +251,7 @@ void Viewer::DrawWords(const PlainPanels& panels) {
 // ---- files
 
 void Viewer::SavePicture() {
-  do Paint();  // what a window has presented is nobody's
+  do Paint(surface_.Size());  // what a window has presented is nobody's
   while (loading());
   Say(SaveNumbered(options_.out, surface_.Read()).string());
 }

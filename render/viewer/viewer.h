@@ -13,6 +13,7 @@
 #include "render/display/surface.h"
 #include "render/gl_renderer.h"
 #include "render/mesh_field.h"
+#include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_state.h"
 #include "render/viewer/where_am_i.h"
 
@@ -26,9 +27,11 @@ struct OfferedProxy {
 
 struct ViewerOptions {
   FieldOptions field;
-  std::vector<OfferedProxy> proxies;  // not empty; the first is shown
-  std::filesystem::path out = ".";    // where pictures and keyframes go
-  double gpu_memory_mb = 0;           // RenderOptions::gpu_memory_mb
+  std::vector<OfferedProxy> proxies;     // not empty; the first is shown
+  std::filesystem::path out = ".";       // where pictures and keyframes go
+  double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
+  bool keeps_up = true;                  // while the camera moves it is drawn as large as keeps up with that
+  std::function<double()> seconds = {};  // a clock; null: the steady one
 };
 
 class Viewer {
@@ -36,8 +39,9 @@ class Viewer {
   // The surface's context is current, and stays so.
   Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const ViewerOptions& options);
 
-  // Takes what has been pressed, waits up to `patience_s` for it, and draws what has changed, or what has
-  // been read of photographs that the last picture lacked. False once the person leaves.
+  // Takes what has been pressed, waits up to `patience_s` for it, and draws what has changed, what has been
+  // read of photographs that the last picture lacked, or what was drawn smaller while the camera moved and
+  // now rests. False once the person leaves.
   bool Step(double patience_s);
 
   const ViewerState& state() const { return input_.state(); }
@@ -46,6 +50,7 @@ class Viewer {
   bool loading() const { return renderer_->loading(); }
   const GlRenderer& renderer() const { return *renderer_; }
   int frames() const { return frames_; }
+  const cv::Size& drawn_size() const { return drawn_size_; }         // of the light field in the last frame
   const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last ones
 
  private:
@@ -53,8 +58,9 @@ class Viewer {
   void SwitchOver();
   void FocusOn(const Eigen::Vector2d& img);
   void TakeProxy(std::size_t index);
-  void Draw();
-  void Paint();  // onto the surface, without showing it
+  bool IsReduced() const { return frames_ > 0 && drawn_size_ != shown_size_; }
+  void Draw(bool moves);
+  void Paint(const cv::Size& drawn_size);  // onto the surface, without showing it
   void DrawOverlays(const CameraModel& camera, const Rigid3& cam_from_world);
   void DrawWords(const PlainPanels& panels);
   void DrawFocus(const CameraModel& camera, const Rigid3& cam_from_world);
@@ -79,8 +85,12 @@ class Viewer {
   cv::Size shown_size_;
   bool stale_ = true;
   std::string said_;  // until something is pressed
+  MovingSize moving_size_;
+  cv::Size drawn_size_;
+  double moved_s_ = 0;  // when the camera has moved last
   int frames_ = 0;
-  double picture_ms_ = 0;
+  double picture_ms_ = 0;             // of the frame that is being drawn
+  double last_frame_picture_ms_ = 0;  // of the one that frame_ms_ ends with
   std::vector<double> frame_ms_;
 };
 

@@ -32,6 +32,9 @@ std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures
   if (state.camera.zoom != 1) items.push_back({fmt::format("zoom {:.2f}", state.camera.zoom)});
   if (state.exposure_stops != 0) items.push_back({fmt::format("{:+.2f} stops", state.exposure_stops)});
   if (figures.loading) items.push_back({"reading photographs", ink::kCareful});
+  if (!figures.drawn_size.empty())
+    items.push_back(
+        {fmt::format("drawn at {}x{} while it moves", figures.drawn_size.width, figures.drawn_size.height)});
   if (figures.frame_ms > 0)
     items.push_back(
         {fmt::format("{:.1f} ms a frame, {:.1f} the light field; {:.{}f} frames/s", figures.frame_ms,

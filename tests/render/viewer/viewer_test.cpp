@@ -15,7 +15,9 @@
 #include "render/picture_files.h"
 #include "render/viewer/key_names.h"
 #include "render/viewer/mesh_view.h"
+#include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_files.h"
+#include "render/viewer/viewer_words.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
@@ -43,6 +45,7 @@ struct Stage {
   }
   static ViewerOptions WithProxies(ViewerOptions options) {
     if (options.proxies.empty()) options.proxies = {PlaneAt("plane", 0), PlaneAt("elsewhere", 1)};
+    if (!options.seconds) options.keeps_up = false;  // whatever this machine takes
     return options;
   }
   cv::Mat Press(const std::string& keys) {
@@ -154,6 +157,99 @@ TEST(Viewer, DrawsWhenSomethingHasChangedAndNotOtherwise) {
   EXPECT_TRUE(stage.surface.full_screen());
   stage.surface.Push(CloseAsked{});
   EXPECT_FALSE(stage.viewer.Step(0));
+}
+
+// However slow frames are: every look at the clock takes so long.
+struct SlowClock {
+  double now = 0, seconds_a_look = 0;
+};
+
+TEST(Viewer, MovesSmallerWhereFramesAreSlowAndRestsInFull) {
+  SlowClock clock;
+  ViewerOptions options;
+  options.seconds = [&] { return clock.now += clock.seconds_a_look; };
+  Stage stage({192, 144}, MakeScene(kSpec), options);
+  const cv::Mat full = stage.Press("Left");
+  clock.seconds_a_look = 0.05;
+  const auto move = [&](Key key) {
+    stage.surface.Push(KeyPressed{key});
+    stage.viewer.Step(0);
+    return stage.viewer.drawn_size();
+  };
+  for (int i = 0; i < 6; ++i) move(i % 2 ? Key::kLeft : Key::kRight);
+  EXPECT_EQ(stage.viewer.drawn_size(), cv::Size(48, 36)) << "a quarter at least";
+  clock.seconds_a_look = 0;
+  move(Key::kRight);
+  move(Key::kLeft);
+  const int frames = stage.viewer.frames();
+  const auto read = [&] {
+    stage.surface.Bind();
+    return stage.surface.Read();
+  };
+  const double apart = MeanDifference(read(), full);
+  EXPECT_GT(apart, 0.5);
+  EXPECT_LT(apart, 12) << "the same, blurred";
+  stage.viewer.Step(0);
+  EXPECT_EQ(stage.viewer.frames(), frames) << "it may move on";
+  clock.now += 0.25;
+  stage.viewer.Step(0);
+  EXPECT_EQ(stage.viewer.drawn_size(), cv::Size(192, 144));
+  EXPECT_LE(cv::norm(read(), full, cv::NORM_INF), 1);
+  EXPECT_EQ(stage.viewer.frames(), frames + 1);
+  stage.viewer.Step(0);
+  EXPECT_EQ(stage.viewer.frames(), frames + 1);
+  for (int i = 0; i < 8; ++i) move(i % 2 ? Key::kLeft : Key::kRight);
+  EXPECT_EQ(stage.viewer.drawn_size(), cv::Size(192, 144)) << "it is quick now";
+}
+
+// A picture that is kept is never a smaller one.
+TEST(Viewer, PicturesToFilesAreInFullWhileItMoves) {
+  const ScratchFolder scratch;
+  SlowClock clock{.seconds_a_look = 0.05};
+  ViewerOptions options;
+  options.out = scratch.path();
+  options.seconds = [&] { return clock.now += clock.seconds_a_look; };
+  Stage stage({192, 144}, MakeScene(kSpec), options);
+  for (const Key key : {Key::kLeft, Key::kLeft, Key::kLeft}) {
+    stage.surface.Push(KeyPressed{key});
+    stage.viewer.Step(0);
+  }
+  EXPECT_LT(stage.viewer.drawn_size().width, 192);
+  stage.surface.Push(Typed{U's'});
+  stage.viewer.Step(0);
+  clock.now += 1;
+  EXPECT_EQ(cv::norm(cv::imread(scratch / "ulf_view_000.png"), stage.Now(), cv::NORM_INF), 0);
+}
+
+TEST(MovingSize, KeepsUpInSteps) {
+  const cv::Size screen(1280, 720);
+  const auto settle = [&](MovingSize& size, double ms_a_megapixel, int frames) {
+    for (int i = 0; i < frames; ++i)
+      size.Took(ms_a_megapixel * 1e-6 * size.For(screen).area(), size.For(screen), screen);
+    return size.For(screen).width;
+  };
+  MovingSize size;
+  EXPECT_EQ(settle(size, 20, 5), 1280);
+  size.Took(3000, screen, screen);
+  EXPECT_EQ(size.For(screen), screen) << "one slow frame says nothing";
+  EXPECT_EQ(settle(size, 20, 1), 1280);
+  EXPECT_EQ(settle(size, 270, 2), 454) << "at once";
+  EXPECT_EQ(settle(size, 270, 20), 454) << "and stays";
+  EXPECT_EQ(settle(size, 5000, 20), 320) << "no smaller";
+  EXPECT_EQ(settle(size, 50, 20), 905);
+  EXPECT_EQ(settle(size, 5, 20), 1280);
+}
+
+TEST(ViewerWords, SayTheSizeOfWhatIsSmaller) {
+  const auto words = [](const ViewerFigures& figures) {
+    std::string all;
+    for (const StatusItem& item : StatusLine({}, figures)) all += item.text + "; ";
+    return all;
+  };
+  ViewerFigures figures;
+  EXPECT_THAT(words(figures), ::testing::Not(::testing::HasSubstr("drawn")));
+  figures.drawn_size = {640, 360};
+  EXPECT_THAT(words(figures), ::testing::HasSubstr("640x360"));
 }
 
 // Pixels of the colour of warnings in the lower half.
