@@ -76,7 +76,7 @@ GlRenderer::~GlRenderer() {
   s.photographs.Release();
   s.views.Release();
   for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.nearest_first, &s.needed}) buffer->Release();
-  for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
+  for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();
   s.proxy.Release();
@@ -220,7 +220,21 @@ void GlRenderer::Show(const DisplayTransform& transform) const {
   s.show.Set("depth", 0.0f);
   s.resolved.BindTexture(15);
   s.no_vertices.Bind();
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  const cv::Size drawn(s.last_camera.width, s.last_camera.height);
+  if (drawn == cv::Size(viewport[2], viewport[3])) {
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  } else {  // the fewer pixels are converted, and spread over the screen
+    GLint screen = 0;
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &screen);
+    s.shown.Resize(drawn.width, drawn.height);
+    s.shown.Bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(screen));
+    glBlitFramebuffer(0, 0, drawn.width, drawn.height, viewport[0], viewport[1], viewport[0] + viewport[2],
+                      viewport[1] + viewport[3], GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(screen));
+    glViewport(viewport[0], viewport[1], viewport[2], viewport[3]);
+  }
   CheckGl("showing the picture");
 }
 

@@ -39,7 +39,7 @@ struct GlRenderer::State {
   std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
-  GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F};
+  GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F}, shown{GL_RGBA8};
   bool has_triangles = false;  // of the proxy
   bool programs_stale = false;
   std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
