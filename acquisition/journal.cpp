@@ -118,6 +118,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
   } else if (kind == "up") {
     light_field.up_in_world = Vector3FromJson(event, "up").normalized();
+  } else if (kind == "goal") {
+    light_field.goal = CoverageGoalFromJson(event);
   } else if (kind == "remove") {
     const int id = event.Integer("id");
     std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
@@ -265,6 +267,12 @@ void Journal::SetSubject(const Subject& subject) {
 
 void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
   Append(json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}.dump());
+}
+
+void Journal::SetGoal(const CoverageGoal& goal) {
+  json event = CoverageGoalToJson(goal);
+  event["event"] = "goal";
+  Append(event.dump());
 }
 
 void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {

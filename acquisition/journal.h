@@ -4,7 +4,7 @@
 //   calibration_source, units, threshold_px, coverage_width_px} view {id, image, master, camera,
 //   cam_from_world [qw qx qy qz tx ty tz], times, exposure, gain, quality, bound} pose_update {poses {id:
 //   [7]}, cameras {index: as in the header}}   subject {center, radius}   up {up}   gap {from_s, to_s,
-//   reason}   remove {id} close {capture_s, reasons}
+//   reason}   goal {cap_deg [2], share}   remove {id} close {capture_s, reasons}
 //
 // What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
 // Error). A damaged end (a last line without its end, or lines after which none is whole) was being written
@@ -50,6 +50,7 @@ class Journal {
                    const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
+  void SetGoal(const CoverageGoal& goal);
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons);

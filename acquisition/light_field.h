@@ -56,6 +56,14 @@ struct ScenePoint {
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
 };
 
+// What a capture is to cover: a cap of so many degrees of azimuth and elevation, and the share of it that is
+// enough.
+struct CoverageGoal {
+  Eigen::Vector2d cap_deg;
+  double share = 1;
+  bool operator==(const CoverageGoal&) const = default;
+};
+
 struct LightField {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;
@@ -68,6 +76,7 @@ struct LightField {
   std::string units = "arbitrary";             // or "metres"
   std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
   int coverage_width_px = 640;
+  std::optional<CoverageGoal> goal;  // the last one that was given; none: the operator ends it
   std::string device_uri;
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs

@@ -220,6 +220,7 @@ void WriteLightField(const LightField& light_field) {
   journal.CutAt(0);
   journal.Header(light_field);
   if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
+  if (light_field.goal) journal.SetGoal(*light_field.goal);
   if (light_field.subject) journal.SetSubject(*light_field.subject);
   journal.AddViews(light_field.views);
   journal.Close(light_field.capture_s, light_field.reasons);
@@ -363,6 +364,12 @@ void LightFieldWriter::SetSubject(const Subject& subject) {
 void LightFieldWriter::SetUp(const Eigen::Vector3d& up_in_world) {
   state_->journal.SetUp(up_in_world);
   state_->light_field.up_in_world = up_in_world.normalized();
+}
+
+void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
+  if (state_->light_field.goal == goal) return;
+  state_->journal.SetGoal(goal);
+  state_->light_field.goal = goal;
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {

@@ -96,6 +96,7 @@ class LightFieldWriter {
                    const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
+  void SetGoal(const CoverageGoal& goal);
   void SetPoints(std::vector<ScenePoint> points);
   // Time in which nothing could be recorded (tracking lost, device lost): kept so that review can show it.
   void NoteGap(double from_s, double to_s, const std::string& reason);

@@ -121,6 +121,7 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   light_field.units = ours.Text("units", light_field.units);
   if (ours.Has("threshold_px")) light_field.threshold_px = ours.Number("threshold_px");
   light_field.coverage_width_px = ours.Integer("coverage_width_px", light_field.coverage_width_px);
+  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
   light_field.device_uri = ours.Text("device_uri", "");
   light_field.device_serial = ours.Text("device_serial", "");
   light_field.device_maker = ours.Text("device_maker", "");
@@ -176,6 +177,7 @@ json OurKeys(const LightField& light_field) {
                        {"radius", light_field.subject->radius}};
   }
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
+  if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
   if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
   if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;

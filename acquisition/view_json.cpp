@@ -56,4 +56,17 @@ std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
   return reasons;
 }
 
+nlohmann::json CoverageGoalToJson(const CoverageGoal& goal) {
+  return {{"cap_deg", {goal.cap_deg.x(), goal.cap_deg.y()}}, {"share", goal.share}};
+}
+
+CoverageGoal CoverageGoalFromJson(const JsonPlace& place) {
+  const std::vector<double> cap = place.Numbers("cap_deg", 2);
+  const double share = place.Number("share");
+  if (!(cap[0] > 0 && cap[0] <= 360 && cap[1] > 0 && cap[1] <= 180 && share > 0 && share <= 1))
+    throw Error("{}: a cap of {} x {} degrees, a share of {}: there is none; up to 360 x 180, and 1",
+                place.where, cap[0], cap[1], share);
+  return {{cap[0], cap[1]}, share};
+}
+
 }  // namespace ulf

@@ -18,4 +18,8 @@ void ReadViewJson(const JsonPlace& place, View& view);
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
 
+// {"cap_deg":[width,height],"share":0 to 1}
+nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
+CoverageGoal CoverageGoalFromJson(const JsonPlace& place);
+
 }  // namespace ulf

@@ -8,9 +8,9 @@
 namespace ulf {
 namespace {
 
-// "60x40", "60x40:0.95" or "60x40:95%".
+// "60x40", "60x40:0.95", "60x40:95%" or "none".
 void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
-  if (text.empty()) return;
+  if (text.empty() || text == "none") return;
   const std::size_t colon = text.find(':');
   options->cap = Cap::ParseDegrees(text.substr(0, colon));
   if (colon == std::string::npos) return;

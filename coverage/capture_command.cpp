@@ -102,8 +102,9 @@ std::string ProgressLine(const CaptureState& now) {
     what = "waiting for " + now.waiting_for;
   else if (!now.tracking_words.empty())
     what = now.tracking_words;
-  return fmt::format("{}, {} recorded{}; {}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
-                     what);
+  const std::string way = WayInWords(now);
+  return fmt::format("{}, {} recorded{}; {}{}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
+                     what, way.empty() ? "" : "; next: " + way);
 }
 
 // Before anything else is read or written there.
@@ -230,8 +231,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command->add_option("--subject-size", args->subject_size, "auto: the sphere's share of the image's width")
       ->capture_default_str();
-  command->add_option("--until-covered", args->until_covered,
-                      "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said)");
+  command->add_option(
+      "--until-covered", args->until_covered,
+      "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said). With --resume: as "
+      "before, none: until stopped");
   command->add_option("--quality", args->quality, "high: 7 px (as without), fast: 12 px")
       ->check(CLI::IsMember({"high", "fast"}));
   command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed");

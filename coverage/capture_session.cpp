@@ -474,12 +474,6 @@ CaptureSummary Session::Run() {
 
 }  // namespace
 
-const char* Name(StoppedBecause why) {
-  constexpr std::array kNames{"covered", "frames",      "seconds", "ended",
-                              "signal",  "device_lost", "disk",    "closed"};
-  return kNames[static_cast<std::size_t>(why)];
-}
-
 CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
                           std::vector<Frame> first) {

@@ -114,6 +114,14 @@ void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOpt
     throw UsageError("{}: was begun with --coverage-width {}; leave it out", args.dir,
                      light_field.coverage_width_px);
   options->coverage_width_px = light_field.coverage_width_px;
+  if (args.until_covered.empty() && light_field.goal) {
+    options->cap = Cap::FromDegrees(light_field.goal->cap_deg);
+    options->until_share = light_field.goal->share;
+    spdlog::info(
+        "{}: goes on until {:g} % of {:g} x {:g} degrees are covered (--until-covered none: until stopped)",
+        args.dir, 100 * light_field.goal->share, light_field.goal->cap_deg.x(),
+        light_field.goal->cap_deg.y());
+  }
 }
 
 // Poses of one camera and intrinsics of another make no light field.
@@ -219,6 +227,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
+  if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
   prepared.writer->KeepMosaics(args.raw);
   if (args.raw && first.image.mosaic == Mosaic::kNone)
     spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);

@@ -82,6 +82,10 @@ struct CaptureState {
   std::optional<StoppedBecause> ended;  // what is recorded is being closed
 };
 
+// To the viewpoint to fill next, for who has no display: "8 degrees right, 3 up, 5 % nearer", as the camera
+// is held. Empty where nothing is to be said, or less than a degree.
+std::string WayInWords(const CaptureState& state);
+
 // The newest state, from the session's thread to whoever draws. Older ones are dropped: whatever must not be
 // missed stands in every later state, too.
 class CaptureFeed {

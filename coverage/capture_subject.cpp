@@ -48,12 +48,17 @@ void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>&
 }
 
 void CaptureSubject::Move(const Subject& subject) {
+  const auto share = [this] { return record_.map() ? record_.map()->CoveredShare() : 0; };
+  const double before = share();
   Set(subject);
   const Eigen::Vector3d& center = subject.center_in_world;
   const std::size_t views = record_.views().size();
+  std::string painted;
+  if (views > 0) painted = fmt::format("; {} painted anew", Counted(views, "view"));
+  if (views > 0 && record_.map()->options().cap)
+    painted += fmt::format(": {:.1f} % covered, before it was {:.1f} %", 100 * share(), 100 * before);
   say_(fmt::format("the subject is at {:.3g} {:.3g} {:.3g}, radius {:.3g}{}", center.x(), center.y(),
-                   center.z(), subject.radius,
-                   views == 0 ? "" : fmt::format("; {} painted anew", Counted(views, "view"))));
+                   center.z(), subject.radius, painted));
 }
 
 void CaptureSubject::Watch(const Track& track, double time_s) {

@@ -45,8 +45,14 @@ Cap Cap::ParseDegrees(const std::string& text) {
       !(height_deg > 0 && height_deg <= 180))
     throw UsageError("'{}' is not a cap; write width x height in degrees, up to 360x180, for example 60x40",
                      text);
-  return {width_deg * M_PI / 180, height_deg * M_PI / 180};
+  return FromDegrees({width_deg, height_deg});
 }
+
+Cap Cap::FromDegrees(const Eigen::Vector2d& width_and_height) {
+  return {width_and_height.x() * M_PI / 180, width_and_height.y() * M_PI / 180};
+}
+
+Eigen::Vector2d Cap::Degrees() const { return Eigen::Vector2d{width, height} * (180 / M_PI); }
 
 Cap Cap::WholeSphere() { return {2 * M_PI, M_PI}; }
 

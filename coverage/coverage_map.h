@@ -29,7 +29,9 @@ struct Cap {
   double width = 0;
   double height = 0;
   static Cap ParseDegrees(const std::string& text);  // "60x40"; throws UsageError
+  static Cap FromDegrees(const Eigen::Vector2d& width_and_height);
   static Cap WholeSphere();
+  Eigen::Vector2d Degrees() const;
   double SolidAngle() const;
 };
 

@@ -35,7 +35,9 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<InfoArgs>();
   CLI::App* command = app.add_subcommand("info", "A light field in one row: views, time, angles, coverage");
   command->add_option("DIR", args->dir, "Light field")->required();
-  command->add_option("--cap", args->cap, "Tell how much of this cap is covered, degrees: 60x40");
+  command->add_option(
+      "--cap", args->cap,
+      "Tell how much of this cap is covered, degrees: 60x40 (else of the one that the capture was to cover)");
   command->add_option("--threshold-px", args->threshold_px, "For --cap (else the capture's, else 7)");
   command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
   command->add_flag("--json", args->json, "One JSON object");

@@ -98,6 +98,8 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
   report.reasons = light_field.reasons;
+  report.cap = options.cap;
+  if (!report.cap && light_field.goal) report.cap = Cap::FromDegrees(light_field.goal->cap_deg);
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) {
@@ -109,7 +111,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
           light_field.root.string());
   }
   if (light_field.views.empty()) {
-    if (options.cap) report.covered = 0;
+    if (report.cap) report.covered = 0;
     return report;
   }
   std::vector<Vector3d> directions, centers;
@@ -124,9 +126,9 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.distances = DistancesOf(light_field, *report.subject);
   const std::vector<CriterionView> views = CriterionViews(light_field);
   report.duplicates = CountDuplicates(views, *report.subject, report.threshold_px);
-  if (options.cap) {
-    report.covered = MeasureCoverage(light_field, *report.subject, *options.cap, report.threshold_px).covered;
-    report.holes = HolesOf(light_field, views, *report.subject, *options.cap, report.threshold_px);
+  if (report.cap) {
+    report.covered = MeasureCoverage(light_field, *report.subject, *report.cap, report.threshold_px).covered;
+    report.holes = HolesOf(light_field, views, *report.subject, *report.cap, report.threshold_px);
   }
   return report;
 }
@@ -145,6 +147,8 @@ nlohmann::json ToJson(const LightFieldReport& report) {
     const Vector3d& center = report.subject->center_in_world;
     json["subject"] = {{"center", {center.x(), center.y(), center.z()}}, {"radius", report.subject->radius}};
   }
+  json["cap_deg"] = nullptr;
+  if (report.cap) json["cap_deg"] = {report.cap->Degrees().x(), report.cap->Degrees().y()};
   json["covered"] = nullptr;
   if (report.covered) json["covered"] = *report.covered;
   json["holes"] = nullptr;
@@ -181,7 +185,8 @@ std::string ToText(const LightFieldReport& report) {
                         report.units == "arbitrary" ? "arbitrary units" : report.units);
   if (report.covered)
     text +=
-        fmt::format("covered        {:.1f} % within {:g} px\n", 100 * *report.covered, report.threshold_px);
+        fmt::format("covered        {:.1f} % of {:g} x {:g} degrees within {:g} px\n", 100 * *report.covered,
+                    report.cap->Degrees().x(), report.cap->Degrees().y(), report.threshold_px);
   if (!report.holes.empty()) text += HolesText(report.holes);
   if (report.distances)
     text += fmt::format("distances      {:.3g} to {:.3g}, median {:.3g} (from {:.0f} to {:.0f} % of it)\n",

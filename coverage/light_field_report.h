@@ -25,6 +25,7 @@ struct LightFieldReport {
   std::optional<double> mean_edge_deg;  // none where the viewpoints span no surface
   std::optional<Subject> subject;
   std::string units;
+  std::optional<Cap> cap;
   std::optional<double> covered;  // none without a cap
   // What of the cap is open, the largest first; empty without a cap.
   struct Hole {
@@ -42,7 +43,7 @@ struct LightFieldReport {
 };
 
 struct ReportOptions {
-  std::optional<Cap> cap = std::nullopt;
+  std::optional<Cap> cap = std::nullopt;              // none: the one that was to be covered, if any
   std::optional<Subject> subject = std::nullopt;      // none: the light field's, else from the optical axes
   std::optional<double> threshold_px = std::nullopt;  // none: the light field's, else 7
 };

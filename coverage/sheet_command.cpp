@@ -108,24 +108,26 @@ std::string Headline(const LightField& light_field, const LightFieldReport& repo
                         report.angular_range_deg->y());
   if (report.mean_edge_deg) text += fmt::format(", {:.2f} degrees apart", *report.mean_edge_deg);
   if (report.covered)
-    text += fmt::format(", {:.1f} % covered within {:g} px", 100 * *report.covered, report.threshold_px);
+    text += fmt::format(", {:.1f} % of {:g} x {:g} covered within {:g} px", 100 * *report.covered,
+                        report.cap->Degrees().x(), report.cap->Degrees().y(), report.threshold_px);
   return text;
 }
 
 int RunSheet(const SheetArgs& args) {
   RequireWritablePicture(args.out);
   const LightField light_field = ReadLightField(args.dir);
-  std::optional<Cap> cap;
-  if (!args.cap.empty()) cap = Cap::ParseDegrees(args.cap);
+  ReportOptions asked;
+  if (!args.cap.empty()) asked.cap = Cap::ParseDegrees(args.cap);
   const auto scene = LoadScene(light_field, {});
-  const CoverageMap map = MapOf(light_field, scene->subject, cap);
+  const LightFieldReport report = Describe(light_field, asked);
+  const CoverageMap map = MapOf(light_field, scene->subject, report.cap);
 
   std::vector<SheetPanel> panels;
   if (!args.live.empty()) panels.push_back({ReadImageFile(args.live), "live frame with the painted sphere"});
   panels.push_back({DrawCoverageMap(RefinedForPictures(map)), "coverage map"});
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
-  const cv::Mat sheet = ComposeSheet(Headline(light_field, Describe(light_field, {.cap = cap})), panels);
+  const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);
   if (!cv::imwrite(args.out, sheet)) throw Error("{}: cannot be written; check folder and ending", args.out);
   fmt::print("{}\n", args.out);
   return kOk;
@@ -139,7 +141,8 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
       "sheet", "One picture of a light field: coverage map, blending field, rendering beside a photograph");
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_option("--live", args->live, "Picture that 'ulf capture --overlay' left, as a first panel");
-  command->add_option("--cap", args->cap, "Cap that was to be covered, degrees: 60x40");
+  command->add_option("--cap", args->cap,
+                      "Cap to look at, degrees: 60x40 (else the one that the capture was to cover)");
   command->add_option("-o,--output", args->out, "Picture to write")->capture_default_str();
   command->footer("Example: ulf sheet light_field --cap 60x40 -o contact_sheet.png");
   command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });

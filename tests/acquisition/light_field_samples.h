@@ -63,6 +63,7 @@ inline void ExpectSame(const LightField& a, const LightField& b) {
   }
   EXPECT_EQ(a.subject, b.subject);
   EXPECT_EQ(a.threshold_px, b.threshold_px);
+  EXPECT_EQ(a.goal, b.goal);
   EXPECT_EQ(a.device_serial, b.device_serial);
   EXPECT_EQ(a.capture_s, b.capture_s);
   EXPECT_EQ(a.reasons, b.reasons);
@@ -72,6 +73,7 @@ inline void ExpectSame(const LightField& a, const LightField& b) {
 inline LightField WriteSample(const fs::path& dir, int views) {
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
   writer.SetSubject({{0, 0, 3}, 0.4});
+  writer.SetGoal({{60, 40}, 0.95});
   for (int i = 0; i < views; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
   writer.SetPoints({{{1, 2, 3}, {10, 20, 30}}, {{-1, 0.5, 2}, {200, 100, 0}}});
   writer.Close(12.5, {{"recorded", 5}, {"covered", 7}});

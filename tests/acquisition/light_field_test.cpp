@@ -390,6 +390,24 @@ TEST(LightFieldOnDisk, SurvivesSigkillAtAnyMoment) {
 
 // ---- Bad input: one valid document, broken in one place at a time. ----
 
+TEST(LightFieldOnDisk, OfSeveralGoalsTheLastCounts) {
+  ScratchFolder scratch;
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+  EXPECT_FALSE(ReadLightField(scratch / "lf").goal);
+  writer.SetGoal({{60, 40}, 0.98});
+  writer.SetGoal({{90, 60}, 0.5});
+  EXPECT_EQ(ReadLightField(scratch / "lf").goal, (CoverageGoal{{90, 60}, 0.5}));
+}
+
+TEST(LightFieldOnDisk, AGoalThatNothingReachesIsNamed) {
+  ScratchFolder scratch;
+  LightFieldWriter::Create(scratch / "lf", Header());
+  const fs::path journal = scratch / "lf" / "journal.jsonl";
+  std::ofstream(journal, std::ios::app) << R"({"event":"goal","cap_deg":[400,40],"share":0.9})" << std::endl;
+  EXPECT_THAT([&] { ReadLightField(scratch / "lf"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("journal.jsonl, line 2"), HasSubstr("400 x 40"))));
+}
+
 TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
   ScratchFolder scratch;
   WriterAheadOfItsPhotographs(scratch / "lf", 3);  // and no more: as after a kill

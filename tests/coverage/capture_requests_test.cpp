@@ -1,4 +1,5 @@
 // What is asked of a running capture, and what whoever looks at it sees.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <set>
@@ -192,13 +193,19 @@ TEST(CaptureRequests, ASubjectInMidCaptureRepaintsAllViews) {
   Asked asked;
   asked.after[4] = PlaceSubject{other};
   asked.after[5] = PlaceSubject{{{0, 0, 3}, 0.1}};  // behind the camera
-  const Captured captured = Capture(scratch / "lf", Steps(6), Options(), {}, asked.Hooks());
+  CaptureOptions options = Options();
+  options.cap = Cap::ParseDegrees("60x40");
+  const Captured captured = Capture(scratch / "lf", Steps(6), options, {}, asked.Hooks());
   EXPECT_EQ(captured.light_field.subject, other);
   EXPECT_EQ(captured.summary.subject, other);
-  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("the subject is at"), HasSubstr("4 views painted anew"))));
+  EXPECT_THAT(asked.said,
+              Contains(AllOf(HasSubstr("the subject is at"), HasSubstr("4 views painted anew"),
+                             HasSubstr(fmt::format("{:.1f} % covered, before it was {:.1f} %",
+                                                   100 * asked.states[4]->coverage->CoveredShare(),
+                                                   100 * asked.states[3]->coverage->CoveredShare())))));
   EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("stays as it was"), HasSubstr("behind the camera"))));
   const auto share_painted_for = [&](const Subject& subject) {
-    CoverageMap map(subject, {});
+    CoverageMap map(subject, {.cap = options.cap});
     map.SetViews(CriterionViews(captured.light_field));
     return map.CoveredShare();
   };
@@ -274,6 +281,30 @@ TEST(CaptureStateTest, TheLastSaysWhyTheCaptureEndsBeforeTheLightFieldIsClosed) 
   EXPECT_EQ(last[0]->ended, StoppedBecause::kCovered);
   EXPECT_FALSE(closed_by_then);
   for (const SharedCaptureState& state : asked.states) EXPECT_FALSE(state->ended);
+}
+
+TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
+  CaptureState state;
+  state.subject = Subject{{0, 0, 0}, 0.2};
+  state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0});
+  EXPECT_EQ(WayInWords(state), "");
+  const auto toward = [](double right_deg, double up_deg) {
+    const double right = right_deg * M_PI / 180, up = up_deg * M_PI / 180;
+    return Eigen::Vector3d{std::sin(right) * std::cos(up), -std::sin(up), -std::cos(right) * std::cos(up)};
+  };
+  state.guidance.toward = toward(10, 0);
+  EXPECT_EQ(WayInWords(state), "10 degrees right");
+  state.guidance.toward = toward(0, 7);
+  state.guidance.distance = 1.8;
+  EXPECT_EQ(WayInWords(state), "7 degrees up, 10 % nearer");
+  // Held upside down.
+  state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, 1, 0});
+  state.guidance.distance = 2.5;
+  EXPECT_EQ(WayInWords(state), "7 degrees down, 25 % back");
+  state.guidance = {.toward = toward(-120, 0)};
+  EXPECT_EQ(WayInWords(state), "120 degrees right") << "round the subject";
+  state.guidance.toward = toward(0.3, 0.3);
+  EXPECT_EQ(WayInWords(state), "");
 }
 
 TEST(CaptureStateTest, RequestsAreCountedWhenTheyAreAnswered) {

@@ -15,6 +15,7 @@
 namespace ulf::test {
 namespace {
 namespace fs = std::filesystem;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -128,7 +129,9 @@ TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
   for (const char* key :
        {"views", "capture_s", "angular_range_deg", "mean_edge_deg", "subject", "covered", "reasons"})
     EXPECT_EQ(info[key], json[key]) << key;
-  EXPECT_TRUE(JsonOf(RunUlf("info " + dir + " --json"))["covered"].is_null());
+  EXPECT_EQ(JsonOf(RunUlf("info " + dir + " --json"))["covered"], json["covered"])
+      << "of the cap that was to be covered";
+  EXPECT_THAT(RunUlf("info " + dir).output, HasSubstr("of 60 x 40 degrees within 12 px"));
   EXPECT_EQ(ReadLightField(dir).units, "metres");
   EXPECT_EQ(*ReadLightField(dir).threshold_px, 12);
 }
@@ -145,6 +148,28 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   EXPECT_EQ(second["views"], first["views"].get<int>() + second["recorded"].get<int>());
   EXPECT_GT(second["recorded"], 0);
   EXPECT_EQ(second["subject"], first["subject"]);
+}
+
+TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
+  const ScratchFolder scratch;
+  const std::string capture = "capture " + kStudio + " --poses known --headless --quality fast --json -o " +
+                              (scratch / "lf").string();
+  JsonOf(RunUlf(capture + " --subject 0,0,0.07,0.162 --frames 5 --until-covered 20x10:80%"));
+  const std::string resume =
+      "capture " + kStudio + " --poses known --headless --json --resume -o " + (scratch / "lf").string();
+  const CommandResult second = RunUlf(resume + " --frames 1000");
+  EXPECT_EQ(JsonOf(second)["stopped_because"], "covered");
+  EXPECT_THAT(second.errors, HasSubstr("goes on until 80 % of 20 x 10 degrees"));
+  const auto third = JsonOf(RunUlf(resume + " --until-covered none --frames 60"));
+  EXPECT_EQ(third["stopped_because"], "frames");
+  EXPECT_FALSE(third["covered"].is_null()) << "it was to be covered all the same";
+}
+
+TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
+  const ScratchFolder scratch;
+  const CommandResult captured = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
+                                        " --headless --quality fast --frames 60 --until-covered 60x40");
+  EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*degrees (right|left|down|up)"));
 }
 
 TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
