@@ -64,7 +64,7 @@ std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scen
   const FieldOptions serves = FieldThatServes(options, scene->mesh);
   if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level);
   if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
-  return std::make_unique<LumigraphField>(std::move(scene), serves.lumigraph_k);
+  return std::make_unique<LumigraphField>(std::move(scene), serves);
 }
 
 }  // namespace ulf

@@ -26,6 +26,8 @@ enum class FieldKind {
   kNearest,
 };
 
+inline constexpr int kMostLumigraphViews = 8;
+
 bool UsesMesh(FieldKind kind);                     // of viewpoints
 std::string FieldName(FieldKind kind);             // as on the command line
 FieldKind FieldFromName(const std::string& name);  // UsageError that lists the names
@@ -34,8 +36,10 @@ int LevelFromName(const std::string& name);        // UsageError that lists the 
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
-  int level = 1;        // of subdivision, 0 to kFinestLevel, or kLimitLevel; 0 is kLinear
-  int lumigraph_k = 4;  // views that may have weight
+  int level = 1;                      // of subdivision, 0 to kFinestLevel, or kLimitLevel; 0 is kLinear
+  int lumigraph_k = 4;                // views that may have weight
+  double lumigraph_resolution = 0.1;  // of the penalty, in radians for a view twice as far away as V
+  int lumigraph_triangles = 2000;     // that the image is cut into where weights are at vertices
   bool operator==(const FieldOptions&) const = default;
 };
 

@@ -103,15 +103,13 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   return choice;
 }
 
-Choice ChooseByName(const RenderScene& scene, const std::string& field, int level, const std::string& proxy,
-                    const std::filesystem::path& light_field, RendererKind renderer) {
-  std::vector<FieldOptions> fields;
-  if (field == kAuto)
-    fields = {{.kind = FieldKind::kSubdivision, .level = level},
-              {.kind = FieldKind::kLinear},
-              {.kind = FieldKind::kLumigraph}};
-  else
-    fields = {{.kind = FieldFromName(field), .level = level}};
+Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
+                    const std::string& proxy, const std::filesystem::path& light_field,
+                    RendererKind renderer) {
+  std::vector<FieldKind> kinds{FieldKind::kSubdivision, FieldKind::kLinear, FieldKind::kLumigraph};
+  if (field != kAuto) kinds = {FieldFromName(field)};
+  std::vector<FieldOptions> fields(kinds.size(), details);
+  for (std::size_t i = 0; i < kinds.size(); ++i) fields[i].kind = kinds[i];
   std::vector<std::shared_ptr<const Proxy>> proxies;
   if (proxy != kAuto) {
     proxies = {ProxyFromName(proxy, scene.subject, light_field)};

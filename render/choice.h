@@ -42,7 +42,8 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
 
 // What a command line asks for: "auto" leaves the choice of subdivision (with `level`), linear and lumigraph
 // weights to the evidence, and that of the plane and of the light field's own mesh where it has one.
-Choice ChooseByName(const RenderScene& scene, const std::string& field, int level, const std::string& proxy,
-                    const std::filesystem::path& light_field, RendererKind renderer);
+Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
+                    const std::string& proxy, const std::filesystem::path& light_field,
+                    RendererKind renderer);
 
 }  // namespace ulf

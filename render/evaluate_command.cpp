@@ -19,7 +19,7 @@ namespace {
 struct EvaluateArgs : SceneArgs {
   int every = 8;
   std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
-  std::string level = "1";
+  FieldArgs field_details;
   TemporalArgs temporal;
   bool json = false;
 };
@@ -94,8 +94,10 @@ void PrintTable(const EvaluateSummary& summary) {
 int RunEvaluate(const EvaluateArgs& args) {
   EvaluateOptions options{
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
-  for (const std::string& name : args.fields)
-    options.fields.push_back({.kind = FieldFromName(name), .level = LevelFromName(args.level)});
+  for (const std::string& name : args.fields) {
+    options.fields.push_back(FieldDetails(args.field_details));
+    options.fields.back().kind = FieldFromName(name);
+  }
   CheckTemporalOptions(args.temporal);
   if (!args.temporal.path.empty()) return RunTemporal(args.temporal, args, options.fields, args.json);
   const auto scene = Load(args);
@@ -128,12 +130,11 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view")->check(CLI::Range(2, 1000000));
   sub->add_option("--fields", args->fields, "Blending weights to compare, comma-separated")->delimiter(',');
-  sub->add_option("--level", args->level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  AddFieldDetails(*sub, args->field_details);
   sub->add_option(
          "--proxy", args->proxies,
-         "Geometry; several are compared: plane, plane:x,y,z,d, mesh (DIR/proxy.ply), PLY or OBJ files. A "
-         "mesh should "
-         "not have seen the left-out views (ulf proxy --leave-out-every)")
+         "Geometry; several are compared: plane, plane:x,y,z,d, points (tracked ones), mesh (DIR/proxy.ply), "
+         "PLY or OBJ files. A mesh should not have seen the left-out views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
   sub->add_flag("--json", args->json, "Report as one JSON object");

@@ -193,8 +193,7 @@ TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, c
     }
     return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
   };
-  const auto image =
-      TriangulateLumigraph(*scene, camera, cam_from_world, depth_at, options.field.lumigraph_k);
+  const auto image = TriangulateLumigraph(*scene, camera, cam_from_world, depth_at, options.field);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
     for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
   });

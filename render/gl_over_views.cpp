@@ -69,7 +69,7 @@ void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel
   program.Set("depth", 0.0f);
   program.Set("view_count", static_cast<int>(scene->views.size()));
   program.Set("k_best", options.field.lumigraph_k);
-  program.Set("resolution_penalty", static_cast<float>(kResolutionPenalty));
+  program.Set("resolution_penalty", static_cast<float>(options.field.lumigraph_resolution));
   program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
   program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
   program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));

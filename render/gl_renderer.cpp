@@ -20,7 +20,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kMostLumigraphViews = 8;
 constexpr unsigned kProxyDepthUnit = 12, kSightsUnit = 13;  // photographs come before
 
 }  // namespace

@@ -38,8 +38,11 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
 // visibility of only the best of it.
 class WeightsAtPoint {
  public:
-  WeightsAtPoint(const RenderScene& scene, const Vector3d& virtual_center, int k)
-      : scene_(scene), virtual_center_(virtual_center), k_(static_cast<std::size_t>(k)) {
+  WeightsAtPoint(const RenderScene& scene, const Vector3d& virtual_center, const FieldOptions& options)
+      : scene_(scene),
+        virtual_center_(virtual_center),
+        k_(static_cast<std::size_t>(options.lumigraph_k)),
+        resolution_(options.lumigraph_resolution) {
     const Eigen::Index count = static_cast<Eigen::Index>(scene.views.size());
     centers_.resize(3, count);
     for (Eigen::Index i = 0; i < count; ++i)
@@ -55,7 +58,7 @@ class WeightsAtPoint {
     const Eigen::ArrayXf cosines = (to_view.transpose() * (-p / distance)).array() / lengths;
     // The chord stands for the angle.
     rough_ = (2 * (1 - cosines)).max(0.0f).sqrt() +
-             static_cast<float>(kResolutionPenalty) * (lengths / distance - 1).max(0.0f);
+             static_cast<float>(resolution_) * (lengths / distance - 1).max(0.0f);
     order_.resize(scene_.views.size());
     for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<int>(i);
 
@@ -69,7 +72,8 @@ class WeightsAtPoint {
       for (; looked_at < end; ++looked_at) {
         const SceneView& view = scene_.views[static_cast<std::size_t>(order_[looked_at])];
         if (view.See(point))
-          best.push_back({order_[looked_at], LumigraphPenalty(point, virtual_center_, view.center_in_world)});
+          best.push_back({order_[looked_at],
+                          LumigraphPenalty(point, virtual_center_, view.center_in_world, resolution_)});
       }
     }
     return LumigraphWeights(std::move(best), k_);
@@ -79,6 +83,7 @@ class WeightsAtPoint {
   const RenderScene& scene_;
   Vector3d virtual_center_;
   std::size_t k_;
+  double resolution_;
   Eigen::Matrix3Xf centers_;
   Eigen::ArrayXf rough_;
   std::vector<int> order_;
@@ -87,13 +92,13 @@ class WeightsAtPoint {
 }  // namespace
 
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
-                                                const Rigid3& cam_from_world, const DepthAt& depth_at, int k,
-                                                int triangles_wanted) {
+                                                const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                const FieldOptions& options) {
   WeightedImageTriangulation result;
-  result.img = Points(scene, camera, cam_from_world, triangles_wanted);
+  result.img = Points(scene, camera, cam_from_world, options.lumigraph_triangles);
   result.triangles = PlanarDelaunay(result.img);
   const Rigid3 world_from_cam = cam_from_world.Inverse();
-  WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), k);
+  WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), options);
   for (const Vector2d& img : result.img) {
     const Vector3d ray((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
     result.weights.push_back(weights_at.At(world_from_cam * (ray * depth_at(img))));

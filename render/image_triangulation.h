@@ -21,7 +21,7 @@ struct WeightedImageTriangulation {
 using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
 
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
-                                                const Rigid3& cam_from_world, const DepthAt& depth_at, int k,
-                                                int triangles_wanted = 2000);
+                                                const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                const FieldOptions& options);
 
 }  // namespace ulf

@@ -11,8 +11,12 @@ using Eigen::Vector3d;
 
 class LumigraphFromHere : public FieldFromHere {
  public:
-  LumigraphFromHere(std::shared_ptr<const RenderScene> scene, int k, const Vector3d& virtual_center)
-      : scene_(std::move(scene)), k_(static_cast<std::size_t>(k)), virtual_center_(virtual_center) {}
+  LumigraphFromHere(std::shared_ptr<const RenderScene> scene, const FieldOptions& options,
+                    const Vector3d& virtual_center)
+      : scene_(std::move(scene)),
+        k_(static_cast<std::size_t>(options.lumigraph_k)),
+        resolution_(options.lumigraph_resolution),
+        virtual_center_(virtual_center) {}
 
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample.weights.clear();
@@ -21,8 +25,8 @@ class LumigraphFromHere : public FieldFromHere {
     for (std::size_t i = 0; i < scene_->views.size(); ++i) {
       const SceneView& view = scene_->views[i];
       if (!view.See(query.point_in_world)) continue;
-      best.push_back({static_cast<int>(i),
-                      LumigraphPenalty(query.point_in_world, virtual_center_, view.center_in_world)});
+      best.push_back({static_cast<int>(i), LumigraphPenalty(query.point_in_world, virtual_center_,
+                                                            view.center_in_world, resolution_)});
     }
     sample.weights = LumigraphWeights(std::move(best), k_);
     sample.confidence = sample.weights.empty() ? 0 : 1;
@@ -31,6 +35,7 @@ class LumigraphFromHere : public FieldFromHere {
  private:
   std::shared_ptr<const RenderScene> scene_;
   std::size_t k_;
+  double resolution_;
   Vector3d virtual_center_;
 };
 
@@ -78,10 +83,11 @@ std::vector<ViewWeight> LumigraphWeights(std::vector<ViewWeight> penalties, std:
   return penalties;
 }
 
-double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, const Vector3d& view_center) {
+double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, const Vector3d& view_center,
+                        double resolution) {
   const Vector3d to_virtual = virtual_center - point, to_view = view_center - point;
   const double angle = std::atan2(to_virtual.cross(to_view).norm(), to_virtual.dot(to_view));
-  return angle + kResolutionPenalty * std::max(0.0, to_view.norm() / to_virtual.norm() - 1);
+  return angle + resolution * std::max(0.0, to_view.norm() / to_virtual.norm() - 1);
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
@@ -97,7 +103,7 @@ std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtu
 }
 
 std::unique_ptr<FieldFromHere> LumigraphField::From(const Vector3d& virtual_center) const {
-  return std::make_unique<LumigraphFromHere>(scene_, k_, virtual_center);
+  return std::make_unique<LumigraphFromHere>(scene_, options_, virtual_center);
 }
 
 std::unique_ptr<FieldFromHere> NearestField::From(const Vector3d& virtual_center) const {

@@ -7,7 +7,9 @@
 
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
 #include "render/mesh_file.h"
+#include "render/points_proxy.h"
 
 namespace ulf {
 namespace {
@@ -43,6 +45,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   if (name == "plane") return std::make_shared<PlaneProxy>(subject);
   if (name.rfind(kPlane, 0) == 0)
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
+  if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);
   if (name == "mesh") {
     const std::filesystem::path file = light_field / kMeshProxyFile;
     if (!std::filesystem::exists(file))
@@ -53,8 +56,8 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   const std::string extension = std::filesystem::path(name).extension().string();
   if (extension == ".ply" || extension == ".obj" || extension == ".PLY" || extension == ".OBJ")
     return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
-  throw UsageError("--proxy {}: no such proxy; there are plane, plane:x,y,z,d, mesh, and PLY or OBJ files",
-                   name);
+  throw UsageError(
+      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, and PLY or OBJ files", name);
 }
 
 }  // namespace ulf

@@ -1,6 +1,7 @@
 // Proxies by name, as on the command line.
 //   plane            through the subject, facing the virtual camera
 //   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
+//   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
 //   FILE.ply, .obj   a mesh made elsewhere, in the light field's frame
 #pragma once

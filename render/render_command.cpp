@@ -34,7 +34,7 @@ struct RenderArgs : SceneArgs {
   std::string path = "orbit";
   std::string field = "auto";
   std::string proxy = "auto";
-  std::string level = "1";
+  FieldArgs field_details;
   std::string frames;
   int width = 0, height = 0;
   double focal_px = 0, fov_deg = 0;  // of the pictures; 0: as the photographs' or the path's
@@ -215,7 +215,7 @@ PictureEncoding EncodingOf(const RenderArgs& args) {
 }
 
 std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding) {
-  const int level = LevelFromName(args.level);
+  const FieldOptions details = FieldDetails(args.field_details);
   if (args.field != kAuto) FieldFromName(args.field);  // before anything is loaded
   SceneArgs scene_args = args;
   if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
@@ -224,7 +224,7 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
   const std::string field =
       args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
   const Choice choice =
-      ChooseByName(*plain, field, level, args.proxy, args.dir, RendererFromName(args.renderer));
+      ChooseByName(*plain, field, details, args.proxy, args.dir, RendererFromName(args.renderer));
   if (!choice.why.empty()) spdlog::info("{}", choice.why);
   const auto scene = WithProxy(*plain, choice.proxy);
   auto renderer = MakeRenderer(scene, {.field = choice.field,
@@ -302,12 +302,12 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--field", args->field,
       "Blending weights: auto (by evidence), subdivision, linear, lumigraph, lumigraph-per-pixel, nearest");
-  sub->add_option("--level", args->level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,
       "Geometry that photographs are projected onto: auto (by evidence), plane (through the subject, facing "
-      "the camera), "
-      "plane:x,y,z,d (normal . point = d), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+      "the camera), plane:x,y,z,d (normal . point = d), points (tracked ones, triangulated in each picture), "
+      "mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
   sub->add_option(
       "--frames", args->frames,
       "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "

@@ -52,4 +52,23 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
       ->check(CLI::IsMember({"gl", "reference"}));
 }
 
+void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
+  sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  sub.add_option("--lumigraph-views", args.lumigraph_k, "Lumigraph weights: of so many views (4)")
+      ->check(CLI::Range(1, kMostLumigraphViews));
+  sub.add_option("--lumigraph-resolution", args.lumigraph_resolution,
+                 "Lumigraph weights: penalty in radians for a view twice as far away (0.1)")
+      ->check(NonNegative());
+  sub.add_option("--lumigraph-triangles", args.lumigraph_triangles,
+                 "Lumigraph weights at vertices: triangles in the image (2000)")
+      ->check(CLI::Range(100, 1000000));
+}
+
+FieldOptions FieldDetails(const FieldArgs& args) {
+  return {.level = LevelFromName(args.level),
+          .lumigraph_k = args.lumigraph_k,
+          .lumigraph_resolution = args.lumigraph_resolution,
+          .lumigraph_triangles = args.lumigraph_triangles};
+}
+
 }  // namespace ulf

@@ -28,4 +28,16 @@ RendererKind RendererFromName(const std::string& name);
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
 
+// What a blending field's name leaves open.
+struct FieldArgs {
+  std::string level = "1";
+  int lumigraph_k = FieldOptions{}.lumigraph_k;
+  double lumigraph_resolution = FieldOptions{}.lumigraph_resolution;
+  int lumigraph_triangles = FieldOptions{}.lumigraph_triangles;
+};
+
+void AddFieldDetails(CLI::App& sub, FieldArgs& args);
+// Of the default kind. UsageError for a level that there is none of.
+FieldOptions FieldDetails(const FieldArgs& args);
+
 }  // namespace ulf

@@ -84,7 +84,7 @@ void LumigraphWeightsAtVertices(benchmark::State& state) {
     const auto depth_at = [&](const Eigen::Vector2d& img) {
       return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
     };
-    triangles = TriangulateLumigraph(*scene, camera, pose, depth_at, 4).triangles.size();
+    triangles = TriangulateLumigraph(*scene, camera, pose, depth_at, {}).triangles.size();
   }
   state.counters["triangles"] = static_cast<double>(triangles);
 }

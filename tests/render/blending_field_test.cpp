@@ -10,6 +10,7 @@
 #include <random>
 
 #include "acquisition/error.h"
+#include "render/image_triangulation.h"
 #include "render/lumigraph_field.h"
 #include "render/mesh_field.h"
 #include "tests/render/synthetic_views.h"
@@ -277,6 +278,34 @@ TEST(LumigraphField, SumsToOneOverAtMostKViewsThatSeeThePoint) {
         for (const ViewWeight& entry : sample.weights) EXPECT_TRUE(scene->views[At(entry.view)].See(point));
       }
     }
+  }
+}
+
+TEST(LumigraphField, WhatIsFartherAwayCostsAsMuchAsIsAsked) {
+  std::shared_ptr<const RenderScene> scene =
+      test::MakeScene({.viewpoints = test::CapViewpoints(60, 0.5, 2.0, 0.4)});
+  const auto mean_distance = [&](double resolution) {
+    FieldSample sample;
+    MakeField(scene,
+              {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 8, .lumigraph_resolution = resolution})
+        ->From({0, 0, 1.5})
+        ->Weights({-Vector3d::UnitZ(), Vector3d::Zero()}, sample);
+    double sum = 0;
+    for (const ViewWeight& entry : sample.weights)
+      sum += entry.weight * scene->views[At(entry.view)].center_in_world.norm();
+    return sum;
+  };
+  EXPECT_GT(mean_distance(0), 1.05 * mean_distance(1));
+}
+
+TEST(LumigraphField, TheImageIsCutIntoAsManyTrianglesAsAreAsked) {
+  const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(30, 0.5, 2.0)});
+  const CameraModel camera = CameraModel::Pinhole(320, 240, 200);
+  const Rigid3 pose = LookAt({0, 0, 1.5}, {0, 0, 0}, Vector3d::UnitY());
+  for (const int wanted : {500, 2000, 6000}) {
+    const auto image = TriangulateLumigraph(*scene, camera, pose, [](const Eigen::Vector2d&) { return 1.5; },
+                                            {.lumigraph_triangles = wanted});
+    EXPECT_NEAR(static_cast<double>(image.triangles.size()) / wanted, 1, 0.12);
   }
 }
 

@@ -5,9 +5,11 @@
 
 #include <Eigen/Geometry>
 
+#include "acquisition/error.h"
 #include "render/choice.h"
 #include "render/depth_raster.h"
 #include "render/lumigraph_field.h"
+#include "render/points_proxy.h"
 #include "render/quality.h"
 #include "render/renderer.h"
 #include "tests/render/synthetic_views.h"
@@ -36,6 +38,27 @@ std::shared_ptr<const Proxy> SquareProxy(const RenderScene& scene) {
 double Psnr(const Rendering& picture, const Rigid3& pose) {
   const cv::Mat truth = test::PhotographOfPlane(kCamera, pose, true);
   return CompareImages(Srgb8FromLinear(picture.linear), truth, cv::Mat(truth.size(), CV_8U, 255)).psnr_db;
+}
+
+// Points at random on the plane and on the square before it, as a tracker would have found them.
+std::vector<ScenePoint> TrackedPoints(int on_plane, int on_square) {
+  std::vector<ScenePoint> points;
+  cv::RNG random(5);
+  const auto add = [&](int count, double half, double z) {
+    for (int i = 0; i < count; ++i)
+      points.push_back({{random.uniform(-half, half), random.uniform(-half, half), z}});
+  };
+  add(on_plane, 2, 0);
+  add(on_square, test::kSquareHalf, test::kSquareZ);
+  return points;
+}
+
+// Of the pixels, how many are deep by more than 3 % of the truth.
+double WrongShare(const cv::Mat& depth, const Rigid3& pose) {
+  cv::Mat truth = DrawInverseDepth(*test::PlaneAndSquare(), kCamera, pose), error;
+  cv::multiply(depth, truth, error);
+  error = cv::abs(error - 1);
+  return static_cast<double>(cv::countNonZero(error > 0.03)) / static_cast<double>(depth.total());
 }
 
 TEST(DepthRaster, IsTheDepthOfThePlaneOfEachTriangle) {
@@ -192,6 +215,77 @@ TEST(Choice, SaysWhyThereIsNone) {
   const Choice untried = ChooseByEvidence(*few, fields, {few->proxy}, RendererKind::kGl);
   EXPECT_EQ(untried.field.kind, FieldKind::kSubdivision);
   EXPECT_THAT(untried.why, testing::HasSubstr("too few"));
+}
+
+TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {
+  const PointsProxy proxy({Vector3d::Zero(), 0.3}, TrackedPoints(3000, 60));
+  const PlaneProxy plane({Vector3d::Zero(), 0.3});
+  for (const Vector3d& center : {Vector3d(-0.4, 0.45, 1.3), Vector3d(0.5, -0.3, 1.5), Vector3d(0, 0, 2.2)}) {
+    const Rigid3 pose = At(center);
+    EXPECT_LT(WrongShare(proxy.Depth(kCamera, pose), pose), 0.03) << center.transpose();
+    EXPECT_GT(WrongShare(plane.Depth(kCamera, pose), pose), 0.1) << "the test shows nothing";
+  }
+}
+
+TEST(PointsProxy, WhatIsHiddenIsNotPartOfIt) {
+  // Two squares, one twice as far away as the other and as large as it looks, both full of points.
+  std::vector<Vector3d> in_cam;
+  cv::RNG random(3);
+  for (int i = 0; i < 1500; ++i) {
+    const double x = random.uniform(-0.4, 0.4), y = random.uniform(-0.3, 0.3);
+    in_cam.push_back(i % 2 == 0 ? Vector3d{x, y, 1} : Vector3d{2 * x, 2 * y, 2});
+  }
+  std::size_t near = 0, far = 0;
+  for (const std::size_t i : VisiblePoints(in_cam, 0.8 * 0.6)) ++(i % 2 == 0 ? near : far);
+  EXPECT_GT(near, 735u);
+  EXPECT_LT(far, 75u);
+}
+
+TEST(PointsProxy, ASlantedSurfaceDoesNotHideItself) {
+  std::vector<Vector3d> in_cam;
+  cv::RNG random(4);
+  for (int i = 0; i < 800; ++i) {
+    const double x = random.uniform(-0.5, 0.5), y = random.uniform(-0.4, 0.4);
+    in_cam.push_back(Vector3d{x, y, 1} * (1.5 / (1 - 1.2 * x)));  // a wall at fifty degrees
+  }
+  EXPECT_GT(VisiblePoints(in_cam, 0.8).size(), 760u);
+}
+
+TEST(PointsProxy, AWrongPointIsNotBelieved) {
+  auto points = TrackedPoints(3000, 0);
+  points.push_back({{0.1, 0.05, 0.9}});
+  const PointsProxy proxy({Vector3d::Zero(), 0.3}, points);
+  const Rigid3 pose = At({0, 0, 2});
+  const cv::Mat depth = proxy.Depth(kCamera, pose);
+  for (int y = 0; y < kCamera.height; y += 3)
+    for (int x = 0; x < kCamera.width; x += 3) EXPECT_GT(depth.at<float>(y, x), 1.8) << x << " " << y;
+}
+
+TEST(PointsProxy, WithoutPointsItIsThePlaneOrAnError) {
+  const Subject subject{Vector3d::Zero(), 0.3};
+  const PointsProxy proxy(subject, TrackedPoints(500, 0));
+  const Rigid3 away = LookAt({0, 0, 2}, {0, 0, 4}, Vector3d::UnitY());
+  EXPECT_FALSE(proxy.Triangles(kCamera, away));
+  EXPECT_TRUE(cv::checkRange(proxy.Depth(kCamera, away), true, nullptr, 1e-6));
+  auto broken = TrackedPoints(3, 0);
+  broken.push_back({{std::nan(""), 0, 0}});
+  EXPECT_THAT([&] { PointsProxy(subject, broken); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("3 tracked points")));
+}
+
+TEST(PointsProxy, OpenGlDrawsWhatTheReferenceDraws) {
+  const auto plain = test::MakeScene(SquareSpec());
+  const auto scene =
+      WithProxy(*plain, std::make_shared<PointsProxy>(plain->subject, TrackedPoints(1500, 40)));
+  const Rigid3 pose = At({0.1, -0.05, 1.2});
+  const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
+  const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+  const Rendering fast = gl->Render(kCamera, pose), slow = reference->Render(kCamera, pose);
+  cv::Mat difference;
+  cv::absdiff(Srgb8FromLinear(fast.linear), Srgb8FromLinear(slow.linear), difference);
+  EXPECT_LT(static_cast<double>(cv::countNonZero(difference.reshape(1) > 2)),
+            0.01 * static_cast<double>(difference.reshape(1).total()));
+  EXPECT_GT(Psnr(fast, pose), Psnr(MakeRenderer(plain, {})->Render(kCamera, pose), pose) + 3);
 }
 
 TEST(PlaneProxy, InTheWorldStaysWhereItIs) {

@@ -170,6 +170,9 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   const auto missing = RunUlf("render " + dir + " --proxy mesh -o " + Out("x.png"));
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.errors, HasSubstr("ulf proxy " + dir));
+  const auto pointless = RunUlf("render " + dir + " --proxy points -o " + Out("x.png"));
+  EXPECT_EQ(pointless.exit_code, 1);
+  EXPECT_THAT(pointless.errors, HasSubstr("0 tracked points"));
 
   // The true surface, and a plane far behind it.
   std::ofstream(Out("true.obj")) << "v -50 -50 0\nv 50 -50 0\nv 50 50 0\nv -50 50 0\nf 1 2 3 4\n";

@@ -1,0 +1,173 @@
+#include "render/points_proxy.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Extreme_points_traits_adapter_3.h>
+#include <CGAL/convex_hull_3.h>
+#include <CGAL/property_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "acquisition/error.h"
+#include "render/planar_delaunay.h"
+
+namespace ulf {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kHiddenBehind = 0.15;  // of the distance
+constexpr double kMargin = 0.15;        // beyond the frame, of its longer side
+constexpr int kRimPointsPerSide = 6;
+constexpr double kWrongBy = 0.3;  // inverse depth, against all neighbours
+constexpr std::size_t kLeastPoints = 4;
+
+struct ImagePoint {
+  Vector2d img;
+  double inverse_depth;
+};
+
+template <typename T>
+T MedianOf(std::vector<T> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<ImagePoint> SeenPoints(const std::vector<Vector3d>& points, const CameraModel& camera,
+                                   const Rigid3& cam_from_world, double margin_px) {
+  std::vector<Vector3d> in_cam;
+  std::vector<ImagePoint> projected;
+  for (const Vector3d& point : points) {
+    const Vector3d p = cam_from_world * point;
+    if (!(p.z() > 1e-6 * p.norm())) continue;
+    const Vector2d img{camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
+    if (img.x() < -margin_px || img.y() < -margin_px || img.x() > camera.width + margin_px ||
+        img.y() > camera.height + margin_px)
+      continue;
+    in_cam.push_back(p);
+    projected.push_back({img, 1 / p.z()});
+  }
+  const double view_sr =
+      (camera.width + 2 * margin_px) * (camera.height + 2 * margin_px) / camera.fx / camera.fy;
+  std::vector<ImagePoint> seen;
+  for (const std::size_t i : VisiblePoints(in_cam, view_sr)) seen.push_back(projected[i]);
+  return seen;
+}
+
+// All points by their nearness to the fourth power: near the frame those at its rim decide, and nothing
+// jumps.
+double Extrapolated(const std::vector<ImagePoint>& seen, const Vector2d& img) {
+  double sum = 0, weights = 0;
+  for (const ImagePoint& point : seen) {
+    const double weight = 1 / std::pow((point.img - img).squaredNorm() + 1, 2);
+    sum += weight * point.inverse_depth;
+    weights += weight;
+  }
+  return sum / weights;
+}
+
+std::vector<ImagePoint> RimPoints(const std::vector<ImagePoint>& seen, const CameraModel& camera,
+                                  double margin_px) {
+  const Vector2d from{-1.01 * margin_px, -1.01 * margin_px};
+  const Vector2d size{camera.width - 2 * from.x(), camera.height - 2 * from.y()};
+  std::vector<ImagePoint> rim;
+  for (int i = 0; i < kRimPointsPerSide; ++i) {
+    const double share = static_cast<double>(i) / kRimPointsPerSide;
+    for (const Vector2d& at :
+         {Vector2d{share, 0}, Vector2d{1, share}, Vector2d{1 - share, 1}, Vector2d{0, 1 - share}}) {
+      const Vector2d img = from + at.cwiseProduct(size);
+      rim.push_back({img, Extrapolated(seen, img)});
+    }
+  }
+  return rim;
+}
+
+// One point that agrees with none of its neighbours is taken to be wrong and gets their median.
+void MendWrongPoints(const std::vector<Triangle>& triangles, std::vector<ImagePoint>& points) {
+  std::vector<std::vector<double>> around(points.size());
+  for (const Triangle& triangle : triangles)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      around[static_cast<std::size_t>(triangle[corner])].push_back(
+          points[static_cast<std::size_t>(triangle[(corner + 1) % 3])].inverse_depth);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double own = points[i].inverse_depth;
+    const auto differs = [own](double other) { return std::abs(own / other - 1) > kWrongBy; };
+    if (around[i].size() > 2 && std::all_of(around[i].begin(), around[i].end(), differs))
+      points[i].inverse_depth = MedianOf(around[i]);
+  }
+}
+
+}  // namespace
+
+std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, double view_sr) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<std::size_t> indices(in_cam.size());
+  std::iota(indices.begin(), indices.end(), std::size_t{0});
+  if (in_cam.size() < kLeastPoints) return indices;
+  std::vector<double> distances;
+  for (const Vector3d& point : in_cam) distances.push_back(point.norm());
+  // Neighbours at an angle t to either side leave 2 R (1 - cos t) = R t^2 between their chord and the sphere
+  // 2 R that flipped points lie on.
+  const double between_points_sr = view_sr / static_cast<double>(in_cam.size());
+  const double radius = std::max(kHiddenBehind * MedianOf(distances) / between_points_sr,
+                                 1.01 * *std::max_element(distances.begin(), distances.end()));
+  std::vector<Kernel::Point_3> flipped;
+  for (std::size_t i = 0; i < in_cam.size(); ++i) {
+    const Vector3d at = in_cam[i] * (2 * radius / distances[i] - 1);
+    flipped.emplace_back(at.x(), at.y(), at.z());
+  }
+  flipped.emplace_back(0, 0, 0);
+  indices.push_back(in_cam.size());
+  std::vector<std::size_t> visible;
+  const auto point_of = CGAL::make_property_map(flipped);
+  CGAL::extreme_points_3(indices, std::back_inserter(visible),
+                         CGAL::make_extreme_points_traits_adapter(point_of));
+  std::erase(visible, in_cam.size());
+  std::sort(visible.begin(), visible.end());
+  return visible;
+}
+
+PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points) : subject_(subject) {
+  for (const ScenePoint& point : points)
+    if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
+  if (points_.size() < kLeastPoints)
+    throw Error("--proxy points: the light field has {} tracked points; take another proxy (plane, mesh)",
+                points_.size());
+}
+
+std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& camera,
+                                                           const Rigid3& cam_from_world) const {
+  const std::lock_guard lock(mutex_);
+  if (last_cam_from_world_ == cam_from_world.Matrix() && last_camera_ == camera) return last_;
+  last_camera_ = camera;
+  last_cam_from_world_ = cam_from_world.Matrix();
+  last_.reset();
+  const double margin_px = kMargin * std::max(camera.width, camera.height);
+  std::vector<ImagePoint> points = SeenPoints(points_, camera, cam_from_world, margin_px);
+  if (points.size() < kLeastPoints) return nullptr;
+  const std::vector<ImagePoint> rim = RimPoints(points, camera, margin_px);
+  points.insert(points.end(), rim.begin(), rim.end());
+  std::vector<Vector2d> img;
+  for (const ImagePoint& point : points) img.push_back(point.img);
+  const std::vector<Triangle> triangles = PlanarDelaunay(img);
+  MendWrongPoints(triangles, points);
+
+  auto mesh = std::make_shared<TriangleMesh>();
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  for (const ImagePoint& point : points) {
+    const Vector3d ray{(point.img.x() - camera.cx) / camera.fx, (point.img.y() - camera.cy) / camera.fy, 1};
+    mesh->vertices.push_back((world_from_cam * (ray / point.inverse_depth)).cast<float>());
+  }
+  for (const Triangle& triangle : triangles)
+    mesh->triangles.push_back({static_cast<std::uint32_t>(triangle[0]),
+                               static_cast<std::uint32_t>(triangle[1]),
+                               static_cast<std::uint32_t>(triangle[2])});
+  last_ = std::move(mesh);
+  return last_;
+}
+
+}  // namespace ulf
