@@ -24,7 +24,7 @@ target_compile_options(ulf_flags INTERFACE -Wall -Wextra -Wno-psabi $<$<BOOL:${U
 set(ULF_SANITIZE "" CACHE STRING "address,undefined or thread")
 if(ULF_SANITIZE)
   # Instrumented code makes GCC 12 see overlaps and overruns inside std::string that are not there.
-  target_compile_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} -fno-omit-frame-pointer -g -Wno-error)
+  target_compile_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} -fno-omit-frame-pointer -Wno-error)
   target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE})
 endif()
 
