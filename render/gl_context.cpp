@@ -89,7 +89,7 @@ GlContext::GlContext(GlDoor door) {
   throw Error(
       "OpenGL 4.5 without a window is not to be had from EGL (neither a GPU nor Mesa's software rasteriser "
       "answered); "
-      "install libegl-mesa0, or render with --renderer reference");
+      "install libegl-mesa0 libgl1-mesa-dri, or do without: --renderer reference");
 }
 
 GlContext::~GlContext() {

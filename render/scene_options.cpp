@@ -1,14 +1,36 @@
 #include "render/scene_options.h"
 
+#include <spdlog/spdlog.h>
+
+#include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
+#include "render/gl_context.h"
 #include "render/proxy_choice.h"
 
 namespace ulf {
 
+namespace {
+
+RendererKind WhatThereIs() {
+  try {
+    const GlContext context;
+    return RendererKind::kGl;
+  } catch (const Error& error) {
+    spdlog::warn("{}", error.what());
+    spdlog::warn("pictures are drawn by the reference renderer, on the processor: the same ones, slowly");
+    return RendererKind::kReference;
+  }
+}
+
+}  // namespace
+
 RendererKind RendererFromName(const std::string& name) {
-  return name == "reference" ? RendererKind::kReference : RendererKind::kGl;
+  if (name == "reference") return RendererKind::kReference;
+  if (name == "gl") return RendererKind::kGl;
+  static const RendererKind what_there_is = WhatThereIs();
+  return what_there_is;
 }
 
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
@@ -48,8 +70,9 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
          "Viewpoints are triangulated on the sphere, or in the plane of azimuth and elevation as in the "
          "thesis, for comparison")
       ->check(CLI::IsMember({"sphere", "plane"}));
-  sub.add_option("--renderer", args.renderer, "gl (OpenGL without a window) or reference (plain, slow)")
-      ->check(CLI::IsMember({"gl", "reference"}));
+  sub.add_option("--renderer", args.renderer,
+                 "gl (OpenGL without a window), reference (plain, slow) or auto (gl where it is to be had)")
+      ->check(CLI::IsMember({"auto", "gl", "reference"}));
 }
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {

@@ -16,7 +16,7 @@ struct SceneArgs {
   int size_limit_px = 0;
   double memory_mb = 2048;
   double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
-  std::string renderer = "gl";
+  std::string renderer = "auto";
   std::vector<std::string> proxies{"plane"};
   std::string viewpoint_mesh = "sphere";
   PhotographForm form = PhotographForm::kAuto;
@@ -24,6 +24,7 @@ struct SceneArgs {
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
+// "gl", "reference", or "auto": the reference renderer where there is no OpenGL, which is said once.
 RendererKind RendererFromName(const std::string& name);
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);

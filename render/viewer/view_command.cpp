@@ -28,7 +28,7 @@ constexpr double kPatience = 0.5;
 
 struct ViewArgs : SceneArgs {
   std::string field = kAuto;
-  std::string level = "1";
+  FieldArgs field_details;
   std::string proxy = kAuto;
   ApertureArgs aperture;
   int width = 1280, height = 720;
@@ -41,7 +41,7 @@ struct ViewArgs : SceneArgs {
 
 // Which is best is not tried out: that takes longer than looking at both.
 FieldOptions FieldOf(const ViewArgs& args) {
-  FieldOptions field{.level = LevelFromName(args.level)};
+  FieldOptions field = FieldDetails(args.field_details);
   if (args.field != kAuto) field.kind = FieldFromName(args.field);
   return field;
 }
@@ -52,6 +52,7 @@ std::vector<OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject
   if (args.proxy != kAuto) names.push_back(args.proxy);
   if (std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile)) names.push_back("mesh");
   names.push_back("plane");
+  if (std::filesystem::exists(std::filesystem::path(args.dir) / "points.ply")) names.push_back("points");
   std::vector<OfferedProxy> proxies;
   for (const std::string& name : names) {
     const auto same = [&](const OfferedProxy& proxy) { return proxy.name == name; };
@@ -195,7 +196,7 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--field", args->field,
       "Blending weights to begin with: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
-  sub->add_option("--level", args->level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,
       "Geometry to begin with: mesh (DIR/proxy.ply; auto where there is one), plane, plane:x,y,z,d, or a "

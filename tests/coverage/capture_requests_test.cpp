@@ -301,7 +301,8 @@ TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
   state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, 1, 0});
   state.guidance.distance = 2.5;
   EXPECT_EQ(WayInWords(state), "7 degrees down, 25 % back");
-  state.guidance = {.toward = toward(-120, 0)};
+  state.guidance = {};
+  state.guidance.toward = toward(-120, 0);
   EXPECT_EQ(WayInWords(state), "120 degrees right") << "round the subject";
   state.guidance.toward = toward(0.3, 0.3);
   EXPECT_EQ(WayInWords(state), "");

@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 using test::RunUlf;
+using testing::AllOf;
 using testing::HasSubstr;
 
 test::SceneSpec SmallSpec() { return {.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)}; }
@@ -120,6 +121,22 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
 
   const auto field = RunUlf("render " + dir_.string() + " --blending-field -o " + Out("d.png"));
   EXPECT_EQ(field.exit_code, 0) << field.errors;
+}
+
+TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
+  const std::string render = "render " + dir_.string() + " --field linear --proxy plane --width 48 -o ";
+  ASSERT_EQ(RunUlf(render + Out("gl.png")).exit_code, 0);
+  // No driver is found from here on.
+  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere", 1);
+  const auto without = RunUlf(render + Out("cpu.png"));
+  const auto wanted = RunUlf(render + Out("none.png") + " --renderer gl");
+  unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
+  EXPECT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_THAT(without.errors,
+              AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("reference renderer, on the processor")));
+  EXPECT_LE(cv::norm(cv::imread(Out("gl.png")), cv::imread(Out("cpu.png")), cv::NORM_INF), 2);
+  EXPECT_EQ(wanted.exit_code, 1);
+  EXPECT_THAT(wanted.errors, HasSubstr("--renderer reference"));
 }
 
 TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
