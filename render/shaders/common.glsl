@@ -26,26 +26,26 @@ float DepthOf(vec3 ray) {
 }
 
 // Software rasterisers walk through both sides of every branch: distortions that no view has are left out.
-bool Distort(View v, vec3 q, out vec2 p) {
+bool Distort(vec4 size, vec4 k, vec4 more, vec3 q, out vec2 p) {
 #ifdef FISHEYE
-  if (v.more.w > 1.5) {
+  if (more.w > 1.5) {
     float rho = length(q.xy);
     float theta = atan(rho, q.z);
-    if (theta > v.size.w) return false;
+    if (theta > size.w) return false;
     float t2 = theta * theta;
-    float radius = theta * (1.0 + t2 * (v.k.x + t2 * (v.k.y + t2 * (v.k.z + t2 * v.k.w))));
+    float radius = theta * (1.0 + t2 * (k.x + t2 * (k.y + t2 * (k.z + t2 * k.w))));
     p = rho > 1e-9 ? q.xy * (radius / rho) : q.xy / q.z;
     return true;
   }
 #endif
   p = q.xy / q.z;
 #ifdef RADIAL_TANGENTIAL
-  if (v.more.w > 0.5) {
+  if (more.w > 0.5) {
     float r2 = dot(p, p);
-    if (r2 > v.size.w) return false;
-    float radial = 1.0 + r2 * (v.k.x + r2 * (v.k.y + r2 * v.more.x));
-    p = p * radial + vec2(2.0 * v.k.z * p.x * p.y + v.k.w * (r2 + 2.0 * p.x * p.x),
-                          v.k.z * (r2 + 2.0 * p.y * p.y) + 2.0 * v.k.w * p.x * p.y);
+    if (r2 > size.w) return false;
+    float radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * more.x));
+    p = p * radial + vec2(2.0 * k.z * p.x * p.y + k.w * (r2 + 2.0 * p.x * p.x),
+                          k.z * (r2 + 2.0 * p.y * p.y) + 2.0 * k.w * p.x * p.y);
   }
 #endif
   return q.z > 1e-12;
@@ -54,7 +54,7 @@ bool Distort(View v, vec3 q, out vec2 p) {
 // Where the view has the point in its image, and its feather, 0 when it is outside.
 float Frame(View v, vec3 in_view, out vec2 img) {
   vec2 p;
-  if (!Distort(v, in_view, p)) return 0.0;
+  if (!Distort(v.size, v.k, v.more, in_view, p)) return 0.0;
   img = v.intrinsics.xy * p + v.intrinsics.zw;
   vec2 to_edge = min(img, v.size.xy - img);
   return clamp(min(to_edge.x, to_edge.y) / v.size.z, 0.0, 1.0);
@@ -66,12 +66,12 @@ vec3 InView(View v, vec3 point) {
 }
 
 // How much of the point the proxy leaves to be seen.
-float SightShare(View v, vec3 in_view) {
+float SightShare(vec4 sight, ivec4 place, vec3 in_view) {
 #ifdef HIDES
-  if (in_view.z <= 0.0 || v.place.w < 0) return 1.0;
-  vec2 uv = v.sight.xy * in_view.xy / in_view.z + v.sight.zw;
+  if (in_view.z <= 0.0 || place.w < 0) return 1.0;
+  vec2 uv = sight.xy * in_view.xy / in_view.z + sight.zw;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  return texture(sights, vec4(uv, float(v.place.w), 1.0 / in_view.z));
+  return texture(sights, vec4(uv, float(place.w), 1.0 / in_view.z));
 #else
   return 1.0;
 #endif
@@ -81,7 +81,7 @@ float SightShare(View v, vec3 in_view) {
 float See(View v, vec3 point, out vec2 img) {
   vec3 in_view = InView(v, point);
   float feather = Frame(v, in_view, img);
-  return feather > 0.0 ? feather * SightShare(v, in_view) : 0.0;
+  return feather > 0.0 ? feather * SightShare(v.sight, v.place, in_view) : 0.0;
 }
 
 vec4 Photograph(ivec4 place, vec2 uv) {

@@ -29,7 +29,7 @@ void main() {
       continue;
     }
 #endif
-    float seen = feather * SightShare(views[i], in_view);
+    float seen = feather * SightShare(views[i].sight, views[i].place, in_view);
     if (seen <= 0.0 && filled) continue;
     needed[i] = 1;
     if (views[i].center.w > 0.0) continue;  // there may be no light
@@ -58,7 +58,7 @@ void main() {
     vec3 in_view = InView(views[i], point);
     float feather = Frame(views[i], in_view, img);
     if (feather <= 0.0) continue;
-    float seen = feather * SightShare(views[i], in_view);
+    float seen = feather * SightShare(views[i].sight, views[i].place, in_view);
     if (seen <= 0.0 && color.a > -2.0) continue;
     float share;
     vec3 light = LightOf(views[i], img, share);

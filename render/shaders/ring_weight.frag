@@ -4,7 +4,7 @@ flat in float confidence;
 out vec4 color;  // added up: weight times confidence, weight
 
 void main() {
-  vec3 ray = RayOfPixel();
-  float weight = max(dot(numerator, ray) / max(dot(denominator, ray), 1e-30), 0.0);
+  vec3 pixel = vec3(gl_FragCoord.xy, 1.0);
+  float weight = max(dot(numerator, pixel) / max(dot(denominator, pixel), 1e-30), 0.0);
   color = vec4(weight * confidence, weight, 0.0, 0.0);
 }

@@ -26,6 +26,11 @@ class Keeper : public benchmark::ConsoleReporter {
   std::vector<Run> runs_;
 };
 
+std::string Asked(const Target& target) {
+  return target.at_most ? fmt::format("{} <= {:g}", target.what, *target.at_most)
+                        : fmt::format("{} >= {:g}", target.what, target.at_least);
+}
+
 }  // namespace
 
 int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
@@ -44,15 +49,15 @@ int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
       const auto counter = run.counters.find(target.counter);
       const bool measured = !run.error_occurred && counter != run.counters.end();
       const double value = measured ? static_cast<double>(counter->second) : 0;
-      const bool reached = measured && value >= target.at_least;
+      const bool reached = measured && (target.at_most ? value <= *target.at_most : value >= target.at_least);
       missed += !reached;
-      fmt::print("target {}: {} >= {:g}: {}\n", target.run, target.what, target.at_least,
+      fmt::print("target {}: {}: {}\n", target.run, Asked(target),
                  measured ? fmt::format("{:.3g}, {}", value, reached ? "reached" : "missed")
                           : "not measured, missed");
     }
     if (ran) continue;
     missed += all_asked_for;
-    fmt::print("target {}: {} >= {:g}: not measured\n", target.run, target.what, target.at_least);
+    fmt::print("target {}: {}: not measured\n", target.run, Asked(target));
   }
   std::fflush(stdout);
   return missed > 0 ? 1 : 0;

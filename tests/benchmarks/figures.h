@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ struct Target {
   std::string run;      // the beginning of the run's name, as printed
   std::string counter;  // as printed
   double at_least = 0;
-  std::string what;  // for people: what is counted, with its unit
+  std::string what;                    // for people: what is counted, with its unit
+  std::optional<double> at_most = {};  // asked for instead
 };
 
 // Google Benchmark's own output, then the targets'. A target whose run is not there counts as missed, unless
