@@ -18,6 +18,7 @@
 #include "coverage/light_field_report.h"
 #include "render/camera_path.h"
 #include "render/evaluate.h"
+#include "render/proxy_choice.h"
 #include "render/renderer.h"
 
 namespace ulf {
@@ -42,6 +43,14 @@ CoverageMap MapOf(const LightField& light_field, const Subject& subject, const s
         CriterionView::From(light_field.CameraOf(view), view.cam_from_world, light_field.coverage_width_px));
   map.SetViews(views);
   return map;
+}
+
+// Over the best geometry that it brings itself.
+std::shared_ptr<const RenderScene> SceneOf(const LightField& light_field) {
+  const auto scene = LoadScene(light_field, {});
+  const std::vector<std::string> own = ProxiesOfItsOwn(light_field.root);
+  if (own.empty()) return scene;
+  return WithProxy(*scene, ProxyFromName(own.back(), scene->subject, light_field.root));
 }
 
 // The view nearest to the middle of all directions: its neighbours surround it, so leaving it out is fair.
@@ -84,8 +93,9 @@ SheetPanel RenderingBesideTruth(const RenderScene& scene) {
   cv::Mat pair;
   const cv::Mat gap(shown.height, 6, CV_8UC3, cv::Scalar::all(255));
   cv::hconcat(std::vector<cv::Mat>{rendered(shown), gap, photograph.srgb8(shown)}, pair);
-  return {pair, fmt::format("rendered without view {} | its photograph ({:.1f} dB, SSIM {:.3f}, full frame)",
-                            view.id, quality.psnr_db, quality.ssim)};
+  return {pair,
+          fmt::format("rendered without view {} ({}) | its photograph ({:.1f} dB, SSIM {:.3f}, full frame)",
+                      view.id, scene.proxy->Name(), quality.psnr_db, quality.ssim)};
 }
 
 // From half the distance, where a picture is made of many views (thesis, figure 5-1).
@@ -118,7 +128,7 @@ int RunSheet(const SheetArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   ReportOptions asked;
   if (!args.cap.empty()) asked.cap = Cap::ParseDegrees(args.cap);
-  const auto scene = LoadScene(light_field, {});
+  const auto scene = SceneOf(light_field);
   const LightFieldReport report = Describe(light_field, asked);
   const CoverageMap map = MapOf(light_field, scene->subject, report.cap);
 

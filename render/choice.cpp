@@ -115,8 +115,8 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
     proxies = {ProxyFromName(proxy, scene.subject, light_field)};
   } else {
     proxies = {ProxyFromName("plane", scene.subject, light_field)};
-    if (std::filesystem::exists(light_field / kMeshProxyFile))
-      proxies.push_back(ProxyFromName("mesh", scene.subject, light_field));
+    for (const std::string& name : ProxiesOfItsOwn(light_field))
+      proxies.push_back(ProxyFromName(name, scene.subject, light_field));
   }
   return ChooseByEvidence(scene, fields, proxies, renderer);
 }

@@ -39,6 +39,13 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 
 }  // namespace
 
+std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_field) {
+  std::vector<std::string> names;
+  if (std::filesystem::exists(light_field / "points.ply")) names.push_back("points");
+  if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
+  return names;
+}
+
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field) {
   constexpr char kPlane[] = "plane:";

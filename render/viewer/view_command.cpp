@@ -46,13 +46,13 @@ FieldOptions FieldOf(const ViewArgs& args) {
   return field;
 }
 
-// What P goes through, beginning with what was asked for, or the light field's own mesh where it has one.
+// What P goes through, beginning with what was asked for, or with the light field's own mesh or points.
 std::vector<OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
   if (args.proxy != kAuto) names.push_back(args.proxy);
-  if (std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile)) names.push_back("mesh");
+  const std::vector<std::string> own = ProxiesOfItsOwn(args.dir);
+  names.insert(names.end(), own.rbegin(), own.rend());
   names.push_back("plane");
-  if (std::filesystem::exists(std::filesystem::path(args.dir) / "points.ply")) names.push_back("points");
   std::vector<OfferedProxy> proxies;
   for (const std::string& name : names) {
     const auto same = [&](const OfferedProxy& proxy) { return proxy.name == name; };
@@ -199,8 +199,8 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,
-      "Geometry to begin with: mesh (DIR/proxy.ply; auto where there is one), plane, plane:x,y,z,d, or a "
-      "PLY or OBJ file");
+      "Geometry to begin with: auto (the light field's mesh, or else its tracked points, or else the plane), "
+      "mesh (DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Of the window")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Of the window")->check(CLI::Range(64, 16384));

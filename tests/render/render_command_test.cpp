@@ -6,8 +6,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/point_ply.h"
 #include "render/evaluate.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
@@ -121,6 +123,20 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
 
   const auto field = RunUlf("render " + dir_.string() + " --blending-field -o " + Out("d.png"));
   EXPECT_EQ(field.exit_code, 0) << field.errors;
+}
+
+TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
+  cv::RNG random(2);
+  std::vector<ScenePoint> points;
+  for (int i = 0; i < 300; ++i) points.push_back({{random.uniform(-2., 2.), random.uniform(-2., 2.), 0}});
+  WriteFileAtomically(dir_ / "points.ply", PointPlyBytes(points));
+  const auto chosen = RunUlf("render " + dir_.string() + " --field linear -o " + Out("a.png"));
+  ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
+  EXPECT_THAT(chosen.errors, testing::ContainsRegex("proxy plane: plane [0-9.]+, points [0-9.]+ dB"))
+      << "all is in the plane: the simplest";
+  const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
+  ASSERT_EQ(given.exit_code, 0) << given.errors;
+  EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
 }
 
 TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
