@@ -1,16 +1,11 @@
 #include "render/points_proxy.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Extreme_points_traits_adapter_3.h>
-#include <CGAL/convex_hull_3.h>
-#include <CGAL/property_map.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "acquisition/error.h"
 #include "render/planar_delaunay.h"
+#include "render/visible_points.h"
 
 namespace ulf {
 
@@ -19,8 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kHiddenBehind = 0.15;  // of the distance
-constexpr double kMargin = 0.15;        // beyond the frame, of its longer side
+constexpr double kMargin = 0.15;  // beyond the frame, of its longer side
 constexpr int kRimPointsPerSide = 6;
 constexpr double kWrongBy = 0.3;  // inverse depth, against all neighbours
 constexpr std::size_t kLeastPoints = 4;
@@ -102,34 +96,6 @@ void MendWrongPoints(const std::vector<Triangle>& triangles, std::vector<ImagePo
 }
 
 }  // namespace
-
-std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, double view_sr) {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  std::vector<std::size_t> indices(in_cam.size());
-  std::iota(indices.begin(), indices.end(), std::size_t{0});
-  if (in_cam.size() < kLeastPoints) return indices;
-  std::vector<double> distances;
-  for (const Vector3d& point : in_cam) distances.push_back(point.norm());
-  // Neighbours at an angle t to either side leave 2 R (1 - cos t) = R t^2 between their chord and the sphere
-  // 2 R that flipped points lie on.
-  const double between_points_sr = view_sr / static_cast<double>(in_cam.size());
-  const double radius = std::max(kHiddenBehind * MedianOf(distances) / between_points_sr,
-                                 1.01 * *std::max_element(distances.begin(), distances.end()));
-  std::vector<Kernel::Point_3> flipped;
-  for (std::size_t i = 0; i < in_cam.size(); ++i) {
-    const Vector3d at = in_cam[i] * (2 * radius / distances[i] - 1);
-    flipped.emplace_back(at.x(), at.y(), at.z());
-  }
-  flipped.emplace_back(0, 0, 0);
-  indices.push_back(in_cam.size());
-  std::vector<std::size_t> visible;
-  const auto point_of = CGAL::make_property_map(flipped);
-  CGAL::extreme_points_3(indices, std::back_inserter(visible),
-                         CGAL::make_extreme_points_traits_adapter(point_of));
-  std::erase(visible, in_cam.size());
-  std::sort(visible.begin(), visible.end());
-  return visible;
-}
 
 PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points) : subject_(subject) {
   for (const ScenePoint& point : points)

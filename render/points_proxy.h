@@ -1,11 +1,6 @@
 // Tracked points as geometry, for each camera anew: those that it sees are triangulated in its image
 // (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). Up to
 // the frame's rim and a little beyond, where depth is extrapolated, so that the frame is covered.
-//
-// A cloud of points hides nothing by itself. Which of them a camera does not see is found by flipping them
-// over a large sphere about it: hidden is what the flipped points' convex hull has inside (Katz, Tal, Basri:
-// Direct Visibility of Point Sets, 2007). The sphere's radius follows from how densely points stand in the
-// image: hidden is what lies a seventh of its distance or more behind its neighbours.
 #pragma once
 
 #include <mutex>
@@ -36,9 +31,5 @@ class PointsProxy : public Proxy {
   mutable std::optional<Eigen::Matrix4d> last_cam_from_world_;
   mutable std::shared_ptr<const TriangleMesh> last_;
 };
-
-// Indices of the points, in the camera's frame, that a camera with so many square radians of view sees from
-// the origin; none of them lies there.
-std::vector<std::size_t> VisiblePoints(const std::vector<Eigen::Vector3d>& in_cam, double view_sr);
 
 }  // namespace ulf

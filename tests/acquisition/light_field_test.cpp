@@ -366,8 +366,10 @@ TEST(LightFieldOnDisk, SurvivesSigkillAtAnyMoment) {
       }
       _exit(0);
     }
-    while (!fs::exists(dir / "journal.jsonl") || fs::file_size(dir / "journal.jsonl") == 0) usleep(500);
-    usleep(std::uniform_int_distribution<useconds_t>(0, 80000)(random));
+    // By what is written, not by the time: machines may be busy.
+    const auto bytes = std::uniform_int_distribution<std::uintmax_t>(1, 8000)(random);
+    while (!fs::exists(dir / "journal.jsonl") || fs::file_size(dir / "journal.jsonl") < bytes) usleep(200);
+    usleep(std::uniform_int_distribution<useconds_t>(0, 10000)(random));
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);

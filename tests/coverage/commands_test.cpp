@@ -168,7 +168,7 @@ TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
 TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   const ScratchFolder scratch;
   const CommandResult captured = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
-                                        " --headless --quality fast --frames 60 --until-covered 60x40");
+                                        " --headless --quality fast --frames 500 --until-covered 60x40");
   EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*degrees (right|left|down|up)"));
 }
 

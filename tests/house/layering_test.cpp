@@ -51,7 +51,9 @@ const std::map<std::string, std::set<std::string>> kOutside = {
     {"X11/", {"render/display/surface"}},
     {"imgui.h", {"render/display/painter"}},
     {"backends/imgui_", {"render/display/painter"}},
-    {"CGAL/", {"render/spherical_delaunay", "render/planar_delaunay", "render/stereo/tetrahedra"}},
+    {"CGAL/",
+     {"render/spherical_delaunay", "render/planar_delaunay", "render/stereo/tetrahedra",
+      "render/visible_points"}},
 };
 
 std::string Stem(const std::string& path) { return path.substr(0, path.rfind('.')); }

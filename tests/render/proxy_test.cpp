@@ -12,6 +12,7 @@
 #include "render/points_proxy.h"
 #include "render/quality.h"
 #include "render/renderer.h"
+#include "render/visible_points.h"
 #include "tests/render/synthetic_views.h"
 
 namespace ulf {
