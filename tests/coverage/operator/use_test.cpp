@@ -1,5 +1,5 @@
 // A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
-// one, while everything that the display offers is asked for again and again. A minute and a half of the
+// one, while everything that the display offers is asked for again and again. Four minutes of the
 // camera's time every day;
 // `./run test --long` runs twenty minutes of it under each of the sanitizers: nothing may race, nothing may
 // leak, and memory must not grow once there is nothing more to record.
@@ -23,7 +23,7 @@ namespace {
 
 double Minutes() {
   const char* asked = std::getenv("ULF_USE_MINUTES");
-  return asked ? std::atof(asked) : 1.5;
+  return asked ? std::atof(asked) : 4;
 }
 
 double ResidentMb() {
