@@ -100,6 +100,27 @@ void GlBuffer::Release() {
   buffer_ = 0;
 }
 
+void GlTexelBuffer::Attach(std::size_t bytes, bool integers) {
+  const std::size_t texels = bytes / (integers ? sizeof(std::int32_t) : 4 * sizeof(float));
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+  if (texels > static_cast<std::size_t>(most))
+    throw Error(
+        "OpenGL: this driver cannot address {} texels, only {}, too few for so many views; use --renderer "
+        "reference",
+        texels, most);
+  if (!texture_) glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture_);
+  glTextureBuffer(texture_, integers ? GL_R32I : GL_RGBA32F, buffer_.name());
+}
+
+void GlTexelBuffer::Bind(unsigned unit) const { glBindTextureUnit(unit, texture_); }
+
+void GlTexelBuffer::Release() {
+  if (texture_) glDeleteTextures(1, &texture_);
+  texture_ = 0;
+  buffer_.Release();
+}
+
 void GlEmptyVertexArray::Bind() {
   if (!array_) glCreateVertexArrays(1, &array_);
   glBindVertexArray(array_);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace ulf {
@@ -35,6 +36,7 @@ class GlBuffer {
     UploadBytes(values.data(), values.size() * sizeof(T));
   }
   void BindStorage(unsigned binding) const;
+  unsigned name() const { return buffer_; }
   // What shaders wrote into it; waits for them.
   std::vector<std::int32_t> Read(std::size_t count) const;
   void Release();
@@ -42,6 +44,25 @@ class GlBuffer {
  private:
   void UploadBytes(const void* data, std::size_t size);
   unsigned buffer_ = 0;
+};
+
+// Integers, or structs of vectors of four floats, that shaders fetch as texels.
+class GlTexelBuffer {
+ public:
+  // Throws Error where they are more than the driver can address.
+  template <typename T>
+  void Upload(const std::vector<T>& values) {
+    buffer_.Upload(values);
+    Attach(values.size() * sizeof(T), std::is_integral_v<T>);
+  }
+  void Bind(unsigned unit) const;
+  void Release();
+
+ private:
+  void Attach(std::size_t bytes, bool integers);
+
+  unsigned texture_ = 0;
+  GlBuffer buffer_;
 };
 
 // No attributes: every vertex is made up by its shader.

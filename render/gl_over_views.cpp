@@ -13,7 +13,7 @@
 namespace ulf {
 namespace {
 
-constexpr unsigned kBeforeUnit = 15;
+constexpr unsigned kNearestFirstUnit = 10, kBeforeUnit = 15;
 
 // Whether a level has pixels without light.
 bool HasGaps(const cv::Mat& halves) {
@@ -144,7 +144,7 @@ std::size_t GlRenderer::State::SetTiles(const std::vector<int>& in_order, const 
   tiles.Upload(gpu_tiles);
   tiles.BindStorage(1);
   nearest_first.Upload(of_views.views);
-  nearest_first.BindStorage(4);
+  nearest_first.Bind(kNearestFirstUnit);
   return gpu_tiles.size();
 }
 

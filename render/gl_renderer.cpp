@@ -74,7 +74,8 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.nearest_first, &s.needed}) buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.needed}) buffer->Release();
+  s.nearest_first.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();

@@ -34,7 +34,8 @@ struct GlRenderer::State {
   GlSights sights;
   GlPrograms programs;
   GlProgram show;
-  GlBuffer triangles, fans, tiles, nearest_first, needed;
+  GlBuffer triangles, fans, tiles, needed;
+  GlTexelBuffer nearest_first;
   ViewTiler tiler;
   std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
   GlEmptyVertexArray no_vertices;

@@ -46,7 +46,6 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   gpu_views_.clear();
   level_.clear();
-  std::vector<Vec4> gpu_centers;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const SceneView& view = scene.views[i];
     const Rigid3 view_from_cam = view.cam_from_world * world_from_cam;
@@ -70,10 +69,7 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
     out.place = {-1, 0, 0, -1};
     level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
-    gpu_centers.push_back(out.center);
   }
-  centers_.Upload(gpu_centers);
-  centers_.BindStorage(5);
 }
 
 std::vector<GlPhotographs::Wish> GlViews::Wishes(std::span<const int> views) const {
@@ -84,7 +80,7 @@ std::vector<GlPhotographs::Wish> GlViews::Wishes(std::span<const int> views) con
 
 void GlViews::Upload() {
   views_.Upload(gpu_views_);
-  views_.BindStorage(0);
+  views_.Bind(kUnit);
 }
 
 std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs& photographs,
@@ -102,8 +98,8 @@ std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs&
       arrays.push_back(place->texture);
     }
     GpuView& view = gpu_views_[At(views[told])];
-    view.place[0] = number;
-    view.place[1] = place->layer;
+    view.place[0] = static_cast<float>(number);
+    view.place[1] = static_cast<float>(place->layer);
   }
   Upload();
   return told;
@@ -111,13 +107,14 @@ std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs&
 
 void GlViews::TellPlaces(const GlPhotographs& photographs) {
   for (std::size_t i = 0; i < gpu_views_.size(); ++i)
-    if (const auto place = photographs.PlaceOf(static_cast<int>(i))) gpu_views_[i].place[1] = place->layer;
+    if (const auto place = photographs.PlaceOf(static_cast<int>(i)))
+      gpu_views_[i].place[1] = static_cast<float>(place->layer);
   Upload();
 }
 
 void GlViews::TellSights(const RenderScene& scene, const GlSights& sights) {
   for (std::size_t i = 0; i < gpu_views_.size(); ++i) {
-    gpu_views_[i].place[3] = sights.LayerOf(static_cast<int>(i));
+    gpu_views_[i].place[3] = static_cast<float>(sights.LayerOf(static_cast<int>(i)));
     if (!scene.views[i].sight || gpu_views_[i].place[3] < 0) continue;
     const CameraModel& map = scene.views[i].sight->Get().camera;
     gpu_views_[i].sight =
@@ -131,9 +128,6 @@ void GlViews::SetGaps(int view) {
   gpu_views_[At(view)].center[3] = 1;
 }
 
-void GlViews::Release() {
-  views_.Release();
-  centers_.Release();
-}
+void GlViews::Release() { views_.Release(); }
 
 }  // namespace ulf

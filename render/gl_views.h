@@ -18,7 +18,8 @@ namespace ulf {
 class GlViews {
  public:
   // Texture units 0 to kMostArrays - 1 are the photographs'.
-  static constexpr int kMostArrays = 12;
+  static constexpr int kMostArrays = 9;
+  static constexpr unsigned kUnit = 9;
 
   void Build(const RenderScene& scene);
   // For a picture's camera; photographs and sights are nowhere yet.
@@ -42,10 +43,9 @@ class GlViews {
   void Release();
 
  private:
-  // As in the shaders (std430).
+  // As in the shaders, a texel each.
   struct GpuView {
-    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, sight;
-    std::array<std::int32_t, 4> place;
+    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, sight, place;
   };
   void Upload();
 
@@ -53,7 +53,7 @@ class GlViews {
   std::vector<int> level_;
   std::vector<bool> has_gaps_;
   std::vector<GpuView> gpu_views_;
-  GlBuffer views_, centers_;
+  GlTexelBuffer views_;
 };
 
 }  // namespace ulf

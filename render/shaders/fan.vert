@@ -44,7 +44,7 @@ void main() {
   denominator = OfPixel(r0 + r1 + r2);
   nearness = OfPixel(plane.xyz) / plane.w;
   confidence = triangles[fan.triangle].row[0].w;
-  View v = views[fan.view];
+  View v = ViewAt(int(fan.view));
   row0 = vec4(OfPixel(v.row0.xyz), v.row0.w);
   row1 = vec4(OfPixel(v.row1.xyz), v.row1.w);
   row2 = vec4(OfPixel(v.row2.xyz), v.row2.w);

@@ -3,7 +3,7 @@
 // passes, when photographs are not there all at once: -1.5 filled by a view from which the proxy hides it.
 // With MARK nothing is drawn: which views would be needed is marked, whether their photographs are there or not, and
 // those of which it is not known yet what the proxy hides from them.
-layout(std430, binding = 4) readonly buffer NearestFirst { int nearest_first[]; };  // of each tile
+layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
 flat in ivec2 looks_through;  // of nearest_first
 uniform bool nearest_is_the_field;
 
@@ -17,22 +17,23 @@ void main() {
   bool filled = false;
   int unknown = 0;
   for (int n = looks_through.x; n < looks_through.y; ++n) {
-    int i = nearest_first[n];
+    int i = texelFetch(nearest_first, n).r;
+    View v = ViewAt(i);
     vec2 img;
-    vec3 in_view = InView(views[i], point);
-    float feather = Frame(views[i], in_view, img);
+    vec3 in_view = InView(v, point);
+    float feather = Frame(v, in_view, img);
     if (feather <= 0.0) continue;
 #ifdef HIDES
-    if (views[i].place.w < 0) {  // it may be hidden from there: a few at a time are found out
+    if (v.place.w < 0) {  // it may be hidden from there: a few at a time are found out
       needed[i] = 1;
       if (++unknown == 4) break;
       continue;
     }
 #endif
-    float seen = feather * SightShare(views[i].sight, views[i].place, in_view);
+    float seen = feather * SightShare(v.sight, v.place, in_view);
     if (seen <= 0.0 && filled) continue;
     needed[i] = 1;
-    if (views[i].center.w > 0.0) continue;  // there may be no light
+    if (v.center.w > 0.0) continue;  // there may be no light
     filled = true;
     if (seen > 0.0) break;
   }
@@ -50,18 +51,19 @@ void main() {
   vec3 ray = RayOfPixel();
   vec3 point = ray * DepthOf(ray);
   for (int n = looks_through.x; n < looks_through.y; ++n) {
-    int i = nearest_first[n];
+    int i = texelFetch(nearest_first, n).r;
+    View v = ViewAt(i);
 #ifndef SHOW_FIELD
-    if (views[i].place.x < 0) continue;
+    if (v.place.x < 0) continue;
 #endif
     vec2 img;
-    vec3 in_view = InView(views[i], point);
-    float feather = Frame(views[i], in_view, img);
+    vec3 in_view = InView(v, point);
+    float feather = Frame(v, in_view, img);
     if (feather <= 0.0) continue;
-    float seen = feather * SightShare(views[i].sight, views[i].place, in_view);
+    float seen = feather * SightShare(v.sight, v.place, in_view);
     if (seen <= 0.0 && color.a > -2.0) continue;
     float share;
-    vec3 light = LightOf(views[i], img, share);
+    vec3 light = LightOf(v, img, share);
     if (share <= 0.0) continue;
     color = vec4(light, seen <= 0.0 ? -1.5 : nearest_is_the_field ? seen * share : -1.0);
     if (seen > 0.0) break;

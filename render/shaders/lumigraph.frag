@@ -2,7 +2,6 @@
 // views' order, those whose photographs are there: the sum is the same in one pass or in several.
 // With MARK nothing is drawn: which views decide is marked, whether their photographs are there or not. A view of
 // which it is not known yet what the proxy hides from it counts as one from which nothing is hidden.
-layout(std430, binding = 5) readonly buffer Centers { vec4 centers[]; };
 uniform int view_count;
 uniform int k_best;  // at most 8
 uniform float resolution_penalty;
@@ -28,7 +27,8 @@ void main() {
   int count = 0;
   float least_cosine = -2.0;  // of the angle that is as bad as the worst kept penalty: most views stop here
   for (int i = 0; i < view_count; ++i) {
-    vec3 to_view = centers[i].xyz - point;
+    View v = ViewAt(i);
+    vec3 to_view = v.center.xyz - point;
     float inverse_length = inversesqrt(dot(to_view, to_view));
     float cosine = dot(back, to_view) * inverse_length;
     if (cosine < least_cosine) continue;
@@ -36,7 +36,7 @@ void main() {
               resolution_penalty * max(0.0, 1.0 / (inverse_length * to_virtual) - 1.0);
     if (count == k_best + 1 && p >= penalty[count - 1]) continue;
     vec2 img;
-    if (See(views[i], point, img) <= 0.0) continue;
+    if (See(v, point, img) <= 0.0) continue;
     if (count < k_best + 1) ++count;
     int at = count - 1;
     while (at > 0 && penalty[at - 1] > p) {
@@ -77,13 +77,14 @@ void main() {
       weights[at - 1] = weight;
     }
   for (int n = 0; n < count; ++n) {
+    View v = ViewAt(best[n]);
 #ifndef SHOW_FIELD
-    if (views[best[n]].place.x < 0) continue;
+    if (v.place.x < 0) continue;
 #endif
     vec2 img;
-    float weight = weights[n] / total * See(views[best[n]], point, img);
+    float weight = weights[n] / total * See(v, point, img);
     float share;
-    vec3 light = LightOf(views[best[n]], img, share);
+    vec3 light = LightOf(v, img, share);
     if (weight * share > 0.0) color += weight * share * vec4(light, 1.0);
   }
 #endif

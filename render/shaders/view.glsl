@@ -6,7 +6,7 @@ struct View {
   vec4 k;                 // k1 k2 p1 p2, or k1 k2 k3 k4
   vec4 more;              // k3, black, scale, distortion: 0 none, 1 radial-tangential, 2 fisheye
   vec4 color;             // of the blending field's picture
-  vec4 center;            // of the view, to be read by itself; w: 1 where its photograph has pixels without light
+  vec4 center;            // of the view; w: 1 where its photograph has pixels without light
   vec4 sight;             // its map of what the proxy hides: fx fy cx cy, of a map of size 1
   ivec4 place;            // texture array (-1: none), layer, nothing, layer of the map (-1: not there)
 };

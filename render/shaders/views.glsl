@@ -1,1 +1,19 @@
-layout(std430, binding = 0) readonly buffer Views { View views[]; };
+// Texels, as software rasterisers read those of all their fragments together, storage buffers one by one.
+layout(binding = 9) uniform samplerBuffer view_texels;
+
+View ViewAt(int i) {
+  int first = 11 * i;
+  View v;
+  v.row0 = texelFetch(view_texels, first);
+  v.row1 = texelFetch(view_texels, first + 1);
+  v.row2 = texelFetch(view_texels, first + 2);
+  v.intrinsics = texelFetch(view_texels, first + 3);
+  v.size = texelFetch(view_texels, first + 4);
+  v.k = texelFetch(view_texels, first + 5);
+  v.more = texelFetch(view_texels, first + 6);
+  v.color = texelFetch(view_texels, first + 7);
+  v.center = texelFetch(view_texels, first + 8);
+  v.sight = texelFetch(view_texels, first + 9);
+  v.place = ivec4(texelFetch(view_texels, first + 10));
+  return v;
+}
