@@ -55,16 +55,20 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
   return of_views.size();
 }
 
-void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera,
-                                  const PlaneInCamera& plane) {
-  if (batch.triangles.empty()) return;
-  const std::vector<FanRun> runs = SortByView(batch.fans);
+std::vector<FanRun> GlRenderer::State::UploadFans(TriangleBatch& batch) {
+  std::vector<FanRun> runs = SortByView(batch.fans);
   triangles.Upload(batch.triangles);
   triangles.BindStorage(1);
   fans.Upload(batch.fans);
   fans.BindStorage(2);
   no_vertices.Bind();
+  return runs;
+}
 
+void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera,
+                                  const PlaneInCamera& plane) {
+  if (batch.triangles.empty()) return;
+  const std::vector<FanRun> runs = UploadFans(batch);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_ALWAYS);
@@ -79,12 +83,7 @@ void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera
 }
 
 void GlRenderer::State::AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane) {
-  const std::vector<FanRun> runs = SortByView(rings.fans);
-  triangles.Upload(rings.triangles);
-  triangles.BindStorage(1);
-  fans.Upload(rings.fans);
-  fans.BindStorage(2);
-  no_vertices.Bind();
+  const std::vector<FanRun> runs = UploadFans(rings);
   confidence.Bind();
   SetCommon(programs.RingWeight(), camera, plane);
   glEnable(GL_BLEND);

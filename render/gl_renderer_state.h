@@ -88,6 +88,7 @@ struct GlRenderer::State {
   void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  std::vector<FanRun> UploadFans(TriangleBatch& batch);
   void DrawBatch(TriangleBatch batch, const CameraModel& camera, const PlaneInCamera& plane);
   void AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane);
   void AddFans(const std::vector<FanRun>& runs, const CameraModel& camera, const PlaneInCamera& plane);
