@@ -40,18 +40,19 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
     return there;
   }
   offered.insert(offered.end(), wishes.begin(), wishes.end());
-  lacks = !photographs.Offer(offered);
+  bool some_missing = !photographs.Offer(offered);
   const bool nothing_serves = std::none_of(
       offered.begin(), offered.end(),
       [&](const GlPhotographs::Wish& wish) { return photographs.PlaceOf(wish.view).has_value(); });
-  if (lacks && nothing_serves) {  // one photograph is worth waiting for
+  if (some_missing && nothing_serves) {  // one photograph is worth waiting for
     try {
       photographs.Require(views.Wishes(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
       // It is said when it is offered.
     }
-    lacks = !photographs.Offer(offered);
+    some_missing = !photographs.Offer(offered);
   }
+  lacks = lacks || some_missing;  // what comes between two passes is not in the first
   return of_views.size();
 }
 
