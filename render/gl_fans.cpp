@@ -39,20 +39,24 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
           photographs.limit_bytes() / 1000000);
     return there;
   }
+  const std::vector<GlPhotographs::Wish> drawn_from = offered;
+  std::vector<std::optional<GlPhotographs::Place>> places;
+  for (const GlPhotographs::Wish& wish : drawn_from) places.push_back(photographs.PlaceOf(wish.view));
   offered.insert(offered.end(), wishes.begin(), wishes.end());
-  bool some_missing = !photographs.Offer(offered);
+  lacks = !photographs.Offer(offered);
   const bool nothing_serves = std::none_of(
       offered.begin(), offered.end(),
       [&](const GlPhotographs::Wish& wish) { return photographs.PlaceOf(wish.view).has_value(); });
-  if (some_missing && nothing_serves) {  // one photograph is worth waiting for
+  if (lacks && nothing_serves) {  // one photograph is worth waiting for
     try {
       photographs.Require(views.Wishes(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
       // It is said when it is offered.
     }
-    some_missing = !photographs.Offer(offered);
+    lacks = !photographs.Offer(offered);
   }
-  lacks = lacks || some_missing;  // what comes between two passes is not in the first
+  for (std::size_t i = 0; i < drawn_from.size(); ++i)  // a better one came too late for the pass before
+    outdated = outdated || photographs.PlaceOf(drawn_from[i].view) != places[i];
   return of_views.size();
 }
 

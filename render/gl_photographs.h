@@ -30,6 +30,7 @@ class GlPhotographs {
   struct Place {
     unsigned texture = 0;  // GL_TEXTURE_2D_ARRAY
     int layer = 0;
+    bool operator==(const Place&) const = default;
   };
 
   // What there is for photographs: `asked_mb`, or where that is 0 three quarters of what the driver says is

@@ -142,7 +142,7 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
   s.photographs.Expect(std::move(wishes));
 }
 
-bool GlRenderer::loading() const { return state_->lacks; }
+bool GlRenderer::loading() const { return state_->lacks || state_->outdated; }
 GlPhotographs::Counts GlRenderer::photograph_counts() const { return state_->photographs.counts(); }
 
 void GlRenderer::ShowField(bool show) {
@@ -181,7 +181,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   s.sights.Bind(kSightsUnit);
   s.virtual_center = cam_from_world.OriginInSource();
   s.offered.clear();
-  s.lacks = false;
+  s.lacks = s.outdated = false;
   s.drawn.Clear(0);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);

@@ -45,10 +45,11 @@ struct GlRenderer::State {
   bool programs_stale = false;
   std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
 
-  // Of the picture that is being drawn: all that was to be offered, and whether some of it is missing.
+  // Of the picture that is being drawn: all that was to be offered, whether some of it is missing, and
+  // whether a pass was drawn from other photographs than are there now.
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::Wish> offered;
-  bool lacks = false;
+  bool lacks = false, outdated = false;
   bool said_several_passes = false;
 
   std::shared_ptr<const MeshField> mesh_field;
