@@ -39,9 +39,8 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
           photographs.limit_bytes() / 1000000);
     return there;
   }
-  const std::vector<GlPhotographs::Wish> drawn_from = offered;
-  std::vector<std::optional<GlPhotographs::Place>> places;
-  for (const GlPhotographs::Wish& wish : drawn_from) places.push_back(photographs.PlaceOf(wish.view));
+  std::vector<std::optional<int>> drawn_levels;  // by the passes before
+  for (const GlPhotographs::Wish& wish : offered) drawn_levels.push_back(photographs.LevelOf(wish.view));
   offered.insert(offered.end(), wishes.begin(), wishes.end());
   lacks = !photographs.Offer(offered);
   const bool nothing_serves = std::none_of(
@@ -55,8 +54,10 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
     }
     lacks = !photographs.Offer(offered);
   }
-  for (std::size_t i = 0; i < drawn_from.size(); ++i)  // a better one came too late for the pass before
-    outdated = outdated || photographs.PlaceOf(drawn_from[i].view) != places[i];
+  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a better one came too late for them
+    const auto level = photographs.LevelOf(offered[i].view);
+    outdated = outdated || (level && (!drawn_levels[i] || *level < *drawn_levels[i]));
+  }
   return of_views.size();
 }
 

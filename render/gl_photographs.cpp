@@ -330,6 +330,12 @@ std::optional<GlPhotographs::Place> GlPhotographs::PlaceOf(int view) const {
   return Place{found.array->texture, static_cast<int>(found.layer)};
 }
 
+std::optional<int> GlPhotographs::LevelOf(int view) const {
+  const auto serves = serving_.find(view);
+  if (serves == serving_.end()) return std::nullopt;
+  return serves->second.second;
+}
+
 void GlPhotographs::Release() {
   for (const auto& array : arrays_) glDeleteTextures(1, &array->texture);
   arrays_.clear();

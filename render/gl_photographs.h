@@ -54,6 +54,7 @@ class GlPhotographs {
 
   // Of the last Require() or Offer(); none where nothing serves.
   std::optional<Place> PlaceOf(int view) const;
+  std::optional<int> LevelOf(int view) const;
   bool HasAll(std::span<const Wish> wishes) const;
 
   struct Counts {

@@ -46,7 +46,7 @@ struct GlRenderer::State {
   std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
 
   // Of the picture that is being drawn: all that was to be offered, whether some of it is missing, and
-  // whether a pass was drawn from other photographs than are there now.
+  // whether a pass was drawn from worse photographs than are there now.
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::Wish> offered;
   bool lacks = false, outdated = false;
