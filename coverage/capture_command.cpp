@@ -130,6 +130,8 @@ int RunCaptureCommand(const CaptureArgs& args) {
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
+  std::optional<RequestLines> request_lines;  // before anything is written
+  if (!args.requests.empty()) request_lines.emplace(args.requests);
   const StopOnSignal signals;
   PreparedCapture prepared;
   if (!PrepareCapture(args, &options, prepared)) {
@@ -148,8 +150,6 @@ int RunCaptureCommand(const CaptureArgs& args) {
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
     CaptureRequests requests;
-    std::optional<RequestLines> request_lines;
-    if (!args.requests.empty()) request_lines.emplace(args.requests);
     hooks.requests = &requests;
     const auto read_requests = [&] {
       if (request_lines) request_lines->Take(requests, hooks.say);

@@ -106,8 +106,13 @@ void OperatorDisplay::Handle(InputEvent event) {
 bool OperatorDisplay::TakesBackMarked(const InputEvent& event) {
   const auto* key = std::get_if<KeyPressed>(&event);
   if (!key || (key->key != Key::kDelete && key->key != Key::kBackspace)) return false;
-  // What is marked next is seen first.
-  if (const auto view = std::exchange(marked_view_, std::nullopt)) wishes_.TakeBack(*view);
+  if (!marked_view_) return true;
+  constexpr int kFramesToSee = 15;  // about half a second
+  if (frames_ - marked_at_frame_ < kFramesToSee) {
+    Say(fmt::format("view {} has only just come under the mark: press again to take it back", *marked_view_));
+  } else {  // what is marked next is seen first
+    wishes_.TakeBack(*std::exchange(marked_view_, std::nullopt));
+  }
   return true;
 }
 
@@ -194,13 +199,14 @@ void OperatorDisplay::DrawFrame() {
         state.live.empty() ? cv::Size(state.camera.width, state.camera.height) : state.live.pixels.size(),
         screen);
     live_.FillScreen(placement_.Area(), screen, cv::Vec3f::all(kDark));
-    marked_view_.reset();
+    const auto marked_before = std::exchange(marked_view_, std::nullopt);
     if (subject_tool_.is_open() && !state.ended)
       DrawSubjectTool(state, panels);
     else if (review_.is_open() && !state.ended)
       DrawReview(state, panels);
     else
       DrawLive(state, panels);
+    if (marked_view_ != marked_before) marked_at_frame_ = frames_;
     if (frames_ <= flash_until_frame_) panels.Flash(palette().alarm);
     panels.Status(state);
     constexpr int kFramesToRead = 300;  // about ten seconds

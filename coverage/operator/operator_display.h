@@ -72,6 +72,7 @@ class OperatorDisplay {
   bool state_is_new_ = false;
   Placement placement_;
   std::optional<int> marked_view_;  // on the screen, in review
+  int marked_at_frame_ = 0;         // the first that showed it
 
   bool done_ = false;
   bool over_ = false;  // so is the capture

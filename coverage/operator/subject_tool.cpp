@@ -13,7 +13,8 @@ constexpr double kFine = 1.02, kCoarse = 1.15;
 
 void SubjectTool::Open(const CaptureState& state, Wishes& wishes) {
   open_ = true;
-  draft_ = of_capture_ = wishes.SubjectOf(state);
+  before_ = draft_ = of_capture_ = wishes.SubjectOf(state);
+  found_anew_ = false;
   paused_.reset();
   if (wishes.Records(state)) {
     wishes.Record(false);
@@ -27,6 +28,12 @@ void SubjectTool::Close(Wishes& wishes) {
   draft_.reset();
   if (paused_ == wishes.record_ticket()) wishes.Record(true);
   paused_.reset();
+}
+
+// The capture has what it was asked to find, or will have it.
+void SubjectTool::Leave(Wishes& wishes) {
+  if (found_anew_ && before_) wishes.Place(*before_);
+  Close(wishes);
 }
 
 void SubjectTool::Follow(const CaptureState& state, const Wishes& wishes) {
@@ -82,7 +89,7 @@ bool SubjectTool::Press(const KeyPressed& key, const CaptureState& state, Wishes
       Close(wishes);
       return true;
     case Key::kEscape:
-      Close(wishes);
+      Leave(wishes);
       return true;
     default:
       return false;
@@ -96,9 +103,10 @@ bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, dou
   if (const auto* typed = std::get_if<Typed>(&event)) {
     switch (typed->character) {
       case 's':
-        Close(wishes);
+        Leave(wishes);
         return true;
       case 'c':
+        found_anew_ = true;
         wishes.FindSubject();
         return true;
       case 'a':

@@ -26,6 +26,7 @@ class SubjectTool {
   bool Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img, Wishes& wishes);
 
  private:
+  void Leave(Wishes& wishes);
   bool Press(const KeyPressed& key, const CaptureState& state, Wishes& wishes);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);
@@ -36,6 +37,8 @@ class SubjectTool {
   std::optional<std::uint64_t> paused_;  // by this wish, which ends with the tool
   std::optional<Subject> draft_;
   std::optional<Subject> of_capture_;
+  std::optional<Subject> before_;  // when the tool was opened
+  bool found_anew_ = false;        // since then, on request
   std::optional<Eigen::Vector2d> mouse_;
   bool dragging_center_ = false, dragging_radius_ = false;
 };

@@ -351,6 +351,27 @@ TEST(SubjectTool, LeavingItChangesNothing) {
     EXPECT_TRUE(std::holds_alternative<SetRecording>(request));
 }
 
+TEST(SubjectTool, LeavingItGivesBackTheSubjectThatWasFoundAnewMeanwhile) {
+  Stage stage;
+  const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
+  stage.Show(state);
+  for (const bool answered : {false, true}) {
+    stage.Type('s');
+    stage.Type('c');
+    EXPECT_EQ(stage.Asked<FindSubject>().size(), 1u);
+    if (answered) {
+      auto found = std::make_shared<CaptureState>(*state);
+      found->subject->radius *= 1.2;
+      stage.Show(found);
+    }
+    stage.Press(Key::kEscape);
+    const auto placed = stage.Asked<PlaceSubject>();
+    ASSERT_EQ(placed.size(), 1u) << answered;
+    EXPECT_EQ(placed[0].subject, *state->subject);
+    stage.Show(std::make_shared<CaptureState>(*state));
+  }
+}
+
 TEST(SubjectTool, WithoutASubjectAsksForOneAndTakesWhatIsFound) {
   Stage stage;
   auto bare = stage.capture.At(stage.capture.CameraAt(0, 0));

@@ -226,7 +226,13 @@ TEST(Review, DeleteTakesBackTheViewThatIsMarked) {
   }
   stage.Show(state);
   stage.Type('r');
-  const cv::Mat picture = stage.Show(std::make_shared<CaptureState>(*state));
+  cv::Mat picture = stage.Show(std::make_shared<CaptureState>(*state));
+  stage.Press(Key::kDelete);
+  EXPECT_THAT(stage.Asked<TakeBackViews>(), IsEmpty()) << "nobody has seen yet what is marked";
+  const auto look = [&] {
+    for (int frame = 0; frame < 15; ++frame) picture = stage.Show(std::make_shared<CaptureState>(*state));
+  };
+  look();
   const Eigen::Vector3d center = stage.capture.subject().center_in_world;
   const Eigen::Vector3d direction = (state->coverage->views()[8].center_in_world - center).normalized();
   const Eigen::Vector2d at = stage.OnScreen(*stage.capture.camera().ImgFromCam(
@@ -242,6 +248,7 @@ TEST(Review, DeleteTakesBackTheViewThatIsMarked) {
   ASSERT_EQ(taken.size(), 1u);
   EXPECT_THAT(taken[0].ids, ElementsAre(9));
   // The state still has it, the next press means another one.
+  look();
   stage.Press(Key::kDelete);
   const auto next = stage.Asked<TakeBackViews>();
   ASSERT_EQ(next.size(), 1u);
