@@ -398,8 +398,8 @@ std::optional<StoppedBecause> Session::TakeFrame() {
     looked_.guidance = guide_.After(record_.map(), here, *last_time_s_);
     Show(hooks_.after_frame);
   }
-  if (looked_.decision.reason == Reason::kRecorded && record_.CapIsCovered(options_.until_share, poses_))
-    return StoppedBecause::kCovered;
+  // Not only where this frame was recorded: poses are corrected, subjects placed, light fields resumed.
+  if (record_.CapIsCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
   return std::nullopt;
 }
 

@@ -9,6 +9,7 @@
 #include "coverage/guidance.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/staged_capture.h"
+#include "tracking/track_words.h"
 
 namespace ulf::test {
 namespace {
@@ -87,7 +88,9 @@ class Screens {
 
     auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
     lost->tracking = TrackState::kLost;
-    lost->tracking_words = "go back to where the camera was before";
+    Track track;
+    track.state = TrackState::kLost;
+    lost->tracking_words = InWords(track);
     lost->cam_from_world.reset();
     lost->points.clear();
     lost->decision.reason = Reason::kTracking;

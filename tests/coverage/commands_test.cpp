@@ -160,6 +160,9 @@ TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
   const CommandResult second = RunUlf(resume + " --frames 1000");
   EXPECT_EQ(JsonOf(second)["stopped_because"], "covered");
   EXPECT_THAT(second.errors, HasSubstr("goes on until 80 % of 20 x 10 degrees"));
+  const auto covered_before = JsonOf(RunUlf(resume + " --frames 60"));
+  EXPECT_EQ(covered_before["stopped_because"], "covered") << "nothing is left to record";
+  EXPECT_EQ(covered_before["recorded"], 0);
   const auto third = JsonOf(RunUlf(resume + " --until-covered none --frames 60"));
   EXPECT_EQ(third["stopped_because"], "frames");
   EXPECT_FALSE(third["covered"].is_null()) << "it was to be covered all the same";

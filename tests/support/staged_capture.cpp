@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <random>
 
+#include "coverage/preflight.h"
+#include "tracking/track_words.h"
+
 namespace ulf::test {
 namespace {
 
@@ -66,10 +69,13 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
   state->decision.reason = Reason::kCovered;
   state->disk_left_bytes = 212'000'000'000;
   state->exposure_locked = true;
-  state->preflight = {
-      {"calibration", true, "measured, 0.21 px"}, {"exposure", true, "locked"},
-      {"white balance", true, "locked"},          {"focus", {}, "cannot be known: do not touch the lens"},
-      {"disk", true, "room for 20,000 views"},    {"tracking", true, "412 points"}};
+  state->preflight = Preflight({.calibrated = true,
+                                .calibration_source = "the device sim:studio",
+                                .held = {.exposure = true, .white_balance = true, .focus = {}},
+                                .prediction = {},
+                                .bytes_per_view = 2'000'000,
+                                .disk_left_bytes = state->disk_left_bytes,
+                                .pose_error_px = 0.2});
   return state;
 }
 
@@ -118,7 +124,9 @@ void StagedCapture::PlaceSubject(const Subject& subject) {
 std::shared_ptr<CaptureState> StagedCapture::Lost() const {
   auto state = At(CameraAt(0, 0));
   state->tracking = TrackState::kLost;
-  state->tracking_words = "tracking is lost: go back to where the camera was before";
+  Track track;
+  track.state = TrackState::kLost;
+  state->tracking_words = InWords(track);
   state->cam_from_world.reset();
   state->points.clear();
   state->quality = 0;

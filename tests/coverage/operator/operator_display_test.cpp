@@ -47,6 +47,8 @@ TEST(OperatorDisplay, RedDotIsWithinAPixelOfTheProjectedCamera) {
     for (const Vector2d& aside : {Vector2d(0, 0), Vector2d(0.15, -0.05), Vector2d(-0.12, 0.08)}) {
       Stage stage(screen.size, screen.scale);
       const Rigid3 pose = stage.capture.CameraAt(10, 5, 1, aside);
+      stage.Show(stage.capture.At(pose));
+      stage.Type('i');  // the list of what is in order hides half of a small window
       const cv::Mat picture = stage.Show(stage.capture.At(pose));
       const Subject& subject = stage.capture.subject();
       const Eigen::Vector3d toward = (pose.OriginInSource() - subject.center_in_world).normalized();
