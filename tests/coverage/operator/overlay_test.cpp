@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -58,6 +59,78 @@ TEST(Overlay, RedDotIsWhereTheCamerasWayToTheSubjectMeetsTheSphere) {
       ASSERT_TRUE(img);
       EXPECT_LT((dots[0].img - *img).norm(), 1e-3) << "at " << distance << ", aside " << aside.transpose();
     }
+}
+
+// From a place in the picture to the nearest line of a width.
+double DistanceToLines(const Overlay& overlay, double width, const Eigen::Vector2d& img) {
+  double least = 1e9;
+  for (const Polyline& line : All<Polyline>(overlay)) {
+    if (std::abs(line.width - width) > 1e-9) continue;
+    for (std::size_t i = 0; i + 1 < line.img.size(); ++i) {
+      const Eigen::Vector2d along = line.img[i + 1] - line.img[i];
+      const double t =
+          std::clamp((img - line.img[i]).dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
+      least = std::min(least, (img - line.img[i] - t * along).norm());
+    }
+  }
+  return least;
+}
+
+// What is on the sphere in a direction of the cap's, through the lens with its distortion.
+struct SeenSphere {
+  StagedCapture stage;
+  Rigid3 pose;
+  Overlay overlay;
+  explicit SeenSphere(double azimuth_deg = 20, double elevation_deg = -10) {
+    stage.Record(stage.CameraAt(0, 0));
+    pose = stage.CameraAt(azimuth_deg, elevation_deg, 1, {0.15, 0.05});
+    overlay = MakeOverlay(*stage.At(pose));
+  }
+  Eigen::Vector2d At(double azimuth_deg, double elevation_deg) const {
+    const double radius = stage.subject().radius;
+    return *stage.camera().ImgFromCam(pose *
+                                      stage.CameraAt(azimuth_deg, elevation_deg, radius).OriginInSource());
+  }
+};
+
+TEST(Overlay, TheSphereIsAWireOfTenDegrees) {
+  const SeenSphere seen;
+  constexpr double kWire = 1;
+  for (const double elevation : {-28.0, -13.0, 4.0, 16.0})
+    for (const double azimuth : {-10.0, 0.0, 20.0, 50.0})
+      EXPECT_LT(DistanceToLines(seen.overlay, kWire, seen.At(azimuth, elevation)), 0.5) << "meridian";
+  for (const double azimuth : {-12.0, 3.0, 37.0})
+    for (const double elevation : {-30.0, -10.0, 20.0})
+      EXPECT_LT(DistanceToLines(seen.overlay, kWire, seen.At(azimuth, elevation)), 0.5) << "parallel";
+  for (const double azimuth : {5.0, 15.0, 25.0})
+    for (const double elevation : {-15.0, -5.0, 5.0})
+      EXPECT_GT(DistanceToLines(seen.overlay, kWire, seen.At(azimuth, elevation)), 3) << "between them";
+}
+
+TEST(Overlay, TheCapIsOutlinedOnTheSphere) {
+  const SeenSphere seen;
+  constexpr double kOutline = 2.5;
+  for (const double elevation : {-20.0, -7.0, 0.0, 12.0, 20.0})
+    EXPECT_LT(DistanceToLines(seen.overlay, kOutline, seen.At(30, elevation)), 0.5) << elevation;
+  for (const double azimuth : {-12.0, 0.0, 11.0, 30.0})
+    EXPECT_LT(DistanceToLines(seen.overlay, kOutline, seen.At(azimuth, -20)), 0.5) << azimuth;
+  EXPECT_GT(DistanceToLines(seen.overlay, kOutline, seen.At(20, 0)), 10);
+}
+
+TEST(Overlay, ARecordedViewNearTheCameraHasARimAroundItsPlace) {
+  const SeenSphere seen(3, 2);
+  constexpr double kRim = 1.2;
+  Eigen::Vector2d sum(0, 0);
+  int count = 0;
+  for (const Polyline& line : All<Polyline>(seen.overlay))
+    if (std::abs(line.width - kRim) < 1e-9)
+      for (const Eigen::Vector2d& img : line.img) {
+        sum += img;
+        ++count;
+      }
+  ASSERT_GT(count, 10);
+  EXPECT_LT((sum / count - seen.At(0, 0)).norm(), 2);
+  EXPECT_GT(DistanceToLines(seen.overlay, kRim, seen.At(0, 0)), 3) << "around it, not on it";
 }
 
 TEST(Overlay, DistancesOfRecordedViewsAreColours) {

@@ -76,6 +76,49 @@ TEST(RunWithDisplay, TheEndOfTheCaptureIsTheEndOfTheDisplay) {
   EXPECT_TRUE(requests.Take().empty());
 }
 
+// Until it is let go.
+class StuckSurface : public OffscreenSurface {
+ public:
+  StuckSurface(std::atomic<int>& presented, const std::atomic<bool>& let_go, std::atomic<bool>& gave_up)
+      : OffscreenSurface(cv::Size(320, 240)), presented_(presented), let_go_(let_go), gave_up_(gave_up) {}
+  void Present() override {
+    OffscreenSurface::Present();
+    ++presented_;
+    const auto since = Clock::now();
+    while (!let_go_ && !gave_up_) {
+      std::this_thread::sleep_for(1ms);
+      gave_up_ = Clock::now() - since > 20s;
+    }
+  }
+
+ private:
+  std::atomic<int>& presented_;
+  const std::atomic<bool>& let_go_;
+  std::atomic<bool>& gave_up_;
+};
+
+TEST(RunWithDisplay, ADisplayThatIsStuckDelaysNothingAndThenShowsTheNewest) {
+  CaptureFeed feed;
+  CaptureRequests requests;
+  const StagedCapture capture;
+  std::atomic<int> presented = 0;
+  std::atomic<bool> let_go = false, gave_up = false;
+  constexpr int kFrames = 50;
+  RunWithDisplay([&] { return std::make_unique<StuckSurface>(presented, let_go, gave_up); }, {}, feed,
+                 requests,
+                 [&] {
+                   const auto state = capture.At(capture.CameraAt(0, 0));
+                   feed.Publish(state);
+                   while (presented == 0) std::this_thread::sleep_for(1ms);
+                   for (int frame = 0; frame < kFrames; ++frame)
+                     feed.Publish(std::make_shared<CaptureState>(*state));
+                   EXPECT_EQ(presented, 1) << "all this while one picture was on its way";
+                   let_go = true;
+                 });
+  EXPECT_FALSE(gave_up);
+  EXPECT_LT(presented, kFrames / 2) << "what nobody has seen in time is not shown late";
+}
+
 TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
   CaptureFeed feed;
   CaptureRequests requests;

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <utility>
@@ -34,8 +35,7 @@ double ResidentMb() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-// A person who presses one key after the other, one with each frame of the camera, however slow the machine
-// is.
+// A person who presses one key after the other, one a second of the camera's, however slow the machine is.
 class BusyPerson : public OffscreenSurface {
  public:
   BusyPerson(const CaptureFeed& feed, int& shown)
@@ -46,7 +46,8 @@ class BusyPerson : public OffscreenSurface {
   }
   std::vector<InputEvent> TakeEvents(double patience_s) override {
     const auto now = feed_.Newest();
-    if (now && std::exchange(frames_, now->frames) != now->frames) Push(Next());
+    const double second = now ? std::floor(now->device_time_s + 0.25) : second_;
+    if (std::exchange(second_, second) != second) Push(Next());
     return OffscreenSurface::TakeEvents(patience_s);
   }
 
@@ -73,7 +74,7 @@ class BusyPerson : public OffscreenSurface {
   }
   const CaptureFeed& feed_;
   int& shown_;
-  std::uint64_t frames_ = 0;
+  double second_ = -1;
   std::size_t pressed_ = 0;
 };
 
