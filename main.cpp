@@ -44,6 +44,12 @@ int main(int argc, char** argv) {
       return ulf::kWrongUsage;
     }
     return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
+  } catch (const CLI::ArgumentMismatch& error) {
+    const std::string words = error.what();
+    const std::size_t colon = words.find(": At Most 1 required");
+    if (colon == std::string::npos) return app.exit(error), ulf::kWrongUsage;
+    std::fprintf(stderr, "ulf: %s is given more than once; give it once\n", words.substr(0, colon).c_str());
+    return ulf::kWrongUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
   }

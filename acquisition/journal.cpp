@@ -122,7 +122,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.goal = CoverageGoalFromJson(event);
   } else if (kind == "remove") {
     const int id = event.Integer("id");
-    std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
+    light_field.taken_back +=
+        std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))

@@ -81,6 +81,7 @@ struct LightField {
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs
   std::string calibration_source;
+  std::uint64_t taken_back = 0;  // views that were recorded and are none of these any more
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
   std::vector<ScenePoint> points;

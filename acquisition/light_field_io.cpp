@@ -143,6 +143,19 @@ Image FlatFieldDivided(const LightField& light_field, const View& view, const Im
   return flat_field->second.Corrected(image, view.black_level);
 }
 
+// A capture that ended before its first view left no more than what can be made again.
+bool IsUnused(const fs::path& dir) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(dir / kJournal, unknown)) return false;
+  for (const char* folder : {"images", "masters", "unposed"})
+    if (fs::is_directory(dir / folder, unknown) && !fs::is_empty(dir / folder, unknown)) return false;
+  try {
+    return ReadJournal(dir / kJournal).next_view_id == 1;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 LightField ReadLightField(const fs::path& path) {
@@ -252,14 +265,19 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   std::error_code unknown;  // MakeFolder below says what stands in the way
   if (fs::exists(dir, unknown) && !fs::is_directory(dir))
     throw Error("{}: is a file; choose another name", dir.string());
-  if (fs::is_regular_file(dir / kJournal, unknown))
-    throw Error("{}: holds a light field already; go on with it (--resume) or choose another folder",
-                dir.string());
-  if (fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
+  const bool unused = IsUnused(dir);
+  const Error taken("{}: holds a light field already; go on with it (--resume) or choose another folder",
+                    dir.string());
+  if (!unused && fs::is_regular_file(dir / kJournal, unknown)) throw taken;
+  if (!unused && fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
     throw Error("{}: the folder is not empty; choose another one", dir.string());
   header.camera.Validate("the camera of " + dir.string());
   MakeFolder(dir / "images");
   auto state = std::make_unique<State>(dir);
+  if (unused) {
+    if (!IsUnused(dir)) throw taken;  // by who held the journal until now
+    state->journal.CutAt(0);
+  }
   LightField& light_field = state->light_field;
   light_field.cameras = {header.camera};
   if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;

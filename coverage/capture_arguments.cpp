@@ -11,21 +11,9 @@ namespace {
 // "60x40", "60x40:0.95", "60x40:95%" or "none".
 void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
   if (text.empty() || text == "none") return;
-  const std::size_t colon = text.find(':');
-  options->cap = Cap::ParseDegrees(text.substr(0, colon));
-  if (colon == std::string::npos) return;
-  const std::string share = text.substr(colon + 1);
-  double value = 0;
-  int used = 0;
-  if (std::sscanf(share.c_str(), "%lf%n", &value, &used) == 1) {
-    const std::string rest = share.substr(static_cast<std::size_t>(used));
-    if (rest == "%") value /= 100;
-    if ((rest.empty() || rest == "%") && value > 0 && value <= 1) {
-      options->until_share = value;
-      return;
-    }
-  }
-  throw UsageError("--until-covered {}: '{}' is not a share; write 0.95 or 95%", text, share);
+  const CapGoal goal = CapGoal::Parse(text);
+  options->cap = goal.cap;
+  if (goal.share) options->until_share = *goal.share;
 }
 
 }  // namespace

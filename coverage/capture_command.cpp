@@ -95,8 +95,9 @@ double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const C
   return std::min(0.99, share);
 }
 
-std::string ProgressLine(const CaptureState& now) {
-  const std::string covered = now.covered ? fmt::format(", {:.1f} % covered", 100 * *now.covered) : "";
+std::string ProgressLine(const CaptureState& now, double until_share) {
+  const std::string covered =
+      now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
   std::string what = InWords(now.decision.reason);
   if (!now.waiting_for.empty())
     what = "waiting for " + now.waiting_for;
@@ -158,7 +159,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     hooks.while_waiting = [&](const SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
-      if (!now->waiting_for.empty()) progress.Show(shown_share, ProgressLine(*now));
+      if (!now->waiting_for.empty()) progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
     hooks.after_frame = [&](const SharedCaptureState& now) {
       read_requests();
@@ -166,7 +167,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
       if (prepared.person) prepared.person->See(now->device_time_s, *now);
       if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
-      progress.Show(shown_share, ProgressLine(*now));
+      progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
     std::unique_ptr<FrameRecorder> recorder;
     if (!args.keep_frames.empty()) {

@@ -50,6 +50,20 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
   return prediction;
 }
 
+std::optional<std::string> WhyTooFine(const CapturePrediction& prediction, const std::optional<Cap>& cap) {
+  constexpr double kMostViews = 100'000;
+  constexpr char kWayOut[] = "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
+  if (prediction.views && prediction.views->usual > kMostViews)
+    return fmt::format("{} for this cap: nobody takes so many; {}", InWords(*prediction.views), kWayOut);
+  const double finest = CoverageMap::FinestDiscRadius(cap.value_or(Cap::WholeSphere()));
+  if (prediction.disc_radius < finest)
+    return fmt::format(
+        "one view covers {:.2g} degrees around it, and over such a cap coverage is told apart in steps that "
+        "suit {:.2g} degrees or more: small gaps will not be seen; {}",
+        prediction.disc_radius * 180 / M_PI, finest * 180 / M_PI, kWayOut);
+  return std::nullopt;
+}
+
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric) {
   const char* unit = metric ? " m" : "";
   std::string keep;

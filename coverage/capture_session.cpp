@@ -12,6 +12,7 @@
 #include <variant>
 
 #include "acquisition/counted.h"
+#include "coverage/cap_watch.h"
 #include "coverage/capture_gaps.h"
 #include "coverage/capture_meters.h"
 #include "coverage/capture_outlook.h"
@@ -60,6 +61,7 @@ class Session {
   Decision DecideAndRecord(const Frame& frame, const Track& track);
   std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
   Reason ReasonOfTheDisk();
+  void WatchTheCap(const Track& track);
 
   void SayWhatToExpect();
   void CheckBeforeFirstView(const Frame& frame);
@@ -98,6 +100,7 @@ class Session {
   CaptureMeters meters_;
 
   ExposureWatch exposure_;
+  CapWatch cap_watch_{options_.until_share};
   CaptureSummary summary_;
   std::vector<double> ms_track_, ms_decide_;
   std::optional<double> first_time_s_, last_time_s_;
@@ -110,7 +113,8 @@ class Session {
   std::optional<StoppedBecause> ended_;
   Looked looked_;
   Guide guide_;
-  std::string said_;
+  std::vector<std::string> said_;  // of late
+  std::uint64_t times_said_ = 0;
   double ended_after_s_ = 0;  // by this machine's clock
 };
 
@@ -159,6 +163,7 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
                   .calibration_source = options_.calibration_source,
                   .held = device_.Held(),
                   .prediction = {},
+                  .cap = options_.cap,
                   .bytes_per_view = static_cast<std::uint64_t>(
                       of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
@@ -193,6 +198,12 @@ std::optional<int> Session::Record(const Frame& frame, const Track& track, const
 Reason Session::ReasonOfTheDisk() {
   const auto pause = record_.spool().Pause();
   return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
+}
+
+void Session::WatchTheCap(const Track& track) {
+  if (!record_.map() || !track.cam_from_world) return;
+  const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(), recording_);
+  if (hopeless) Say(*hopeless);
 }
 
 Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
@@ -234,7 +245,10 @@ std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
 }
 
 void Session::Say(const std::string& text) {
-  said_ = text;
+  constexpr std::size_t kReadAtOnce = 3;
+  said_.push_back(text);
+  if (said_.size() > kReadAtOnce) said_.erase(said_.begin());
+  ++times_said_;
   if (hooks_.say) hooks_.say(text);
 }
 
@@ -256,6 +270,10 @@ void Session::AnswerRequests() {
 }
 
 void Session::Answer(const TakeBackLast& asked) {
+  const std::size_t there = record_.views().Ids().size();
+  if (asked.count > 1 && static_cast<std::size_t>(asked.count) > there)
+    return Say(fmt::format("nothing was taken back: {} asked for, there are {}; ask for as many or fewer",
+                           Counted(static_cast<std::size_t>(asked.count), "view"), there));
   summary_.taken_back += record_.TakeBack(record_.views().LastIds(asked.count));
 }
 
@@ -321,6 +339,7 @@ SharedCaptureState Session::State() {
     state->waiting_for = gaps_.DiskReason();
   state->exposure_locked = device_.Held().exposure;
   state->said = said_;
+  state->times_said = times_said_;
   state->requests_answered = requests_answered_;
   state->ended = ended_;
   return state;
@@ -386,6 +405,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   CheckBeforeFirstView(*frame);
   subject_.Watch(track, *last_time_s_);
   looked_.decision = DecideAndRecord(*frame, track);
+  WatchTheCap(track);
   gaps_.Disk(record_.spool().Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||

@@ -77,7 +77,9 @@ struct CaptureState {
   std::optional<std::uint64_t> disk_left_bytes;
   std::optional<bool> exposure_locked;  // none: cannot be known
   std::vector<PreflightItem> preflight;
-  std::string said;  // the last thing the capture had to say; empty: nothing yet
+  // What the capture had to say, the newest last: as many lines as can be read at once, of `times_said`.
+  std::vector<std::string> said;
+  std::uint64_t times_said = 0;
   std::uint64_t requests_answered = 0;
   std::optional<StoppedBecause> ended;  // what is recorded is being closed
 };

@@ -3,6 +3,7 @@
 #include "coverage/capture_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
+#include "coverage/refine_command.h"
 #include "coverage/review_command.h"
 #include "coverage/sheet_command.h"
 
@@ -14,6 +15,7 @@ void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddInfoCommand(app, chosen);
   AddSheetCommand(app, chosen);
   AddReviewCommand(app, chosen);
+  AddRefineCommand(app, chosen);
 }
 
 }  // namespace ulf

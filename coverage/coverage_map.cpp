@@ -48,6 +48,22 @@ Cap Cap::ParseDegrees(const std::string& text) {
   return FromDegrees({width_deg, height_deg});
 }
 
+CapGoal CapGoal::Parse(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  CapGoal goal{Cap::ParseDegrees(text.substr(0, colon)), {}};
+  if (colon == std::string::npos) return goal;
+  const std::string share = text.substr(colon + 1);
+  double value = 0;
+  int used = 0;
+  if (std::sscanf(share.c_str(), "%lf%n", &value, &used) == 1) {
+    const std::string rest = share.substr(static_cast<std::size_t>(used));
+    if (rest == "%") value /= 100;
+    if ((rest.empty() || rest == "%") && value > 0 && value <= 1) goal.share = value;
+  }
+  if (!goal.share) throw UsageError("{}: '{}' is not a share; write 0.95 or 95%", text, share);
+  return goal;
+}
+
 Cap Cap::FromDegrees(const Eigen::Vector2d& width_and_height) {
   return {width_and_height.x() * M_PI / 180, width_and_height.y() * M_PI / 180};
 }
@@ -160,6 +176,8 @@ void CoverageMap::SetViews(std::span<const CriterionView> views) {
   cells_.clear();
   total_sr_ = painted_sr_ = 0;
 }
+
+double CoverageMap::FinestDiscRadius(const Cap& cap) { return 3 * std::sqrt(cap.SolidAngle() / kMostCells); }
 
 bool CoverageMap::GridIsStale() const {
   constexpr double kDistanceChange = 0.01;

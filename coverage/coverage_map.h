@@ -35,6 +35,14 @@ struct Cap {
   double SolidAngle() const;
 };
 
+// "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it that is wanted, none where it is not said.
+// Throws UsageError.
+struct CapGoal {
+  Cap cap;
+  std::optional<double> share;
+  static CapGoal Parse(const std::string& text);
+};
+
 // Azimuth and elevation about a direction.
 class CapFrame {
  public:
@@ -133,6 +141,9 @@ class CoverageMap {
   const std::optional<CapFrame>& frame() const { return frame_; }  // none before the first view
   double reference_distance() const { return reference_distance_; }
   double spacing() const { return spacing_; }  // of the grid, radians
+  // Of a view: what covers less is painted on a grid coarser than a third of it, for the grid's size is
+  // limited.
+  static double FinestDiscRadius(const Cap& cap);
   Cap extent() const { return options_.cap.value_or(Cap::WholeSphere()); }
 
  private:

@@ -95,6 +95,7 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
   LightFieldReport report;
   report.views = light_field.views.size();
+  report.taken_back = light_field.taken_back;
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
   report.reasons = light_field.reasons;
@@ -136,6 +137,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 nlohmann::json ToJson(const LightFieldReport& report) {
   nlohmann::json json;
   json["views"] = report.views;
+  json["taken_back"] = report.taken_back;
   json["capture_s"] = report.capture_s;
   json["angular_range_deg"] = nullptr;
   if (report.angular_range_deg)
@@ -171,13 +173,14 @@ nlohmann::json ToJson(const LightFieldReport& report) {
 
 std::string ToText(const LightFieldReport& report) {
   std::string text = fmt::format("views          {}\n", report.views);
+  if (report.taken_back > 0) text += fmt::format("taken back     {}, kept in unposed/\n", report.taken_back);
   text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
                                : "capture time   unknown\n";
   if (report.angular_range_deg)
     text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
                         report.angular_range_deg->y());
   text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
-                               : "average angle  none: the viewpoints span no surface\n";
+                               : "average angle  none: too few of the views have views on all sides\n";
   if (report.subject)
     text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
                         report.subject->center_in_world.x(), report.subject->center_in_world.y(),

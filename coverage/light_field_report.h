@@ -39,6 +39,7 @@ struct LightFieldReport {
   std::optional<Distances> distances;  // none without views
   std::size_t duplicates = 0;          // views that an earlier one covers
   double threshold_px = 7;
+  std::uint64_t taken_back = 0;  // views that are in unposed/
   std::map<std::string, std::uint64_t> reasons;
 };
 

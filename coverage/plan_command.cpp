@@ -70,12 +70,13 @@ void RequireItFits(const PlanArgs& args, const CriterionSetup& setup) {
 int RunPlan(const PlanArgs& args) {
   const CriterionSetup setup = SetupFrom(args);
   RequireItFits(args, setup);
-  const Cap cap = Cap::ParseDegrees(args.cap);
-  const auto prediction = Predict(setup, cap, CaptureOptions{}.until_share);
+  const CapGoal goal = CapGoal::Parse(args.cap);
+  const auto prediction = Predict(setup, goal.cap, goal.share.value_or(CaptureOptions{}.until_share));
   if (!prediction)
     throw UsageError(
         "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
         args.threshold_px);
+  if (const auto doubt = WhyTooFine(*prediction, goal.cap)) fmt::print(stderr, "ulf: {}\n", *doubt);
   const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
   const auto ratio = [&](const std::optional<double>& distance) {
     return distance ? std::optional(*distance / setup.distance) : std::nullopt;
@@ -135,7 +136,8 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--coverage-width", args->coverage_width_px,
                    "Width of the image that the threshold refers to")
       ->capture_default_str();
-  command->add_option("--cap", args->cap, "Viewpoints wanted, degrees")->capture_default_str();
+  command->add_option("--cap", args->cap, "Viewpoints wanted, degrees: 60x40, 60x40:95%")
+      ->capture_default_str();
   command->add_option("--angle-deg", args->angle_deg, "Tell the bound of a view this far around");
   command->add_option("--distance-ratio", args->distance_ratio,
                       "... at this multiple of the recorded distance");

@@ -45,12 +45,9 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   items.push_back(Automatic("white balance", input.held.white_balance));
   items.push_back(Automatic("focus", input.held.focus));
   items.push_back(Disk(input));
-  constexpr double kMostViews = 100'000;
-  if (input.prediction && input.prediction->views && input.prediction->views->usual > kMostViews)
-    items.push_back({"views", false,
-                     fmt::format("{} for this cap: nobody takes so many; ask for a smaller cap, a "
-                                 "larger threshold, a smaller subject or more distance",
-                                 InWords(*input.prediction->views))});
+  if (input.prediction)
+    if (const auto doubt = WhyTooFine(*input.prediction, input.cap))
+      items.push_back({"views", false, *doubt});
   if (!input.pose_error_px) {
     items.push_back({"tracking", true, "poses are given"});
     return items;

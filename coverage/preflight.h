@@ -23,7 +23,8 @@ struct PreflightInput {
   std::string calibration_source;
   HeldAutomatics held;
   std::optional<CapturePrediction> prediction;
-  std::uint64_t bytes_per_view = 0;  // at most
+  std::optional<Cap> cap = std::nullopt;  // none: the operator ends the capture
+  std::uint64_t bytes_per_view = 0;       // at most
   std::optional<std::uint64_t> disk_left_bytes;
   // Of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;

@@ -47,7 +47,11 @@ void OperatorDisplay::TakeStates() {
   if (!state_is_new_) return;
   spread_.Offer(*state_);
   subject_tool_.Follow(*state_, wishes_);
-  if (state_->said != said_by_capture_) Say(said_by_capture_ = state_->said);
+  const std::uint64_t unread = std::min<std::uint64_t>(
+      state_->times_said - std::exchange(heard_of_capture_, state_->times_said), state_->said.size());
+  for (auto line = state_->said.end() - static_cast<std::ptrdiff_t>(unread); line != state_->said.end();
+       ++line)
+    Say(*line);
   const bool held = SubjectIsHeld(*state_).value_or(true);
   if (was_held_ && !held) {
     constexpr int kFlashFrames = 12;  // about 0.4 s
@@ -61,8 +65,10 @@ void OperatorDisplay::TakeStates() {
 }
 
 void OperatorDisplay::Say(const std::string& words) {
-  said_ = words;
-  said_at_frame_ = frames_;
+  constexpr std::size_t kReadAtOnce = 3;
+  std::erase_if(said_, [&](const Said& earlier) { return earlier.words == words; });
+  said_.push_back({words, frames_});
+  if (said_.size() > kReadAtOnce) said_.pop_front();
 }
 
 bool OperatorDisplay::ShowTheEnd() {
@@ -210,7 +216,10 @@ void OperatorDisplay::DrawFrame() {
     if (frames_ <= flash_until_frame_) panels.Flash(palette().alarm);
     panels.Status(state);
     constexpr int kFramesToRead = 300;  // about ten seconds
-    if (!said_.empty() && frames_ - said_at_frame_ <= kFramesToRead) panels.Said(said_);
+    std::erase_if(said_, [&](const Said& said) { return frames_ - said.at_frame > kFramesToRead; });
+    std::string lines;
+    for (const Said& said : said_) lines += (lines.empty() ? "" : "\n") + said.words;
+    if (!lines.empty()) panels.Said(lines);
     if (keys_shown_) panels.Keys();
   }
   surface_.Bind();

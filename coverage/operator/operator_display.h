@@ -4,6 +4,8 @@
 // display can be asked the same.
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -84,9 +86,12 @@ class OperatorDisplay {
   bool sound_ = false;
   bool was_held_ = true;
   int frames_ = 0;
-  std::string said_by_capture_;  // last
-  std::string said_;
-  int said_at_frame_ = 0;
+  struct Said {
+    std::string words;
+    int at_frame = 0;
+  };
+  std::deque<Said> said_;  // still to be read
+  std::uint64_t heard_of_capture_ = 0;
   int flash_until_frame_ = 0;
 };
 

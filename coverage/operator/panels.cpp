@@ -55,6 +55,7 @@ std::vector<StatusItem> StatusLine(const CaptureState& state) {
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette) {
   std::vector<LegendMark> marks{{palette.camera, "the camera now"}};
   if (state.guidance.toward) marks.push_back({palette.guide, "where to go next"});
+  if (!state.guidance.left_open.empty()) marks.push_back({palette.guide, "dots: you pass these by"});
   if (!state.reopened.empty()) marks.push_back({palette.reopened, "fell open again"});
   return marks;
 }

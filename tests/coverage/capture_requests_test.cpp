@@ -130,8 +130,8 @@ TEST(CaptureRequests, NothingIsLostWhateverWaitsInTheSpool) {
 TEST(CaptureRequests, AllViewsMayBeTakenBack) {
   const ScratchFolder scratch;
   Asked asked;
-  asked.after[3] = TakeBackLast{100};
-  asked.after[4] = TakeBackLast{100};
+  asked.after[3] = TakeBackLast{3};
+  asked.after[4] = TakeBackLast{1};
   CaptureOptions options = Options();
   options.cap = Cap::ParseDegrees("20x10");
   std::vector<PlanarShot> shots = Steps(3);
@@ -145,6 +145,32 @@ TEST(CaptureRequests, AllViewsMayBeTakenBack) {
   EXPECT_THAT(asked.said, Contains("there is no view to take back"));
 }
 
+TEST(CaptureRequests, MoreViewsThanThereAreAreNotTakenBack) {
+  const ScratchFolder scratch;
+  Asked asked;
+  asked.after[3] = TakeBackLast{1000};
+  const Captured captured = Capture(scratch / "lf", Steps(5), Options(), {}, asked.Hooks());
+  EXPECT_EQ(captured.light_field.views.size(), 5u);
+  EXPECT_EQ(captured.light_field.taken_back, 0u);
+  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("1000 views asked for"), HasSubstr("there are 3"))));
+}
+
+// Two answers to what was asked between two frames: the second hides the first from nobody.
+TEST(CaptureRequests, EveryAnswerStandsInTheNextState) {
+  const ScratchFolder scratch;
+  Asked asked;
+  CaptureHooks hooks = asked.Hooks();
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    asked.states.push_back(now);
+    if (now->frames != 3) return;
+    asked.requests.Ask(TakeBackViews{{77}});
+    asked.requests.Ask(TakeBackViews{{78}});
+  };
+  Capture(scratch / "lf", Steps(5), Options(), {}, hooks);
+  EXPECT_EQ(asked.states[3]->times_said, asked.states[2]->times_said + 2);
+  EXPECT_THAT(asked.states[3]->said, AllOf(Contains(HasSubstr("view 77")), Contains(HasSubstr("view 78"))));
+}
+
 TEST(CaptureRequests, ResumeAfterATakeBackIsRight) {
   const ScratchFolder scratch;
   Asked first, second;
@@ -155,6 +181,7 @@ TEST(CaptureRequests, ResumeAfterATakeBackIsRight) {
   EXPECT_THAT(Ids(captured.light_field), ElementsAre(3, 4, 5, 6, 7, 8));
   EXPECT_EQ(captured.summary.recorded, 3u);
   EXPECT_EQ(captured.summary.taken_back, 1u);
+  EXPECT_EQ(captured.light_field.taken_back, 2u) << "of both sessions";
   EXPECT_EQ(FilesIn(scratch / "lf/unposed"), 2u);
   EXPECT_THAT(second.states.back()->view_ids, ElementsAre(3, 4, 5, 6, 7, 8));
 }

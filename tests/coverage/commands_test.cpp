@@ -62,6 +62,27 @@ TEST(PlanCommand, QualityIsAThreshold) {
   EXPECT_EQ(JsonOf(RunUlf(plan + " --quality high")), JsonOf(RunUlf(plan)));
 }
 
+TEST(PlanCommand, AShareOfTheCapTakesFewerViews) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --json --cap 60x40";
+  EXPECT_NEAR(JsonOf(RunUlf(plan + ":49%"))["views_estimate"],
+              0.5 * JsonOf(RunUlf(plan))["views_estimate"].get<double>(), 1e-6);
+}
+
+TEST(PlanCommand, MoreThanAnybodyTakesIsSaid) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --threshold-px ";
+  const CommandResult usual = RunUlf(plan + "7"), fine = RunUlf(plan + "2.0001");
+  EXPECT_EQ(usual.errors, "");
+  EXPECT_EQ(fine.exit_code, 0);
+  EXPECT_THAT(fine.errors, AllOf(HasSubstr("nobody takes so many"), HasSubstr("larger threshold")));
+}
+
+TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {
+  const CommandResult result =
+      RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --cap 1x1 --cap 2x2");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.errors, "ulf: --cap is given more than once; give it once\n");
+}
+
 TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
   const std::string good = "plan --focal-px 600 --width 640 --distance 1 ";
   for (const auto& [arguments, words] : {std::pair<std::string, std::string>{good, "--radius"},
@@ -88,6 +109,15 @@ TEST(CaptureCommand, WithoutAViewItFailsAndSaysWhatWasMissing) {
   EXPECT_THAT(result.errors, HasSubstr("nothing was recorded"));
   EXPECT_THAT(result.errors, HasSubstr("sideways"));
   EXPECT_TRUE(ReadLightField(scratch / "lf").views.empty()) << "closed all the same";
+  // Nothing is lost by beginning anew in the same folder.
+  const CommandResult again =
+      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), 1u);
+  const CommandResult taken =
+      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(taken.exit_code, 1);
+  EXPECT_THAT(taken.errors, HasSubstr("--resume"));
 }
 
 TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
@@ -179,7 +209,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const ScratchFolder scratch;
   const std::string capture =
       "capture 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
-      (scratch / "lf").string() + " --headless --deterministic --json --quality fast";
+      (scratch / "lf").string() + " --headless --deterministic --json --quality fast --until-covered 60x40";
   const auto first = JsonOf(RunUlf(capture + " --frames 100"));
   ASSERT_GT(first["views"], 10);
   // The hand begins anew: what it sees first has all been recorded.
@@ -199,7 +229,17 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
 
   // Refined poses are another world than the saved map's.
   std::filesystem::copy(scratch / "lf", scratch / "refined", std::filesystem::copy_options::recursive);
-  ASSERT_EQ(RunUlf("refine " + (scratch / "refined").string()).exit_code, 0);
+  const auto covered = [&] {
+    return JsonOf(RunUlf("info " + (scratch / "refined").string() + " --json"))["covered"];
+  };
+  const auto before = covered();
+  const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --json");
+  ASSERT_EQ(refine.exit_code, 0) << refine.errors;
+  const auto change = nlohmann::json::parse(refine.output)["covered"];
+  EXPECT_GT(change["before"], 0.05);
+  EXPECT_EQ(change["before"], before);
+  EXPECT_EQ(change["after"], covered());
+  EXPECT_NE(change["after"], change["before"]) << "poses moved, and coverage stayed to the last direction";
   std::string refined = capture + " --resume --frames 15";
   refined.replace(refined.find("/lf "), 4, "/refined ");
   const CommandResult stale = RunUlf(refined);

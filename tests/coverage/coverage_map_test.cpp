@@ -46,6 +46,27 @@ TEST(Cap, RejectsWhatIsNoCap) {
     EXPECT_THROW(Cap::ParseDegrees(text), UsageError) << text;
 }
 
+TEST(CapGoal, IsACapAndPerhapsAShare) {
+  EXPECT_FALSE(CapGoal::Parse("60x40").share);
+  EXPECT_DOUBLE_EQ(*CapGoal::Parse("60x40:95%").share, 0.95);
+  EXPECT_DOUBLE_EQ(*CapGoal::Parse("60x40:0.95").share, 0.95);
+  EXPECT_NEAR(CapGoal::Parse("60x40:0.95").cap.SolidAngle(), 0.716, 5e-4);
+  for (const char* text : {"60x40:", "60x40:95", "60x40:0", "60x40:-1%", "60x40:some", "60:95%"})
+    EXPECT_THROW(CapGoal::Parse(text), UsageError) << text;
+}
+
+// At the limit the grid is a third of what one view covers, as it must be; finer discs get a coarser one.
+TEST(CoverageMap, SaysHowFineADiscItTellsApart) {
+  const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
+  for (const double threshold_px : {2.005, 2.05, 2.5}) {
+    CoverageMap map(kSubject, {.up_in_world = kUp, .threshold_px = threshold_px});
+    map.Add(ViewAt(0, 0, 2));
+    const double disc =
+        *DiscRadius({.focal_px = 600, .distance = 2, .radius = 0.3, .threshold_px = threshold_px});
+    EXPECT_EQ(map.spacing() <= disc / 3, disc >= finest) << threshold_px << " " << disc << " " << finest;
+  }
+}
+
 TEST(CapFrame, FirstDirectionIsTheMiddleAndAnglesComeBack) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -75,12 +75,20 @@ TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
   const cv::Rect place(440, 820, 400, 60);
   const cv::Mat before = stage.Show(quiet)(place).clone();
   auto speaking = std::make_shared<CaptureState>(*quiet);
-  speaking->said = "the subject would be behind the camera";
+  speaking->said = {"the subject would be behind the camera"};
+  speaking->times_said = 1;
   EXPECT_GT(cv::norm(stage.Show(speaking)(place), before, cv::NORM_L1) / static_cast<double>(place.area()),
             5);
+  // What is said next stands below it, and does not take its place.
+  auto more = std::make_shared<CaptureState>(*speaking);
+  more->said.push_back("recording is paused, tracking goes on");
+  more->times_said = 2;
+  const cv::Rect above(500, 824, 280, 14);
+  const cv::Mat nothing = stage.Show(speaking)(above).clone();
+  const cv::Mat both = stage.Show(more)(above);
+  EXPECT_GT(cv::norm(both, nothing, cv::NORM_L1) / static_cast<double>(above.area()), 5);
   for (int i = 0; i < 310; ++i) stage.display.Step();
-  EXPECT_LT(cv::norm(stage.Show(speaking)(place), before, cv::NORM_L1) / static_cast<double>(place.area()),
-            1);
+  EXPECT_LT(cv::norm(stage.Show(more)(place), before, cv::NORM_L1) / static_cast<double>(place.area()), 1);
 }
 
 // The picture's pixel with paint over it, as far as one wire line or rim may be off.

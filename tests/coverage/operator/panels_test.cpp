@@ -100,6 +100,11 @@ TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
   state->guidance.toward = Eigen::Vector3d::UnitX();
   state->reopened = {Eigen::Vector3d::UnitX()};
   EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "fell open again"));
+  auto passing = std::make_shared<CaptureState>(*state);
+  passing->guidance.left_open = {Eigen::Vector3d::UnitX()};
+  const LegendMark passed = LegendMarks(*passing, palette)[2];
+  EXPECT_EQ(passed.words, "dots: you pass these by");
+  EXPECT_EQ(passed.color, palette.guide);
   EXPECT_EQ(LegendMarks(*state, palette)[0].color, palette.camera);
   EXPECT_EQ(LegendMarks(*state, palette)[1].color, palette.guide);
   EXPECT_EQ(LegendMarks(*state, palette)[2].color, palette.reopened);

@@ -1,4 +1,4 @@
-// `ulf refine`: the poses of a light field made better.
+// `ulf refine`: the poses of a light field made better, and what that does to its coverage.
 #pragma once
 
 #include "acquisition/command_line.h"

@@ -1,4 +1,4 @@
-#include "tracking/refine/refine_command.h"
+#include "coverage/refine_command.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -19,6 +19,7 @@
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
+#include "coverage/coverage_map.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_truth.h"
 
@@ -97,6 +98,30 @@ nlohmann::ordered_json FitJson(const LensEstimate& fit, bool taken) {
   json["evidence"] = fit.gain;
   json["taken"] = taken;
   return json;
+}
+
+// Of the cap that the capture was to cover.
+struct CoverageChange {
+  Cap cap;
+  double before = 0, after = 0;
+};
+
+std::optional<CoverageChange> CoverageOf(const LightField& before, const LightField& after) {
+  if (!before.goal || !before.subject) return std::nullopt;
+  const Cap cap = Cap::FromDegrees(before.goal->cap_deg);
+  const auto covered = [&](const LightField& light_field) {
+    return MeasureCoverage(light_field, *before.subject, cap, before.threshold_px.value_or(7)).covered;
+  };
+  return CoverageChange{cap, covered(before), covered(after)};
+}
+
+std::string ToText(const CoverageChange& change) {
+  std::string text = fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after",
+                                 100 * change.before, change.cap.Degrees().x(), change.cap.Degrees().y(),
+                                 100 * change.after);
+  if (change.after < change.before - 0.0005)
+    text += ": some fell open again; ulf info lists the holes, ulf capture --resume fills them";
+  return text + "\n";
 }
 
 nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& result, const RefineArgs& args,
@@ -191,6 +216,7 @@ int RunRefine(const RefineArgs& args) {
   cv::setNumThreads(args.threads);
   RefineResult result;
   LightField before;
+  std::optional<CoverageChange> coverage;
   {
     LightFieldWriter writer = LightFieldWriter::Resume(dir);
     before = writer.Contents();
@@ -203,6 +229,7 @@ int RunRefine(const RefineArgs& args) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
     Write(before, result, writer);
+    coverage = CoverageOf(before, writer.Contents());
   }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
@@ -210,10 +237,12 @@ int RunRefine(const RefineArgs& args) {
   if (!args.truth.empty()) errors = CompareWithTruth(before, result, truth, args.truth);
   if (args.json) {
     nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
     PrintText(dir, before, result, args, cost);
+    if (coverage) fmt::print("{}", ToText(*coverage));
     if (errors) fmt::print("{}", ToText(*errors));
   }
   return kOk;

@@ -1,0 +1,91 @@
+#include "coverage/cap_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace ulf {
+namespace {
+
+constexpr double kStep = 2 * M_PI / 180;  // less is a hand's trembling
+constexpr double kWorthGaining = 0.002;   // of the cap
+
+// Twice there and back again along both sides, which finds every hole of a cap that can be reached.
+double WayWithoutHope(const Cap& cap) { return std::max(2 * (cap.width + cap.height), M_PI / 2); }
+
+std::string Where(const CoverageMap& map) {
+  const std::vector<CoverageHole> holes = map.Holes();
+  if (holes.empty() || !map.frame()) return "";
+  const CapFrame::Angles at = map.frame()->Of(holes[0].direction);
+  const auto side = [](double radians, const char* positive, const char* negative) {
+    return fmt::format("{:.0f} degrees {}", std::abs(radians) * 180 / M_PI,
+                       radians < 0 ? negative : positive);
+  };
+  return fmt::format(", most of it {} and {} of the first view", side(at.azimuth, "right", "left"),
+                     side(at.elevation, "up", "down"));
+}
+
+}  // namespace
+
+std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
+  if (!map.frame()) return std::nullopt;
+  constexpr int kSizes = 50;
+  std::vector<double> painted(kSizes, 0), whole(kSizes, 0);  // by the smallest size that holds a cell
+  map.ForEachCell([&](const CoverageMap::CellView& cell) {
+    const CapFrame::Angles at = map.frame()->Of(cell.direction);
+    const double size = std::max(2 * std::abs(at.azimuth) / map.extent().width,
+                                 2 * std::abs(at.elevation) / map.extent().height);
+    const auto index = static_cast<std::size_t>(std::clamp(size * kSizes, 0.0, kSizes - 1.0));
+    whole[index] += cell.solid_angle_sr;
+    if (cell.covering.index >= 0) painted[index] += cell.solid_angle_sr;
+  });
+  std::optional<Cap> largest;
+  double painted_sr = 0, whole_sr = 0;
+  for (int i = 0; i < kSizes; ++i) {
+    painted_sr += painted[static_cast<std::size_t>(i)];
+    whole_sr += whole[static_cast<std::size_t>(i)];
+    const double size = (i + 1.0) / kSizes;
+    if (whole_sr > 0 && painted_sr >= share * whole_sr)
+      largest = Cap{size * map.extent().width, size * map.extent().height};
+  }
+  return largest;
+}
+
+std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
+                                           bool recording) {
+  if (!map.options().cap || map.views().empty()) return std::nullopt;
+  const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
+  const double covered = map.CoveredShare();
+  if (!recording || covered >= share_ || covered > most_covered_ + kWorthGaining ||
+      covered < most_covered_ - kWorthGaining) {  // taken back, or a subject placed anew: begun again
+    most_covered_ = covered;
+    from_ = direction;
+    way_ = 0;
+    said_ = false;
+    return std::nullopt;
+  }
+  const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
+  if (!from_ || step >= kStep) {
+    from_ = direction;
+    way_ += step;
+  }
+  const Cap& cap = *map.options().cap;
+  if (said_ || way_ < WayWithoutHope(cap)) return std::nullopt;
+  said_ = true;
+  const std::optional<Cap> there = LargestCovered(map, share_);
+  const std::string smaller =
+      there ? fmt::format(
+                  "; of {:.0f} x {:.0f} degrees {:g} % are covered: that cap can be had by finishing "
+                  "now, or by --resume with --until-covered {:.0f}x{:.0f}",
+                  std::floor(there->Degrees().x()), std::floor(there->Degrees().y()), 100 * share_,
+                  std::floor(there->Degrees().x()), std::floor(there->Degrees().y()))
+            : std::string("; finish, and ask for a smaller cap");
+  return fmt::format(
+      "the cap fills no more: in {:.0f} degrees of movement nothing was gained, and {:.1f} % is "
+      "open{}. If that is out of reach, this capture does not end by itself{}",
+      way_ * 180 / M_PI, 100 * (1 - covered), Where(map), smaller);
+}
+
+}  // namespace ulf
