@@ -60,10 +60,11 @@ class EpipolarPlane {
   double lowest_pixel() const { return lowest_; }
   double highest_pixel() const { return highest_; }
   double ErrorAt(double pixel_px) const;
-  double WorstPixelError(double give_up_px) const;
+  double WorstPixelError(const CriterionOptions& options) const;
   double Scanned(double give_up_px) const;
 
  private:
+  bool GuessHolds() const;
   void BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center);
   void FindSilhouette();
   void IncludeRay(double slope, Extent* extent) const;
@@ -251,20 +252,26 @@ double EpipolarPlane::Scanned(double give_up_px) const {
   return std::max({best, inner_error, outer_error});
 }
 
-double EpipolarPlane::WorstPixelError(double give_up_px) const {
-  double best = ErrorAt(std::clamp(0.0, lowest_, highest_));
-  if (best >= give_up_px || best == kInfinity) return best;
-  // The guess holds near the shell and at angles at which the denominator hardly changes over the sphere;
-  // elsewhere the maximum wanders, and inside the sphere there is no guess.
+// Near the shell and at angles at which the denominator hardly changes over the sphere; elsewhere the maximum
+// wanders, and inside the sphere there is no guess.
+bool EpipolarPlane::GuessHolds() const {
   constexpr double kShell = 0.25, kDenominatorChange = 0.03;
   const double ratio = candidate_distance_ / recorded_distance_;
-  if (recorded_distance_ <= radius_ || std::abs(ratio - 1) > kShell ||
-      std::abs(sin_) * radius_ > kDenominatorChange * recorded_distance_ || cos_ < 0)
+  return recorded_distance_ > radius_ && std::abs(ratio - 1) <= kShell &&
+         std::abs(sin_) * radius_ <= kDenominatorChange * recorded_distance_ && cos_ >= 0;
+}
+
+double EpipolarPlane::WorstPixelError(const CriterionOptions& options) const {
+  const double give_up_px = options.give_up_px;
+  double best = ErrorAt(std::clamp(0.0, lowest_, highest_));
+  if (best >= give_up_px || best == kInfinity || options.search == BoundSearch::kCentralPixel) return best;
+  if (options.search == BoundSearch::kScan || (options.search == BoundSearch::kAsNeeded && !GuessHolds()))
     return std::max(best, Scanned(give_up_px));
+  if (recorded_distance_ <= radius_) return best;
   const double guess = FirstGuess();
   const double error = ErrorAt(guess);
   best = std::max(best, error);
-  if (best >= give_up_px || best == kInfinity) return best;
+  if (best >= give_up_px || best == kInfinity || options.search == BoundSearch::kGuess) return best;
   return std::max(best, Refined(guess, error, give_up_px));
 }
 
@@ -373,8 +380,10 @@ double BoundPx(const CriterionView& recorded, const CriterionView& candidate, co
   const Vector3d across = Across(recorded, candidate, subject);
   const EpipolarPlane plane(recorded, candidate, subject, across, options.near_limit);
   if (!plane.usable()) return kInfinity;
-  const double bound = plane.WorstPixelError(options.give_up_px);
-  if (bound >= options.give_up_px || !OtherPlanesMatter(recorded, candidate, subject)) return bound;
+  const double bound = plane.WorstPixelError(options);
+  if (bound >= options.give_up_px || options.search != BoundSearch::kAsNeeded ||
+      !OtherPlanesMatter(recorded, candidate, subject))
+    return bound;
   return std::max(bound, WorstOfOtherPlanes(recorded, candidate, subject, across, options));
 }
 

@@ -45,6 +45,16 @@ struct CriterionView {
                         const Eigen::Vector3d& up_in_world) const;
 };
 
+// How the worst pixel is found. All but the first are for study (docs/speed_and_accuracy.md): what they miss,
+// a capture would take for covered.
+enum class BoundSearch {
+  kAsNeeded,      // kParabola where its guess holds, else kScan; other planes where they matter
+  kCentralPixel,  // the thesis's, not searched at all
+  kGuess,         // the closed form's
+  kParabola,      // two parabola steps from there
+  kScan,          // 33 pixels and a golden section
+};
+
 struct CriterionOptions {
   // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
   // known.
@@ -52,6 +62,7 @@ struct CriterionOptions {
   // As soon as the bound is known to reach this, the search ends and what was found, at least this much, is
   // returned.
   double give_up_px = std::numeric_limits<double>::infinity();
+  BoundSearch search = BoundSearch::kAsNeeded;
 };
 
 // The bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.

@@ -70,6 +70,13 @@ void AddObservations(const std::vector<CameraModel>& lenses, BundleProblem& prob
   }
 }
 
+ceres::LinearSolverType SolverFor(BundleSolver solver, int free_cameras) {
+  if (solver == BundleSolver::kSparse) return ceres::SPARSE_SCHUR;
+  const bool dense =
+      solver == BundleSolver::kBySize ? free_cameras <= kDenseCameras : solver == BundleSolver::kDense;
+  return dense ? ceres::DENSE_SCHUR : ceres::ITERATIVE_SCHUR;
+}
+
 ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& problem,
                              const std::vector<bool>& fixed, int iterations, int iterations_before,
                              const BundleOptions& options) {
@@ -114,7 +121,7 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
     if (blocks.used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
 
   ceres::Solver::Options solver = SilentSolver(iterations);
-  solver.linear_solver_type = free_cameras <= kDenseCameras ? ceres::DENSE_SCHUR : ceres::ITERATIVE_SCHUR;
+  solver.linear_solver_type = SolverFor(options.solver, free_cameras);
   // SCHUR_JACOBI visits every pair of cameras that a point joins, and points here are seen by dozens: the
   // iterations that it saves cost less than it does.
   solver.preconditioner_type = ceres::JACOBI;

@@ -43,6 +43,9 @@ struct BundleProblem {
   std::vector<BundleObservation> observations;
 };
 
+// Of the reduced system, points eliminated.
+enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
+
 struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
@@ -55,8 +58,9 @@ struct BundleOptions {
   double gate_scales = 0;
   const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
   FreeIntrinsics free = {};                 // of every lens
-  double function_tolerance = 1e-5;         // relative change of the cost that ends a solution
-  std::function<void(int)> progress = {};   // after every iteration, with how many there were
+  BundleSolver solver = BundleSolver::kBySize;
+  double function_tolerance = 1e-5;        // relative change of the cost that ends a solution
+  std::function<void(int)> progress = {};  // after every iteration, with how many there were
 };
 
 struct BundleSummary {

@@ -220,6 +220,7 @@ int FeatureSet::Cell(double coordinate, int count) {
 
 struct FeatureExtractor::State {
   CameraModel camera;
+  int levels = kPyramidLevels;
   cv::Ptr<cv::ORB> describer;
   std::array<int, kPyramidLevels> fast_threshold;
   Spreader spreader;
@@ -229,8 +230,10 @@ struct FeatureExtractor::State {
   cv::Mat descriptors;
 };
 
-FeatureExtractor::FeatureExtractor(const CameraModel& camera) : state_(std::make_unique<State>()) {
+FeatureExtractor::FeatureExtractor(const CameraModel& camera, int levels)
+    : state_(std::make_unique<State>()) {
   state_->camera = camera;
+  state_->levels = std::clamp(levels, 1, kPyramidLevels);
   // One level only: positions, levels and orientations are ours.
   state_->describer =
       cv::ORB::create(1, 1.2f, 1, kPatchRadius + 1, 0, 2, cv::ORB::FAST_SCORE, 2 * kPatchRadius + 1);
@@ -243,13 +246,13 @@ FeatureExtractor& FeatureExtractor::operator=(FeatureExtractor&&) noexcept = def
 FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
   // Levels share the features in proportion to their side length.
   double shares = 0;
-  for (int level = 0; level < kPyramidLevels; ++level) shares += 1 / LevelScale(level);
+  for (int level = 0; level < state_->levels; ++level) shares += 1 / LevelScale(level);
 
   std::vector<Feature> features;
   features.reserve(static_cast<std::size_t>(count) + kPyramidLevels);
   std::vector<cv::KeyPoint>& keypoints = state_->keypoints;
   std::vector<Corner>& corners = state_->corners;
-  for (int level = 0; level < kPyramidLevels; ++level) {
+  for (int level = 0; level < state_->levels; ++level) {
     const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
     if (image.cols <= 2 * kBorder || image.rows <= 2 * kBorder) break;
     const int wanted = static_cast<int>(std::lround(count / LevelScale(level) / shares));

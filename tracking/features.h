@@ -114,7 +114,8 @@ class FeatureSet {
 
 class FeatureExtractor {
  public:
-  explicit FeatureExtractor(const CameraModel& camera);
+  // On the finest `levels` of a pyramid.
+  explicit FeatureExtractor(const CameraModel& camera, int levels = kPyramidLevels);
   ~FeatureExtractor();
   FeatureExtractor(FeatureExtractor&&) noexcept;
   FeatureExtractor& operator=(FeatureExtractor&&) noexcept;

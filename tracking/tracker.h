@@ -43,6 +43,7 @@ struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
   unsigned seed = 1;           // of every random draw
   int features = 850;          // per frame; twice as many while the map is being started
+  int pyramid_levels = 8;      // that features are sought on, each 1 / 1.2 of the one before; 1 to 8
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
   bool wait_for_mapper = false;
   // Of a rolling shutter, from the first row to the last (negative: from the last); 0: a global one. None:

@@ -34,7 +34,7 @@ struct Tracker::State {
   State(const CameraModel& camera_in, const TrackerOptions& options_in)
       : camera(camera_in),
         options(options_in),
-        extractor(camera_in),
+        extractor(camera_in, options_in.pyramid_levels),
         shared(camera_in),
         index(options_in.seed),
         mapper(camera_in, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),

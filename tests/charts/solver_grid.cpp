@@ -168,35 +168,53 @@ std::optional<Matrix3d> Estimate(const std::vector<RayPair>& pairs, const Essent
   return found ? std::optional(found->model) : std::nullopt;
 }
 
-double MotionErrorDeg(const Rigid3& truth, const Matrix3d& essential) {
+constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+// Of a trial; `error` is what a failure is told by.
+struct TrialError {
+  double error = kNothing, rotation_deg = kNothing, position = kNothing;
+};
+
+TrialError MotionError(const Rigid3& truth, const Matrix3d& essential) {
   const Eigen::JacobiSVD<Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3d w;
   w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  double best = 180;
+  TrialError best;
   for (const Matrix3d& turn : {w, Matrix3d(w.transpose())})
     for (const double sign : {1.0, -1.0}) {
       Matrix3d rotation = svd.matrixU() * turn * svd.matrixV().transpose();
       rotation *= rotation.determinant() < 0 ? -1 : 1;
-      best = std::min(best, std::max(DegreesBetween(truth.rotation, Eigen::Quaterniond(rotation)),
-                                     DegreesBetween(truth.translation, sign * svd.matrixU().col(2))));
+      const double turned = DegreesBetween(truth.rotation, Eigen::Quaterniond(rotation));
+      const double aside = DegreesBetween(truth.translation, sign * svd.matrixU().col(2));
+      if (std::max(turned, aside) < best.error) best = {std::max(turned, aside), turned, aside};
     }
   return best;
 }
 
-// solve(seed) -> (error, seconds)
+TrialError PoseError(const AbsoluteProblem& problem, const Geometry& geometry, const Rigid3& found) {
+  const double aside = (found.OriginInSource() - problem.cam_from_world.OriginInSource()).norm();
+  return {LandingErrorPx(problem, found), DegreesBetween(found.rotation, problem.cam_from_world.rotation),
+          100 * aside / geometry.nearest};
+}
+
+// solve(seed) -> (TrialError, seconds)
 template <typename Solve>
 Outcome Collect(const Trials& trials, double failure, Solve&& solve) {
   Outcome outcome;
-  std::vector<double> errors;
+  std::vector<double> errors, rotations, positions;
   for (int k = 0; k < trials.count; ++k) {
     const auto [error, seconds] = solve(trials.seed * 1000 + static_cast<unsigned>(k));
     outcome.ms += 1000 * seconds / trials.count;
-    if (error <= failure)
-      errors.push_back(error);
+    rotations.push_back(error.rotation_deg);
+    positions.push_back(error.position);
+    if (error.error <= failure)
+      errors.push_back(error.error);
     else
       outcome.failures += 1.0 / trials.count;
   }
   outcome.median_error = Median(errors);
+  outcome.rotation_deg = Median(rotations);
+  outcome.position = Median(positions);
   return outcome;
 }
 
@@ -209,8 +227,7 @@ Outcome RunTrials(const Geometry& geometry, const AbsoluteSolver& solver, const 
     const auto found = Estimate(problem.matches, solver,
                                 {.threshold = 4, .max_iterations = trials.max_iterations, .seed = seed});
     const double seconds = SecondsSince(start);
-    return std::pair(found ? LandingErrorPx(problem, *found) : std::numeric_limits<double>::infinity(),
-                     seconds);
+    return std::pair(found ? PoseError(problem, geometry, *found) : TrialError{}, seconds);
   });
 }
 
@@ -222,9 +239,7 @@ Outcome RunTrials(const Geometry& geometry, const EssentialSolver& solver, const
         Estimate(problem.pairs, solver,
                  {.threshold = 1.5 / 525, .max_iterations = trials.max_iterations, .seed = seed});
     const double seconds = SecondsSince(start);
-    return std::pair(
-        found ? MotionErrorDeg(problem.second_from_first, *found) : std::numeric_limits<double>::infinity(),
-        seconds);
+    return std::pair(found ? MotionError(problem.second_from_first, *found) : TrialError{}, seconds);
   });
 }
 

@@ -1,0 +1,171 @@
+#include "tests/charts/chart.h"
+
+#include <fmt/chrono.h>
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <thread>
+
+#include "acquisition/error.h"
+#include "tracking/quantile.h"
+
+namespace ulf::test {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kColumns =
+    "panel,series,name,cost,cost_low,cost_high,error,error_low,error_high,default,front";
+
+std::string OutputOf(const char* command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command, "r"), pclose);
+  std::string text;
+  std::array<char, 256> buffer;
+  while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get())) text += buffer.data();
+  return text.substr(0, text.find('\n'));
+}
+
+std::string Processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown processor";
+}
+
+Json AxisJson(const ChartAxis& axis) {
+  return {{"label", axis.label}, {"logarithmic", axis.logarithmic}, {"more_is_better", axis.more_is_better}};
+}
+ChartAxis AxisFrom(const Json& json) {
+  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better")};
+}
+
+Json HeadJson(const Chart& chart) {
+  Json panels = Json::array();
+  for (const ChartPanel& panel : chart.panels)
+    panels.push_back({{"title", panel.title},
+                      {"cost", AxisJson(panel.cost)},
+                      {"error", AxisJson(panel.error)},
+                      {"compared", panel.compared},
+                      {"joined", panel.joined}});
+  return {{"name", chart.name},
+          {"title", chart.title},
+          {"about", chart.about},
+          {"caption", chart.caption},
+          {"panels", panels}};
+}
+
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::vector<std::string> Fields(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"')
+      fields.back() += line[++i];
+    else if (line[i] == '"')
+      quoted = !quoted;
+    else if (line[i] == ',' && !quoted)
+      fields.emplace_back();
+    else
+      fields.back() += line[i];
+  }
+  return fields;
+}
+
+bool Counts(const ChartPoint& point) {
+  return std::isfinite(point.cost.median) && std::isfinite(point.error.median);
+}
+
+}  // namespace
+
+Spread Spread::Of(const std::vector<double>& values) {
+  if (values.empty()) return Exactly(std::numeric_limits<double>::quiet_NaN());
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return {Median(values), *low, *high};
+}
+
+std::vector<std::size_t> ParetoFront(const ChartPanel& panel) {
+  std::vector<std::size_t> front;
+  if (!panel.compared) return front;
+  const auto error = [&](std::size_t i) {
+    return (panel.error.more_is_better ? -1 : 1) * panel.points[i].error.median;
+  };
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < panel.points.size(); ++i)
+    if (Counts(panel.points[i])) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const double cost_a = panel.points[a].cost.median, cost_b = panel.points[b].cost.median;
+    return cost_a != cost_b ? cost_a < cost_b : error(a) < error(b);
+  });
+  for (const std::size_t i : order)
+    if (front.empty() || error(i) < error(front.back())) front.push_back(i);
+  return front;
+}
+
+std::string ChartCaption(const std::string& command) {
+  const std::string changed = OutputOf("git status --porcelain --untracked-files=no -- . ':!docs'");
+  return fmt::format("{}  ·  {} of {}  ·  {:%Y-%m-%d}  ·  {}{}", command, std::thread::hardware_concurrency(),
+                     Processor(), fmt::gmtime(std::time(nullptr)), OutputOf("git rev-parse --short HEAD"),
+                     changed.empty() ? "" : "+");
+}
+
+void WriteChart(const std::filesystem::path& table, const Chart& chart) {
+  std::ofstream file(table);
+  file << "# " << HeadJson(chart).dump() << "\n" << kColumns << "\n";
+  for (const ChartPanel& panel : chart.panels) {
+    const auto front = ParetoFront(panel);
+    for (std::size_t i = 0; i < panel.points.size(); ++i) {
+      const ChartPoint& p = panel.points[i];
+      file << fmt::format("{},{},{},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:d},{:d}\n",
+                          Quoted(panel.title), Quoted(p.series), Quoted(p.name), p.cost.median, p.cost.low,
+                          p.cost.high, p.error.median, p.error.low, p.error.high, p.is_default,
+                          std::find(front.begin(), front.end(), i) != front.end());
+    }
+  }
+  if (!file.flush()) throw Error("{}: the table cannot be written; is there room?", table.string());
+}
+
+Chart ReadChart(const std::filesystem::path& table) {
+  std::ifstream file(table);
+  std::string line;
+  if (!std::getline(file, line) || !line.starts_with("# {"))
+    throw Error("{}: not the table of a chart; draw it anew with ./run charts", table.string());
+  const Json head = Json::parse(line.substr(2));
+  Chart chart{head.at("name"), head.at("title"), head.at("about"), head.at("caption"), {}};
+  for (const Json& panel : head.at("panels"))
+    chart.panels.push_back({panel.at("title"),
+                            AxisFrom(panel.at("cost")),
+                            AxisFrom(panel.at("error")),
+                            {},
+                            panel.at("compared"),
+                            panel.at("joined")});
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    const auto fields = Fields(line);
+    const auto panel = std::find_if(chart.panels.begin(), chart.panels.end(),
+                                    [&](const ChartPanel& p) { return p.title == fields[0]; });
+    if (fields.size() != 11 || panel == chart.panels.end())
+      throw Error("{}: not a row of this chart: {}", table.string(), line);
+    const auto number = [&](std::size_t i) { return std::strtod(fields[i].c_str(), nullptr); };
+    panel->points.push_back({fields[1],
+                             fields[2],
+                             {number(3), number(4), number(5)},
+                             {number(6), number(7), number(8)},
+                             fields[9] == "1"});
+  }
+  return chart;
+}
+
+}  // namespace ulf::test

@@ -1,0 +1,184 @@
+#include "tests/charts/chart_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+namespace ulf::test {
+namespace {
+
+constexpr double kPoint = 5;  // half a point's size, px
+
+std::vector<double> LinearTics(double low, double high) {
+  const double rough = (high - low) / 6, power = std::pow(10, std::floor(std::log10(rough)));
+  double step = 10 * power;
+  for (const double nice : {5.0, 2.5, 2.0, 1.0})
+    if (nice * power >= rough) step = nice * power;
+  std::vector<double> tics;
+  for (double k = std::ceil(low / step); k * step <= high * (1 + 1e-12); ++k) tics.push_back(k * step);
+  return tics;
+}
+
+std::vector<double> LogarithmicTics(double low, double high) {
+  const double decades = std::log10(high / low);
+  if (decades < 0.5) return LinearTics(low, high);
+  std::vector<double> steps{1};
+  if (decades <= 3.2) steps = {1, 2, 5};
+  if (decades <= 1.1) steps = {1, 1.5, 2, 3, 4, 5, 7};
+  std::vector<double> tics;
+  for (double power = std::pow(10, std::floor(std::log10(low))); power <= high; power *= 10)
+    for (const double step : steps)
+      if (step * power >= low && step * power <= high) tics.push_back(step * power);
+  return tics;
+}
+
+// A point's place; where its name may stand, the best first, by the name's middle.
+struct NamedPlace {
+  double x = 0, y = 0, half = 0;  // the point's own half size
+  std::array<ChartBox, 8> Around(double width) const {
+    const double beside = half + 3 + 0.5 * width, above = half + 3 + 0.5 * kNameHeight;
+    std::array<ChartBox, 8> boxes;
+    std::size_t next = 0;
+    for (const auto& [dx, dy] : {std::pair{0.0, -above},
+                                 {beside, -0.6 * above},
+                                 {beside, 0.0},
+                                 {-beside, -0.6 * above},
+                                 {0.0, above},
+                                 {beside, 0.6 * above},
+                                 {-beside, 0.0},
+                                 {-beside, 0.6 * above}})
+      boxes[next++] = {x + dx - 0.5 * width, y + dy - 0.5 * kNameHeight, x + dx + 0.5 * width,
+                       y + dy + 0.5 * kNameHeight};
+    return boxes;
+  }
+};
+
+std::vector<NamedPlace> PlacesOf(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
+                                 const ChartBox& inside) {
+  std::vector<NamedPlace> places;
+  for (const ChartPoint& point : panel.points)
+    places.push_back({inside.left + cost.Share(point.cost.median) * (inside.right - inside.left),
+                      inside.bottom - error.Share(point.error.median) * (inside.bottom - inside.top),
+                      point.is_default ? 2 * kPoint : kPoint});
+  return places;
+}
+
+// The default, the front, the rest.
+std::vector<std::size_t> InOrderOfWorth(const ChartPanel& panel, const std::vector<std::size_t>& front) {
+  const auto rank = [&](std::size_t i) {
+    return panel.points[i].is_default ? 0 : std::find(front.begin(), front.end(), i) != front.end() ? 1 : 2;
+  };
+  std::vector<std::size_t> order(panel.points.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+  return order;
+}
+
+// The front's line goes along and then up or down.
+std::vector<ChartBox> FrontLine(const std::vector<NamedPlace>& places,
+                                const std::vector<std::size_t>& front) {
+  std::vector<ChartBox> line;
+  for (std::size_t i = 1; i < front.size(); ++i) {
+    const NamedPlace &from = places[front[i - 1]], &to = places[front[i]];
+    line.push_back({from.x, from.y - 1, to.x, from.y + 1});
+    line.push_back({to.x - 1, std::min(from.y, to.y), to.x + 1, std::max(from.y, to.y)});
+  }
+  return line;
+}
+
+bool Holds(const ChartBox& outer, const ChartBox& inner) {
+  return inner.left >= outer.left && inner.right <= outer.right && inner.top >= outer.top &&
+         inner.bottom <= outer.bottom;
+}
+
+bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
+  return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
+}
+
+}  // namespace
+
+double ChartScale::Share(double value) const {
+  return logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+}
+
+ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Spread& value : values)
+    for (const double v : {value.median, value.low, value.high})
+      if (std::isfinite(v) && (v > 0 || !logarithmic)) low = std::min(low, v), high = std::max(high, v);
+  if (!(low <= high)) low = high = 1;
+  ChartScale scale{low, high, logarithmic, {}};
+  if (logarithmic) {
+    const double margin = std::max(std::pow(high / low, 0.07), 1.1);
+    scale.low /= margin, scale.high *= margin;
+    scale.tics = LogarithmicTics(scale.low, scale.high);
+  } else {
+    const double margin = high > low ? 0.08 * (high - low) : 0.1 * std::max(1.0, std::abs(high));
+    scale.low = low >= 0 && low < 0.4 * high ? 0 : low - margin;
+    scale.high = high + margin;
+    scale.tics = LinearTics(scale.low, scale.high);
+  }
+  return scale;
+}
+
+std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
+                                   const ChartBox& inside) {
+  const std::vector<NamedPlace> places = PlacesOf(panel, cost, error, inside);
+  const std::vector<std::size_t> front = ParetoFront(panel);
+  std::vector<ChartBox> taken;
+  for (const NamedPlace& p : places)
+    taken.push_back({p.x - p.half, p.y - p.half, p.x + p.half, p.y + p.half});
+  const std::vector<ChartBox> line = FrontLine(places, front);
+  std::vector<PlacedName> placed;
+  for (const std::size_t i : InOrderOfWorth(panel, front)) {
+    const std::string& name = panel.points[i].name;
+    if (name.empty() || !std::isfinite(places[i].x) || !std::isfinite(places[i].y)) continue;
+    const auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
+    const auto fits = [&](const ChartBox& box) { return Holds(inside, box) && Free(box, taken); };
+    auto box = std::find_if(around.begin(), around.end(),
+                            [&](const ChartBox& b) { return fits(b) && Free(b, line); });
+    if (box == around.end()) box = std::find_if(around.begin(), around.end(), fits);
+    if (box == around.end()) continue;
+    taken.push_back(*box);
+    placed.push_back({i, *box});
+  }
+  return placed;
+}
+
+ChartLayout LayoutOf(const Chart& chart, int legend_lines, int note_lines) {
+  const std::size_t count = std::max<std::size_t>(1, chart.panels.size());
+  const std::size_t columns = count == 3 ? 3 : std::min<std::size_t>(count, 2);
+  const std::size_t rows = (count + columns - 1) / columns;
+  constexpr double kAxes = 78, kGap = 24, kPanelTitle = 34, kBelow = 54;
+  const double panel_width = columns == 1 ? 860 : columns == 2 ? 640 : 500;
+  const double panel_height = columns == 1 ? 520 : 400;
+  ChartLayout layout;
+  layout.width = static_cast<int>(static_cast<double>(columns) * panel_width);
+  layout.legend_top = 46;
+  const double top = layout.legend_top + 20 * legend_lines;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double left = panel_width * static_cast<double>(i % columns);
+    const double upper = top + panel_height * static_cast<double>(i / columns);
+    layout.panels.push_back(
+        {left + kAxes, upper + kPanelTitle, left + panel_width - kGap, upper + panel_height - kBelow});
+  }
+  layout.notes_top = top + panel_height * static_cast<double>(rows) + 8;
+  layout.height = static_cast<int>(layout.notes_top + 17 * note_lines + 6);
+  return layout;
+}
+
+std::vector<std::string> Lines(const std::string& text, std::size_t characters) {
+  std::vector<std::string> lines(1);
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > characters) lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+  }
+  return lines;
+}
+
+}  // namespace ulf::test

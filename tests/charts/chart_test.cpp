@@ -1,0 +1,156 @@
+// The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
+// that names lie on nothing.
+#include "tests/charts/chart.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "acquisition/error.h"
+#include "tests/charts/chart_layout.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+ChartPoint Row(double cost, double error, bool is_default = false) {
+  return {"series", "", Spread::Exactly(cost), Spread::Exactly(error), is_default};
+}
+
+ChartPanel PanelOf(std::vector<ChartPoint> rows) { return {"panel", {"ms"}, {"error"}, std::move(rows)}; }
+
+TEST(ChartFront, HoldsWhatNoOtherRowBeatsInBoth) {
+  //                            0          1           2          3          4
+  const auto panel = PanelOf({Row(3, 1), Row(1, 4), Row(2, 5), Row(2, 2), Row(4, 1)});
+  EXPECT_THAT(ParetoFront(panel), ElementsAre(1, 3, 0));
+}
+
+TEST(ChartFront, MoreMayBeBetter) {
+  auto panel = PanelOf({Row(3, 30), Row(1, 20), Row(2, 19), Row(4, 29)});
+  panel.error.more_is_better = true;
+  EXPECT_THAT(ParetoFront(panel), ElementsAre(1, 0));
+}
+
+TEST(ChartFront, OfEqualRowsTheFirstAndNoneThatFailed) {
+  const double none = std::nan("");
+  EXPECT_THAT(ParetoFront(PanelOf({Row(1, none), Row(2, 3), Row(2, 3), Row(none, 0)})), ElementsAre(1));
+}
+
+TEST(ChartFront, RowsThatAreNoRivalsHaveNone) {
+  auto panel = PanelOf({Row(1, 2), Row(2, 1)});
+  panel.compared = false;
+  EXPECT_THAT(ParetoFront(panel), IsEmpty());
+}
+
+TEST(ChartSpread, IsTheMedianWithTheLowestAndTheHighest) {
+  const Spread spread = Spread::Of({5, 1, 9, 2, 3});
+  EXPECT_EQ(spread.median, 3);
+  EXPECT_EQ(spread.low, 1);
+  EXPECT_EQ(spread.high, 9);
+  EXPECT_TRUE(std::isnan(Spread::Of({}).median));
+}
+
+Chart Sample() {
+  Chart chart{"sample", "A title, with \"quotes\"", "Seeds 1 to 3", "./run charts sample", {}};
+  chart.panels.push_back({"left, of two",
+                          {"ms", true},
+                          {"dB", false, true},
+                          {{"a, b", "850 \"in use\"", {2, 1, 4}, {30, 29, 31}, true},
+                           {"a, b", "300", {1, 1, 1}, {25, 24, 26}},
+                           {"c_d", "", {3, 3, 3}, Spread::Of({})}}});
+  chart.panels.push_back({"right", {"n"}, {"px"}, {{"c_d", "x", {5, 5, 5}, {6, 6, 6}}}, false});
+  return chart;
+}
+
+TEST(ChartTable, ComesBackAsItWas) {
+  const ScratchFolder scratch;
+  WriteChart(scratch / "sample.csv", Sample());
+  const Chart read = ReadChart(scratch / "sample.csv");
+  WriteChart(scratch / "again.csv", read);
+  const auto text = [&](const char* name) {
+    std::ifstream file(scratch / name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_EQ(text("sample.csv"), text("again.csv"));
+  // Cost, error, is the default, is of the front.
+  EXPECT_THAT(text("sample.csv"),
+              HasSubstr("\"left, of two\",\"a, b\",\"850 \"\"in use\"\"\",2,1,4,30,29,31,1,1\n"));
+  EXPECT_THAT(text("sample.csv"), HasSubstr("\"right\",\"c_d\",\"x\",5,5,5,6,6,6,0,0\n"));
+  ASSERT_EQ(read.panels.size(), 2u);
+  EXPECT_TRUE(read.panels[0].points[0].is_default);
+  EXPECT_FALSE(read.panels[0].points[1].is_default);
+  EXPECT_TRUE(std::isnan(read.panels[0].points[2].error.median));
+}
+
+TEST(ChartTable, OtherTablesAreRefused) {
+  const ScratchFolder scratch;
+  std::ofstream(scratch / "other.csv") << "a,b\n1,2\n";
+  EXPECT_THROW(ReadChart(scratch / "other.csv"), Error);
+}
+
+TEST(ChartScaleTest, HoldsBarsAndCountsByPowersWhereAsked) {
+  const ChartScale scale = ScaleOf({{10, 1, 100}}, true);
+  EXPECT_LT(scale.Share(1), 0.2);
+  EXPECT_GT(scale.Share(1), 0);
+  EXPECT_NEAR(scale.Share(10), 0.5, 1e-9);
+  EXPECT_LT(scale.Share(100), 1);
+  const ChartScale linear = ScaleOf({{2, 1, 10}}, false);
+  EXPECT_EQ(linear.low, 0) << "errors are seen from nought where that costs no room";
+  EXPECT_GT(ScaleOf({{30, 29, 31}}, false).low, 20);
+}
+
+TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  ChartPanel panel = PanelOf({});
+  for (int i = 0; i < 60; ++i) {
+    panel.points.push_back(Row(unit(random), unit(random), i == 17));
+    panel.points.back().name = "name " + std::to_string(i);
+  }
+  const ChartBox inside{100, 50, 700, 450};
+  const ChartScale scale{0, 1, false, {}};
+  const auto names = PlaceNames(panel, scale, scale, inside);
+  ASSERT_GT(names.size(), 20u);
+  EXPECT_EQ(names[0].point, 17u) << "the default's first";
+  for (std::size_t a = 0; a < names.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_FALSE(names[a].box.Overlaps(names[b].box)) << names[a].point << " and " << names[b].point;
+    EXPECT_GE(names[a].box.left, inside.left);
+    EXPECT_LE(names[a].box.right, inside.right);
+    for (const ChartPoint& point : panel.points) {
+      const double x = 100 + 600 * point.cost.median, y = 450 - 400 * point.error.median;
+      EXPECT_FALSE(names[a].box.Overlaps({x - 3, y - 3, x + 3, y + 3})) << names[a].point;
+    }
+  }
+}
+
+// x, y and the ends of their bars.
+TEST(ChartDrawing, RingsTheDefaultAndDashesTheFront) {
+  const std::string script = PictureOf(Sample()).script;
+  EXPECT_THAT(script, HasSubstr("$ringed0 << EOD\n2 30 1 4 29 31\nNaN"));
+  EXPECT_THAT(script, HasSubstr("$front0 << EOD\n1 25 1 1 24 26\n2 30 1 4 29 31\nNaN"));
+  EXPECT_THAT(script, HasSubstr("$ringed1 << EOD\nNaN"));
+  EXPECT_THAT(script, HasSubstr("$front1 << EOD\nNaN"));
+  EXPECT_THAT(script, HasSubstr("$front0 with steps"));
+  EXPECT_THAT(script, HasSubstr("$ringed0 using 1:2 with points pt 6"));
+}
+
+TEST(ChartDrawing, MakesBothPictures) {
+  const ScratchFolder scratch;
+  DrawChart(scratch.path(), Sample());
+  for (const char* name : {"sample.svg", "sample.png"})
+    EXPECT_GT(std::filesystem::file_size(scratch / name), 1000u) << name;
+  std::ifstream file(scratch / "sample.svg");
+  const std::string svg(std::istreambuf_iterator<char>(file), {});
+  for (const char* text : {"left, of two", "c_d", "the default", "Pareto front", "./run charts sample"})
+    EXPECT_THAT(svg, HasSubstr(text));
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,125 @@
+// Makes the charts of docs/charts/, each as table, SVG and PNG.
+//
+//   charts FOLDER [--quick] [NAME...]   measures and draws; without names all of them
+//   charts FOLDER --draw [NAME...]      draws the tables in FOLDER anew
+#include <fmt/core.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "acquisition/error.h"
+#include "tests/charts/makers.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Maker {
+  const char* name;
+  Chart (*make)(const ChartEffort&);
+};
+
+constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
+                             {"coverage_threshold", ThresholdChart},
+                             {"bundle_adjustment", BundleChart},
+                             {"calibration", CalibrationChart},
+                             {"one_camera_solvers", OneCameraSolversChart},
+                             {"two_view_solvers", TwoViewSolversChart},
+                             {"proxies", ProxyChart},
+                             {"view_count", ViewCountChart},
+                             {"tracking", TrackingChart},
+                             {"map_size", MapSizeChart},
+                             {"predicted_error", PredictedErrorChart},
+                             {"packets", PacketsChart}};
+
+struct Wishes {
+  fs::path folder;
+  bool quick = false, draw = false;
+  std::vector<std::string> names;
+};
+
+Wishes Parse(int count, char** arguments) {
+  Wishes wishes;
+  for (int i = 1; i < count; ++i) {
+    const std::string argument = arguments[i];
+    if (argument == "--quick")
+      wishes.quick = true;
+    else if (argument == "--draw")
+      wishes.draw = true;
+    else if (wishes.folder.empty())
+      wishes.folder = argument;
+    else
+      wishes.names.push_back(argument);
+  }
+  if (wishes.folder.empty()) throw UsageError("usage: charts FOLDER [--quick | --draw] [NAME...]");
+  for (const std::string& name : wishes.names)
+    if (std::none_of(std::begin(kMakers), std::end(kMakers),
+                     [&](const Maker& m) { return name == m.name; })) {
+      std::string known;
+      for (const Maker& maker : kMakers) known += std::string(known.empty() ? "" : ", ") + maker.name;
+      throw UsageError("{}: there is no such chart; there are {}", name, known);
+    }
+  if (wishes.names.empty())
+    for (const Maker& maker : kMakers) wishes.names.push_back(maker.name);
+  return wishes;
+}
+
+void Make(const Maker& maker, const Wishes& wishes) {
+  const fs::path table = wishes.folder / (std::string(maker.name) + ".csv");
+  if (wishes.draw) {
+    if (fs::exists(table)) DrawChart(wishes.folder, ReadChart(table));
+    return;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  Chart chart = maker.make({wishes.quick});
+  chart.name = maker.name;
+  chart.caption = ChartCaption(fmt::format("./run charts {}{}", wishes.quick ? "--quick " : "", maker.name));
+  WriteChart(table, chart);
+  DrawChart(wishes.folder, chart);
+  fmt::print("{}: {:.0f} s\n", maker.name,
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  std::fflush(stdout);
+}
+
+// In a process of its own: one chart's threads, memory and network are none of the next one's.
+bool MakeApart(const Maker& maker, const Wishes& wishes) {
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      Make(maker, wishes);
+      std::fflush(nullptr);
+      _exit(0);
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "charts: {}: {}\n", maker.name, error.what());
+      _exit(1);
+    }
+  }
+  int status = 0;
+  return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+}  // namespace ulf::test
+
+int main(int count, char** arguments) {
+  using namespace ulf::test;
+  try {
+    const Wishes wishes = Parse(count, arguments);
+    fs::create_directories(wishes.folder);
+    bool all_made = true;
+    for (const Maker& maker : kMakers)
+      if (std::find(wishes.names.begin(), wishes.names.end(), maker.name) != wishes.names.end())
+        all_made = MakeApart(maker, wishes) && all_made;
+    return all_made ? 0 : 1;
+  } catch (const ulf::UsageError& error) {
+    fmt::print(stderr, "charts: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "charts: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,33 @@
+// What ./run charts draws. Each measures in this process (or asks the program ulf) and returns its rows.
+#pragma once
+
+#include <fmt/core.h>
+#include <fstream>
+
+#include "tests/charts/chart.h"
+
+namespace ulf::test {
+
+struct ChartEffort {
+  bool quick = false;  // fewer seeds and values: whether it works, not what the pages show
+  // The first of two numbers, or lists, for quick ones.
+  template <typename T>
+  T Of(T quickly, T fully) const {
+    return quick ? quickly : fully;
+  }
+};
+
+Chart BoundChart(const ChartEffort& effort);
+Chart ThresholdChart(const ChartEffort& effort);
+Chart BundleChart(const ChartEffort& effort);
+Chart CalibrationChart(const ChartEffort& effort);
+Chart OneCameraSolversChart(const ChartEffort& effort);
+Chart TwoViewSolversChart(const ChartEffort& effort);
+Chart ProxyChart(const ChartEffort& effort);
+Chart ViewCountChart(const ChartEffort& effort);
+Chart TrackingChart(const ChartEffort& effort);
+Chart MapSizeChart(const ChartEffort& effort);
+Chart PredictedErrorChart(const ChartEffort& effort);
+Chart PacketsChart(const ChartEffort& effort);
+
+}  // namespace ulf::test

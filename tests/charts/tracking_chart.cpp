@@ -1,0 +1,177 @@
+// Tracking: features, pyramid levels and size of the map against the error of the poses.
+#include <map>
+
+#include "tests/charts/makers.h"
+#include "tests/charts/tracking_runs.h"
+#include "tests/support/test_paths.h"
+#include "tests/tracking/predicted_error.h"
+
+namespace ulf::test {
+namespace {
+
+struct Variation {
+  std::string series, name;
+  TrackerOptions options;
+  bool in_use = false;
+};
+
+std::vector<Variation> FeaturesLevelsAndMap(const ChartEffort& effort) {
+  const TrackerOptions usual{.deterministic = true};
+  std::vector<Variation> variations;
+  const auto add = [&](const char* series, const std::string& name, bool in_use, auto&& change) {
+    Variation variation{series, name, usual, in_use};
+    change(variation.options);
+    variations.push_back(variation);
+  };
+  for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 700, 850, 1000, 1250}))
+    add("features", std::to_string(features), features == usual.features,
+        [&](TrackerOptions& options) { options.features = features; });
+  for (const int levels : effort.Of(std::vector{4}, {2, 4, 6}))
+    add("pyramid levels", fmt::format("{} levels", levels), levels == usual.pyramid_levels,
+        [&](TrackerOptions& options) { options.pyramid_levels = levels; });
+  for (const double moved : effort.Of(std::vector{0.08}, {0.015, 0.05, 0.08, 0.12}))
+    add("map: a keyframe each so much of the depth", fmt::format("{:g} %", 100 * moved),
+        moved == usual.mapping.keyframe_moved,
+        [&](TrackerOptions& options) { options.mapping.keyframe_moved = moved; });
+  return variations;
+}
+
+struct Threshold {
+  std::string name;
+  double MapperOptions::*value;
+  std::vector<double> tried, tried_quickly;
+};
+
+std::vector<Threshold> Thresholds() {
+  return {{"keyframe moved", &MapperOptions::keyframe_moved, {0.015, 0.03, 0.05, 0.08, 0.12}, {0.08}},
+          {"superfluous share", &MapperOptions::superfluous_share, {0.6, 0.7, 0.8, 0.95, 1.01}, {0.6}},
+          {"least found share", &MapperOptions::min_found_share, {0, 0.15, 0.4, 0.6}, {0.6}},
+          {"least parallax", &MapperOptions::min_parallax_deg, {0.5, 2, 3}, {3}}};
+}
+
+// The runs of a variation on a recording: the seeds of the simulator, and of a recording, where a seed hardly
+// changes anything, ten features more and fewer.
+std::vector<TrackedCase> CasesOf(const Variation& variation, const std::string& recording, bool quick,
+                                 int frames) {
+  std::vector<TrackedCase> cases;
+  for (const int i : quick ? std::vector{0} : std::vector{0, 1, 2}) {
+    TrackedCase one{recording, variation.options, frames};
+    if (recording == "simulator")
+      one.options.seed = 51 + static_cast<unsigned>(i);
+    else
+      one.options.features += 10 * (i == 0 ? 0 : i == 1 ? -1 : 1);
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+}  // namespace
+
+Chart TrackingChart(const ChartEffort& effort) {
+  Chart chart;
+  chart.title = "Tracking: features, pyramid levels and keyframes against the error of live poses";
+  chart.about =
+      "The default is changed in one respect at a time. Simulator: studio, row_deg=4, seeds 51 to 53, 200 "
+      "frames; handheld_kitchen: all of it, with 10 features more and fewer (it was tuned on, the "
+      "simulator's seeds were not). CPU of the tracking thread, mapping apart, over cv::ORB with 1,000 "
+      "features "
+      "in the same run. Bars: lowest to highest.";
+  for (const std::string recording : {"simulator", "handheld_kitchen"}) {
+    if (!HasRecording(recording)) continue;
+    const std::vector<Variation> variations = FeaturesLevelsAndMap(effort);
+    std::vector<TrackedCase> cases;
+    for (const Variation& variation : variations) {
+      const auto some =
+          CasesOf(variation, recording, effort.quick,
+                  effort.Of(recording == "simulator" ? 60 : 120, recording == "simulator" ? 200 : 100000));
+      cases.insert(cases.end(), some.begin(), some.end());
+    }
+    const std::vector<TrackedRun> runs = TrackRuns(cases);
+    ChartPanel panel{recording,
+                     {"a frame [times cv::ORB with 1,000 features, CPU]"},
+                     {"centres, live, RMS [mm]", true},
+                     {}};
+    const std::size_t each = runs.size() / variations.size();
+    for (std::size_t v = 0; v < variations.size(); ++v) {
+      std::vector<double> cost, error;
+      for (std::size_t i = v * each; i < (v + 1) * each; ++i) {
+        cost.push_back(runs[i].cpu_over_orb);
+        error.push_back(runs[i].live_mm);
+      }
+      panel.points.push_back({variations[v].series, variations[v].name, Spread::Of(cost), Spread::Of(error),
+                              variations[v].in_use});
+    }
+    chart.panels.push_back(panel);
+  }
+  return chart;
+}
+
+Chart MapSizeChart(const ChartEffort& effort) {
+  Chart chart;
+  chart.title = "The map: what keyframes and points bring, one threshold varied at a time";
+  chart.about =
+      "Whole runs of two recordings that the thresholds were tuned on, 850 features, one run each: on the "
+      "kitchen differences of a fifth say nothing. Names: the threshold's value.";
+  for (const std::string recording : {"handheld_kitchen", "scan_synthetic"}) {
+    if (!HasRecording(recording)) continue;
+    std::vector<TrackedCase> cases{{recording, {.deterministic = true}, effort.Of(60, 100000)}};
+    std::vector<ChartPoint> points{{"as in use", "", {}, {}, true}};
+    for (const Threshold& threshold : Thresholds())
+      for (const double value : effort.Of(threshold.tried_quickly, threshold.tried)) {
+        if (value == MapperOptions{}.*threshold.value) continue;
+        cases.push_back(cases.front());
+        cases.back().options.mapping.*threshold.value = value;
+        points.push_back({threshold.name, fmt::format("{:g}", value), {}, {}});
+      }
+    const std::vector<TrackedRun> runs = TrackRuns(cases);
+    for (const bool by_points : {true, false}) {
+      ChartPanel panel{recording + (by_points ? ": points" : ": keyframes"),
+                       {by_points ? "map points" : "keyframes"},
+                       {"centres, after the run, RMS [mm]", true},
+                       points};
+      for (std::size_t i = 0; i < runs.size(); ++i) {
+        panel.points[i].cost = Spread::Exactly(by_points ? runs[i].points : runs[i].keyframes);
+        panel.points[i].error = Spread::Exactly(runs[i].after_mm);
+      }
+      chart.panels.push_back(panel);
+    }
+  }
+  return chart;
+}
+
+Chart PredictedErrorChart(const ChartEffort& effort) {
+  std::map<std::string, std::vector<PredictedError>> errors;
+  const auto add = [&](const std::string& run, const std::vector<PredictedError>& more) {
+    errors[run].insert(errors[run].end(), more.begin(), more.end());
+  };
+  for (const unsigned seed : effort.Of(std::vector{1u}, {1u, 2u}))
+    for (const double noise : effort.Of(std::vector{4.0}, {1.0, 4.0, 12.0}))
+      for (const int features : effort.Of(std::vector{300}, {300, 1000}))
+        add("drawn room, noise 1 to 12, 300 and 1,000 features",
+            RoomErrors(noise, features, seed, effort.Of(60, 150)));
+  for (const unsigned seed : effort.Of(std::vector<unsigned>{}, {1u, 2u}))
+    add("simulated studio, two seeds", SimulatorErrors(seed, 10));
+  for (const std::string& recording :
+       effort.Of(std::vector<std::string>{}, {"scan_synthetic", "handheld_kitchen"}))
+    if (const auto folder = TestData(recording)) add(recording, RecordingErrors(*folder));
+  Chart chart;
+  chart.title = "What the tracker predicts about its error, against the error";
+  chart.about =
+      "Every pose as it was given live, errors after one alignment of a whole run; quarters of each run by "
+      "what "
+      "was predicted, medians. Right is the diagonal. The prediction was made on the drawn room and the "
+      "kitchen.";
+  ChartPanel panel{"the camera's centre",
+                   {"predicted [% of the distance]", true},
+                   {"true [% of the distance]", true},
+                   {},
+                   false};
+  for (const auto& [run, of_run] : errors)
+    for (const ErrorBin& bin : BinErrors(of_run, 4))
+      panel.points.push_back(
+          {run, "", Spread::Exactly(100 * bin.predicted), Spread::Exactly(100 * bin.actual)});
+  chart.panels.push_back(panel);
+  return chart;
+}
+
+}  // namespace ulf::test

@@ -1,0 +1,34 @@
+// Whole runs of the tracker, deterministic, for charts: what a frame costs and how far off poses are.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tracking/tracker.h"
+
+namespace ulf::test {
+
+struct TrackedRun {
+  double cpu_ms = 0;                 // of a frame, median; mapping apart
+  double cpu_over_orb = 0;           // in units of cv::ORB with 1,000 features on frames of the same run
+  double live_mm = 0, after_mm = 0;  // centres, RMS after alignment; infinite where too few were tracked
+  int keyframes = 0, points = 0;
+};
+
+// `recording`: "simulator" (the studio, `frames` at 15 a second, its scene and hand by the options' seed) or
+// the name of a folder of the test data.
+TrackedRun TrackRun(const std::string& recording, const TrackerOptions& options, int frames);
+
+// The same for many, on as many threads as there are processors, in order.
+struct TrackedCase {
+  std::string recording;
+  TrackerOptions options;
+  int frames = 0;
+};
+std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);
+
+// Whether the recording is to be had.
+bool HasRecording(const std::string& recording);
+
+}  // namespace ulf::test
