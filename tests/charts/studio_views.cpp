@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -59,7 +60,9 @@ double ProcessCpuMs() {
 
 std::shared_ptr<const RenderScene> StudioScene(const StudioOptions& options) {
   SimulationOptions simulated = Simulated(options);
-  simulated.row_spacing = RowSpacing(SimulatedCamera(simulated), options.threshold_px);
+  constexpr double kMostSpacing = 19 * M_PI / 180;  // that the simulator lets itself be told
+  simulated.row_spacing =
+      std::min(kMostSpacing, RowSpacing(SimulatedCamera(simulated), options.threshold_px));
   const SimulatedCamera studio(simulated);
   auto scene = std::make_shared<RenderScene>();
   scene->subject = studio.scene().subject();

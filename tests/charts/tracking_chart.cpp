@@ -43,10 +43,10 @@ struct Threshold {
 };
 
 std::vector<Threshold> Thresholds() {
-  return {{"keyframe moved", &MapperOptions::keyframe_moved, {0.015, 0.03, 0.05, 0.08, 0.12}, {0.08}},
-          {"superfluous share", &MapperOptions::superfluous_share, {0.6, 0.7, 0.8, 0.95, 1.01}, {0.6}},
-          {"least found share", &MapperOptions::min_found_share, {0, 0.15, 0.4, 0.6}, {0.6}},
-          {"least parallax", &MapperOptions::min_parallax_deg, {0.5, 2, 3}, {3}}};
+  return {{"keyframe moved", &MapperOptions::keyframe_moved, {0.015, 0.05, 0.12}, {0.08}},
+          {"superfluous share", &MapperOptions::superfluous_share, {0.6, 0.8, 1.01}, {0.6}},
+          {"least found share", &MapperOptions::min_found_share, {0, 0.6}, {0.6}},
+          {"least parallax", &MapperOptions::min_parallax_deg, {0.5, 3}, {3}}};
 }
 
 // The runs of a variation on a recording: the seeds of the simulator, and of a recording, where a seed hardly
