@@ -32,6 +32,7 @@ struct CaptureArgs {
   std::string person;
   std::string requests;
   bool headless = false;
+  bool offscreen = false;
   std::string marker;
   bool deterministic = false;
   bool resume = false;

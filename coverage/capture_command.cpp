@@ -25,6 +25,7 @@
 #include "coverage/light_field_report.h"
 #include "coverage/map_cache.h"
 #include "coverage/operator/run_with_display.h"
+#include "coverage/operator/scripted_surface.h"
 #include "coverage/pose_errors.h"
 #include "coverage/request_lines.h"
 #include "coverage/simulated_operator.h"
@@ -120,6 +121,14 @@ void SayWhatTheDiskRefused(const CaptureSummary& summary) {
                Counted(summary.unwritten, "frame"));
 }
 
+DisplayDoor DoorFor(const CaptureArgs& args, const std::shared_ptr<DisplayScript>& script) {
+  constexpr int kWidth = 1280, kHeight = 720;
+  if (args.headless) return {};
+  if (args.offscreen)
+    return [script] { return std::make_unique<ScriptedSurface>(cv::Size(kWidth, kHeight), script); };
+  return [] { return OpenWindow("ulf capture", {kWidth, kHeight}); };
+}
+
 int RunCaptureCommand(const CaptureArgs& args) {
   CaptureOptions options = OptionsFrom(args);
   if (!args.marker.empty()) MarkerSpec::Parse(args.marker);
@@ -128,11 +137,19 @@ int RunCaptureCommand(const CaptureArgs& args) {
         "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
         "leave out one of the two",
         args.marker);
+  if (args.offscreen && (args.headless || args.requests.empty()))
+    throw UsageError(
+        "--offscreen: a display without a window, which lines of --requests press keys of and look at; {}",
+        args.headless ? "leave out --headless, which is without a display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
   std::optional<RequestLines> request_lines;  // before anything is written
-  if (!args.requests.empty()) request_lines.emplace(args.requests);
+  const auto script = std::make_shared<DisplayScript>();
+  if (!args.requests.empty())
+    request_lines.emplace(args.requests,
+                          args.offscreen ? [script](const std::string& line) { return script->Take(line); }
+                                         : std::function<bool(const std::string&)>{});
   const StopOnSignal signals;
   PreparedCapture prepared;
   if (!PrepareCapture(args, &options, prepared)) {
@@ -182,9 +199,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
       summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
                            options, hooks, std::move(prepared.first));
     };
-    RunWithDisplay(
-        args.headless ? DisplayDoor{} : [] { return OpenWindow("ulf capture", {1280, 720}); },
-        {.marker = args.marker}, feed, requests, capture);
+    RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
     if (recorder) kept = recorder->Finish();
   }
   if (kept.left_out > 0)
@@ -263,6 +278,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Of a simulated scene: who holds the camera, in place of a hand that scans by a plan: guided, "
       "unguided, novice or unguided-novice, with a seed if wanted, novice:7 (docs/guidance.md)");
   command->add_flag("--headless", args->headless, "Without the operator display");
+  command->add_flag(
+      "--offscreen", args->offscreen,
+      "The operator display without a window: --requests then also takes press KEYS (s,Up,Enter) "
+      "and look FILE.png");
   command->add_option(
       "--marker", args->marker,
       "Held before the camera to look round in the display's review: marker:80:DICT_4X4_50:0");

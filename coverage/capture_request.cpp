@@ -13,7 +13,7 @@ namespace {
   throw UsageError(
       "'{}' is not a request; there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], "
       "subject "
-      "[depth D] [size SHARE], pause, record, finish",
+      "[depth D] [size SHARE], pause, record, finish; with --offscreen also press KEYS, look FILE",
       line);
 }
 

@@ -8,12 +8,14 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "acquisition/error.h"
 
 namespace ulf {
 
-RequestLines::RequestLines(const std::string& path) {
+RequestLines::RequestLines(const std::string& path, std::function<bool(const std::string&)> others)
+    : others_(std::move(others)) {
   // Without O_NONBLOCK opening a fifo waits for whoever writes.
   descriptor_ = path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   struct stat about {};
@@ -53,7 +55,7 @@ void RequestLines::Take(CaptureRequests& requests, const std::function<void(cons
     text_.erase(0, end + 1);
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      requests.Ask(ParseCaptureRequest(line));
+      if (!others_ || !others_(line)) requests.Ask(ParseCaptureRequest(line));
     } catch (const UsageError& error) {
       say(error.what());
     }

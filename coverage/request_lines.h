@@ -11,8 +11,9 @@ namespace ulf {
 
 class RequestLines {
  public:
-  // "-": standard input. Throws UsageError when it cannot be read.
-  explicit RequestLines(const std::string& path);
+  // "-": standard input. Throws UsageError when it cannot be read. `others` takes the lines that are not for
+  // the capture: false, or UsageError in words, for one that is not its own.
+  explicit RequestLines(const std::string& path, std::function<bool(const std::string&)> others = {});
   ~RequestLines();
   RequestLines(const RequestLines&) = delete;
   RequestLines& operator=(const RequestLines&) = delete;
@@ -26,6 +27,7 @@ class RequestLines {
   int descriptor_ = -1;
   bool others_may_write_ = false;  // a fifo: its end is only the end of who wrote last
   std::string text_;
+  std::function<bool(const std::string&)> others_;
 };
 
 }  // namespace ulf

@@ -13,10 +13,10 @@
 #include "acquisition/error.h"
 #include "render/aperture_options.h"
 #include "render/choice.h"
+#include "render/display/key_names.h"
 #include "render/display/surface.h"
 #include "render/proxy_choice.h"
 #include "render/scene_options.h"
-#include "render/viewer/key_names.h"
 #include "render/viewer/viewer.h"
 #include "render/viewer/viewer_files.h"
 

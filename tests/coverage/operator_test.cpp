@@ -20,10 +20,11 @@ constexpr std::uint64_t kFirstSeed = 101;  // guidance was made with 1 to 5
 TEST(SimulatedOperator, CoversTheCapGuidedAndAsANovice) {
   for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kSeeds; ++seed)
     for (const bool novice : {false, true})
-      for (const double size : {0.28, 0.2}) {
-        const ImaginedResult result =
-            RunImagined({.person = {.novice = novice, .seed = seed}, .subject_size = size});
-        const std::string who = (novice ? "novice " : "guided ") + std::to_string(seed);
+      for (const auto& [size, threshold_px] : {std::pair{0.28, 7.0}, {0.2, 7.0}, {0.28, 12.0}, {0.2, 12.0}}) {
+        const ImaginedResult result = RunImagined(
+            {.person = {.novice = novice, .seed = seed}, .threshold_px = threshold_px, .subject_size = size});
+        const std::string who =
+            fmt::format("{} {} at {} px", novice ? "novice" : "guided", seed, threshold_px);
         EXPECT_GE(result.covered, 0.95) << who << ", subject " << size;
         EXPECT_LT(result.seconds, 420) << who << ", subject " << size;
         if (novice) {

@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "acquisition/error.h"
-#include "render/viewer/key_names.h"
+#include "render/display/key_names.h"
 #include "tests/render/synthetic_views.h"
 
 namespace ulf::test {

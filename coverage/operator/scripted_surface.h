@@ -1,0 +1,55 @@
+// The operator display without a window, for who is far from it or is a program: keys come as lines of text,
+// and what it shows goes to files (`ulf capture --offscreen`). Whatever a window offers is so to be had
+// without one, by the same code.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "render/display/surface.h"
+
+namespace ulf {
+
+// From the thread that reads lines to the display's.
+class DisplayScript {
+ public:
+  using Keys = std::vector<InputEvent>;
+  using Look = std::filesystem::path;
+  using Step = std::variant<Keys, Look>;
+
+  // "press s,Up,Enter" (key_names.h) or "look FILE.png"; false: the line is somebody else's. Throws
+  // UsageError for a key or a picture that cannot be.
+  bool Take(const std::string& line);
+  std::optional<Step> Next();
+
+ private:
+  std::mutex mutex_;
+  std::deque<Step> steps_;
+};
+
+// One line after the other, each half a second of display frames after the last, so that what was asked for
+// is on the screen before it is looked at. What is still to be looked at when the display ends gets its last
+// picture.
+class ScriptedSurface : public OffscreenSurface {
+ public:
+  static constexpr int kFramesBetween = 15;
+  ScriptedSurface(cv::Size size, std::shared_ptr<DisplayScript> script);
+  ~ScriptedSurface() override;
+  std::vector<InputEvent> TakeEvents(double patience_s) override;
+  void Present() override;
+
+ private:
+  void Write(const std::filesystem::path& file);
+
+  std::shared_ptr<DisplayScript> script_;
+  int frames_ = 0;  // since the last line
+  std::optional<std::filesystem::path> look_;
+};
+
+}  // namespace ulf
