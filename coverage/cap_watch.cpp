@@ -29,6 +29,7 @@ std::string Where(const CoverageMap& map) {
 
 }  // namespace
 
+// The map says where it is worth measuring; the measure decides.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
   if (!map.frame()) return std::nullopt;
   constexpr int kSizes = 50;
@@ -41,29 +42,36 @@ std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
     whole[index] += cell.solid_angle_sr;
     if (cell.covering.index >= 0) painted[index] += cell.solid_angle_sr;
   });
-  std::optional<Cap> largest;
-  double painted_sr = 0, whole_sr = 0;
-  for (int i = 0; i < kSizes; ++i) {
-    painted_sr += painted[static_cast<std::size_t>(i)];
-    whole_sr += whole[static_cast<std::size_t>(i)];
-    const double size = (i + 1.0) / kSizes;
-    if (whole_sr > 0 && painted_sr >= share * whole_sr)
-      largest = Cap{size * map.extent().width, size * map.extent().height};
+  for (int i = 1; i < kSizes; ++i) {
+    painted[static_cast<std::size_t>(i)] += painted[static_cast<std::size_t>(i) - 1];
+    whole[static_cast<std::size_t>(i)] += whole[static_cast<std::size_t>(i) - 1];
   }
-  return largest;
+  const Eigen::Vector2d asked_deg = map.extent().Degrees();
+  for (int i = kSizes - 1; i >= 0; --i) {
+    if (painted[static_cast<std::size_t>(i)] < share * whole[static_cast<std::size_t>(i)]) continue;
+    const Eigen::Vector2d degrees = ((i + 1.0) / kSizes * asked_deg).array().floor();
+    if (degrees.minCoeff() < 1) return std::nullopt;
+    const Cap cap = Cap::FromDegrees(degrees);
+    if (MeasureCoverage(map.views(), map.subject(), cap, map.options()).covered >= share) return cap;
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
-                                           bool recording) {
+                                           bool would_record) {
   if (!map.options().cap || map.views().empty()) return std::nullopt;
   const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
   const double covered = map.CoveredShare();
-  if (!recording || covered >= share_ || covered > most_covered_ + kWorthGaining ||
+  if (covered >= share_ || covered > most_covered_ + kWorthGaining ||
       covered < most_covered_ - kWorthGaining) {  // taken back, or a subject placed anew: begun again
     most_covered_ = covered;
     from_ = direction;
     way_ = 0;
     said_ = false;
+    return std::nullopt;
+  }
+  if (!would_record) {
+    from_ = direction;
     return std::nullopt;
   }
   const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
@@ -75,13 +83,15 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   if (said_ || way_ < WayWithoutHope(cap)) return std::nullopt;
   said_ = true;
   const std::optional<Cap> there = LargestCovered(map, share_);
-  const std::string smaller =
-      there ? fmt::format(
-                  "; of {:.0f} x {:.0f} degrees {:g} % are covered: that cap can be had by finishing "
-                  "now, or by --resume with --until-covered {:.0f}x{:.0f}",
-                  std::floor(there->Degrees().x()), std::floor(there->Degrees().y()), 100 * share_,
-                  std::floor(there->Degrees().x()), std::floor(there->Degrees().y()))
-            : std::string("; finish, and ask for a smaller cap");
+  std::string smaller = "; finish, and ask for a smaller cap";
+  if (there) {
+    const Eigen::Vector2d degrees = there->Degrees();
+    smaller = fmt::format(
+        "; of {0:.0f} x {1:.0f} degrees {2:g} % are covered: that cap can be had by finishing now, or by "
+        "--resume "
+        "with --until-covered {0:.0f}x{1:.0f}",
+        degrees.x(), degrees.y(), 100 * share_);
+  }
   return fmt::format(
       "the cap fills no more: in {:.0f} degrees of movement nothing was gained, and {:.1f} % is "
       "open{}. If that is out of reach, this capture does not end by itself{}",

@@ -15,10 +15,11 @@ class CapWatch {
  public:
   // `share` of the cap ends the capture.
   explicit CapWatch(double share) : share_(share) {}
-  // After every frame with a pose; `recording` is false while that is paused. Words for the operator, at most
+  // After every frame with a pose. `would_record`: nothing but coverage decided whether it became a view (not
+  // a pause, a full disk, blur): only then movement without a gain counts. Words for the operator, at most
   // once between two gains.
   std::optional<std::string> After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
-                                   bool recording);
+                                   bool would_record);
 
  private:
   const double share_;
@@ -28,7 +29,8 @@ class CapWatch {
   bool said_ = false;
 };
 
-// The largest cap of the same shape and middle of which at least `share` is painted; none: nothing is.
+// The largest cap of the same shape and middle, in whole degrees, of which at least `share` is covered; none:
+// not even one of a degree.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share);
 
 }  // namespace ulf

@@ -125,7 +125,14 @@ DisplayDoor DoorFor(const CaptureArgs& args, const std::shared_ptr<DisplayScript
   constexpr int kWidth = 1280, kHeight = 720;
   if (args.headless) return {};
   if (args.offscreen)
-    return [script] { return std::make_unique<ScriptedSurface>(cv::Size(kWidth, kHeight), script); };
+    return [script]() -> std::unique_ptr<Surface> {
+      try {
+        return std::make_unique<ScriptedSurface>(cv::Size(kWidth, kHeight), script);
+      } catch (...) {
+        script->End();
+        throw;
+      }
+    };
   return [] { return OpenWindow("ulf capture", {kWidth, kHeight}); };
 }
 
@@ -145,11 +152,16 @@ int RunCaptureCommand(const CaptureArgs& args) {
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
   std::optional<RequestLines> request_lines;  // before anything is written
-  const auto script = std::make_shared<DisplayScript>();
-  if (!args.requests.empty())
-    request_lines.emplace(args.requests,
-                          args.offscreen ? [script](const std::string& line) { return script->Take(line); }
-                                         : std::function<bool(const std::string&)>{});
+  CaptureRequests requests;
+  const auto script = std::make_shared<DisplayScript>(requests);
+  if (!args.requests.empty()) {
+    std::function<void(const std::string&)> take;
+    if (args.offscreen)
+      take = [script](const std::string& line) { script->Take(line); };
+    else
+      take = [&requests](const std::string& line) { requests.Ask(ParseCaptureRequest(line)); };
+    request_lines.emplace(args.requests, std::move(take));
+  }
   const StopOnSignal signals;
   PreparedCapture prepared;
   if (!PrepareCapture(args, &options, prepared)) {
@@ -167,10 +179,9 @@ int RunCaptureCommand(const CaptureArgs& args) {
     CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
-    CaptureRequests requests;
     hooks.requests = &requests;
     const auto read_requests = [&] {
-      if (request_lines) request_lines->Take(requests, hooks.say);
+      if (request_lines) request_lines->Take(hooks.say);
     };
     CaptureFeed feed;
     hooks.while_waiting = [&](const SharedCaptureState& now) {
@@ -215,7 +226,9 @@ int RunCaptureCommand(const CaptureArgs& args) {
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
   WritePictures(args, options.still_camera.value_or(prepared.camera), summary, report);
-  if (summary.stopped_because == StoppedBecause::kCovered && report.covered < options.until_share)
+  constexpr double kBetweenCells = 0.005;  // that a full map may leave open
+  if (summary.stopped_because == StoppedBecause::kCovered &&
+      report.covered < std::min(options.until_share, 1 - kBetweenCells))
     fmt::print(
         stderr,
         "the last adjustment of the poses opened some of the cap again; go on with --resume to fill it\n");

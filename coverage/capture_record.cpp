@@ -122,6 +122,7 @@ bool CaptureRecord::CapIsCovered(double share, const PoseSource& poses) {
   if (!options_.map.cap || !map_ || measured_ || map_->CoveredShare() < share) return false;
   measured_ = true;
   CorrectPoses(poses, false);
+  if (map_->CoveredShare() == 1) return true;
   return MeasureCoverage(map_->views(), map_->subject(), *options_.map.cap, map_->options()).covered >= share;
 }
 

@@ -64,7 +64,8 @@ class CaptureRecord {
   // What later adjustments say of the views' poses: painted, and journaled unless it is the last time. False
   // when it has to be tried again: the disk is behind.
   bool CorrectPoses(const PoseSource& poses, bool last);
-  // The map says when it is worth measuring; the measure, on directions of its own, decides.
+  // The map says when it is worth measuring; the measure, on directions of its own, decides. A map without an
+  // open cell is as much as can be asked for: nothing could say where to go.
   bool CapIsCovered(double share, const PoseSource& poses);
   // Writes what waits, then what the poses are now, `points`, and what this session adds to the earlier ones'
   // time and counts.

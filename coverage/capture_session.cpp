@@ -61,7 +61,7 @@ class Session {
   Decision DecideAndRecord(const Frame& frame, const Track& track);
   std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
   Reason ReasonOfTheDisk();
-  void WatchTheCap(const Track& track);
+  void WatchTheCap(const Track& track, const Decision& decision);
 
   void SayWhatToExpect();
   void CheckBeforeFirstView(const Frame& frame);
@@ -167,6 +167,7 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
                   .bytes_per_view = static_cast<std::uint64_t>(
                       of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                  .has_pose = looked_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
                   .most_pose_error_px = options_.limits.max_pose_error_px});
 }
@@ -200,9 +201,11 @@ Reason Session::ReasonOfTheDisk() {
   return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
 }
 
-void Session::WatchTheCap(const Track& track) {
+void Session::WatchTheCap(const Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
-  const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(), recording_);
+  const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
+  const auto hopeless =
+      cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(), would_record && recording_);
   if (hopeless) Say(*hopeless);
 }
 
@@ -405,7 +408,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   CheckBeforeFirstView(*frame);
   subject_.Watch(track, *last_time_s_);
   looked_.decision = DecideAndRecord(*frame, track);
-  WatchTheCap(track);
+  WatchTheCap(track, looked_.decision);
   gaps_.Disk(record_.spool().Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||

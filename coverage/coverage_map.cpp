@@ -175,9 +175,17 @@ void CoverageMap::SetViews(std::span<const CriterionView> views) {
   rows_.clear();
   cells_.clear();
   total_sr_ = painted_sr_ = 0;
+  open_cells_ = 0;
 }
 
 double CoverageMap::FinestDiscRadius(const Cap& cap) { return 3 * std::sqrt(cap.SolidAngle() / kMostCells); }
+
+double CoverageMap::CoveredShare() const {
+  if (cells_.empty()) return 0;
+  // The sum over cells is off by its rounding.
+  constexpr double kNearlyAll = 1 - 1e-9;
+  return open_cells_ == 0 ? 1 : std::min(kNearlyAll, painted_sr_ / total_sr_);
+}
 
 bool CoverageMap::GridIsStale() const {
   constexpr double kDistanceChange = 0.01;
@@ -215,6 +223,7 @@ void CoverageMap::Rebuild() {
     rows_.push_back(row);
   }
   cells_.assign(cell_count, {std::numeric_limits<float>::infinity(), -1});
+  open_cells_ = cell_count;
   for (std::size_t i = 0; i < views().size(); ++i) Paint(static_cast<int>(i));
 }
 
@@ -263,7 +272,7 @@ void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, doubl
       const double limit = std::min<double>(cell.bound_px, options_.threshold_px + 1e-9);
       const double bound = BoundPx(view, Hypothetical(cell_direction), subject_, {.give_up_px = limit});
       if (bound >= limit) continue;
-      if (cell.view < 0) painted_sr_ += row.cell_sr;
+      if (cell.view < 0) painted_sr_ += row.cell_sr, --open_cells_;
       cell = {static_cast<float>(bound), view_index};
     }
   }

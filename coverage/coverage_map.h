@@ -114,7 +114,8 @@ class CoverageMap {
   }
 
   // The share of the cap's solid angle that is painted.
-  double CoveredShare() const { return total_sr_ > 0 ? painted_sr_ / total_sr_ : 0; }
+  // 1 only where every cell is.
+  double CoveredShare() const;
   // Which view paints a direction; index -1 for unpainted. None outside the cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
   // The grid's cells, row by row.
@@ -177,6 +178,7 @@ class CoverageMap {
   std::vector<Row> rows_;
   std::vector<Cell> cells_;
   double painted_sr_ = 0, total_sr_ = 0;
+  std::size_t open_cells_ = 0;
 };
 
 // The same share measured apart from the map: on a finer set of directions of its own, against all views.

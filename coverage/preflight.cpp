@@ -48,6 +48,10 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   if (input.prediction)
     if (const auto doubt = WhyTooFine(*input.prediction, input.cap))
       items.push_back({"views", false, *doubt});
+  if (!input.has_pose) {
+    items.push_back({"tracking", false, "the camera's place is not known: see what is said about tracking"});
+    return items;
+  }
   if (!input.pose_error_px) {
     items.push_back({"tracking", true, "poses are given"});
     return items;

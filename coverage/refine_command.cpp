@@ -18,6 +18,7 @@
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/model_choice.h"
 #include "acquisition/number_checks.h"
 #include "coverage/coverage_map.h"
 #include "tracking/refine/refine.h"
@@ -35,6 +36,7 @@ struct RefineArgs {
   std::string truth;
   RefineOptions options;
   int threads = 2;
+  bool explain = false;
   bool json = false;
 };
 
@@ -116,9 +118,9 @@ std::optional<CoverageChange> CoverageOf(const LightField& before, const LightFi
 }
 
 std::string ToText(const CoverageChange& change) {
-  std::string text = fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after",
-                                 100 * change.before, change.cap.Degrees().x(), change.cap.Degrees().y(),
-                                 100 * change.after);
+  std::string text =
+      fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after", 100 * change.before,
+                  change.cap.Degrees().x(), change.cap.Degrees().y(), 100 * change.after);
   if (change.after < change.before - 0.0005)
     text += ": some fell open again; ulf info lists the holes, ulf capture --resume fills them";
   return text + "\n";
@@ -153,6 +155,41 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
   json["seconds"] = cost.seconds;
   json["peak_memory_mib"] = cost.peak_mib;
   return json;
+}
+
+std::string FreedNumbers(const FreeIntrinsics& free) {
+  std::string text;
+  for (const auto& [is_free, name] :
+       {std::pair(free.focal, "focal length"), std::pair(free.k1, "k1"),
+        std::pair(free.principal_point, "principal point"), std::pair(free.k2, "k2")})
+    if (is_free) text += (text.empty() ? "" : ", ") + std::string(name);
+  return text;
+}
+
+ModelChoice Explained(const std::vector<LensTrial>& trials, std::size_t lens, std::size_t lenses) {
+  ModelChoice choice{
+      lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
+      "numbers are freed one after the other; one stays free where the information criterion gains "
+      "and the number moves by more than three of its standard deviations",
+      {{"as given", "gain 0", true}}};
+  std::size_t chosen = 0;
+  for (const LensTrial& trial : trials) {
+    if (trial.kept) chosen = choice.candidates.size();
+    choice.candidates.push_back(
+        {FreedNumbers(trial.fit.free) + " free",
+         fmt::format("gain {:.1f}, {:.1f} before it; {}", trial.fit.gain, trial.gain_before,
+                     trial.moved ? "moved" : "moved less than it is certain")});
+  }
+  for (std::size_t i = 0; i < choice.candidates.size(); ++i) choice.candidates[i].chosen = i == chosen;
+  if (trials.empty()) choice.candidates[0].evidence = "not tried: too few views or points to tell";
+  return choice;
+}
+
+std::vector<ModelChoice> Explained(const RefineResult& result) {
+  std::vector<ModelChoice> choices;
+  for (std::size_t l = 0; l < result.lens_trials.size(); ++l)
+    choices.push_back(Explained(result.lens_trials[l], l, result.lens_trials.size()));
+  return choices;
 }
 
 std::string Describe(const LensEstimate& fit) {
@@ -237,12 +274,16 @@ int RunRefine(const RefineArgs& args) {
   if (!args.truth.empty()) errors = CompareWithTruth(before, result, truth, args.truth);
   if (args.json) {
     nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(result)) json["explain"].push_back(ToJson(choice));
     if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
     PrintText(dir, before, result, args, cost);
     if (coverage) fmt::print("{}", ToText(*coverage));
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(result)) fmt::print("{}", ToText(choice));
     if (errors) fmt::print("{}", ToText(*errors));
   }
   return kOk;
@@ -267,6 +308,7 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--seed", args->options.seed, "Of every random draw");
   command->add_option("--truth", args->truth,
                       "True poses, TUM format: prints the error as recorded, before and after");
+  command->add_flag("--explain", args->explain, "Why these intrinsics: what was tried, and what it gained");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "

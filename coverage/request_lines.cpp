@@ -14,8 +14,8 @@
 
 namespace ulf {
 
-RequestLines::RequestLines(const std::string& path, std::function<bool(const std::string&)> others)
-    : others_(std::move(others)) {
+RequestLines::RequestLines(const std::string& path, std::function<void(const std::string&)> take)
+    : take_(std::move(take)) {
   // Without O_NONBLOCK opening a fifo waits for whoever writes.
   descriptor_ = path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   struct stat about {};
@@ -47,7 +47,7 @@ bool RequestLines::ReadMore() {
   return false;
 }
 
-void RequestLines::Take(CaptureRequests& requests, const std::function<void(const std::string&)>& say) {
+void RequestLines::Take(const std::function<void(const std::string&)>& say) {
   while (ReadMore()) {
   }
   for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
@@ -55,7 +55,7 @@ void RequestLines::Take(CaptureRequests& requests, const std::function<void(cons
     text_.erase(0, end + 1);
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      if (!others_ || !others_(line)) requests.Ask(ParseCaptureRequest(line));
+      take_(line);
     } catch (const UsageError& error) {
       say(error.what());
     }

@@ -11,15 +11,15 @@ namespace ulf {
 
 class RequestLines {
  public:
-  // "-": standard input. Throws UsageError when it cannot be read. `others` takes the lines that are not for
-  // the capture: false, or UsageError in words, for one that is not its own.
-  explicit RequestLines(const std::string& path, std::function<bool(const std::string&)> others = {});
+  // "-": standard input. Throws UsageError when it cannot be read. `take` gets each line and throws
+  // UsageError, in words, for one that is no request.
+  RequestLines(const std::string& path, std::function<void(const std::string&)> take);
   ~RequestLines();
   RequestLines(const RequestLines&) = delete;
   RequestLines& operator=(const RequestLines&) = delete;
 
-  // The whole lines that have come since; one that is no request is answered with the parser's words.
-  void Take(CaptureRequests& requests, const std::function<void(const std::string&)>& say);
+  // The whole lines that have come since; one that is refused is answered with the words of the refusal.
+  void Take(const std::function<void(const std::string&)>& say);
 
  private:
   bool ReadMore();
@@ -27,7 +27,7 @@ class RequestLines {
   int descriptor_ = -1;
   bool others_may_write_ = false;  // a fifo: its end is only the end of who wrote last
   std::string text_;
-  std::function<bool(const std::string&)> others_;
+  std::function<void(const std::string&)> take_;
 };
 
 }  // namespace ulf

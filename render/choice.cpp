@@ -65,29 +65,51 @@ std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
   return text;
 }
 
+ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
+                      const ScoredChoice& chosen, bool by_proxy) {
+  ModelChoice explained{
+      question,
+      fmt::format("the simplest within {} dB of the best on views that were left out", kSimplerWithinDb),
+      {}};
+  for (const ScoredChoice& candidate : tried)
+    explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : NameOf(candidate.field),
+                                    fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
+  return explained;
+}
+
+ModelChoice Untried(const std::string& question, const std::string& model, const std::string& why) {
+  return {question, "nothing was compared", {{model, why, true}}};
+}
+
 }  // namespace
 
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
-  Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}};
+  Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}, {}};
+  const auto untried = [&](const std::string& why) {
+    choice.explained = {Untried("proxy", choice.proxy->Name(), why),
+                        Untried("blending field", NameOf(choice.field), why)};
+    return choice;
+  };
   if (choice.field.kind != fields.front().kind) {
     choice.why = FieldName(choice.field.kind) +
                  " weights are used, the others are not to be had from these viewpoints";
-    if (proxies.size() == 1) return choice;
+    if (proxies.size() == 1) return untried("the viewpoints span no surface");
   }
   if (scene.views.size() < kLeastViews) {
     if (choice.why.empty())
       choice.why = fmt::format("{} with the {} proxy: too few views to leave some out and compare",
                                NameOf(choice.field), choice.proxy->Name());
-    return choice;
+    return untried(fmt::format("{} views, and {} or more are compared", scene.views.size(), kLeastViews));
   }
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
-  if (proxies.size() == 1 && !fields_differ) return choice;
+  if (proxies.size() == 1 && !fields_differ) return untried("as asked");
 
   const RenderScene small = Small(scene);
   if (proxies.size() > 1) {
     const auto tried = Try(small, {fields.front()}, proxies, renderer);
     choice.proxy = SimplestOf(tried).proxy;
+    choice.explained.push_back(Explained("proxy", tried, SimplestOf(tried), true));
     choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
                               Listed(tried, true));
     choice.candidates = tried;
@@ -95,6 +117,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   if (fields_differ) {
     const auto tried = Try(small, fields, {choice.proxy}, renderer);
     choice.field = SimplestOf(tried).field;
+    choice.explained.push_back(Explained("blending field", tried, SimplestOf(tried), false));
     choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
                               Listed(tried, false));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
@@ -106,10 +129,17 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer) {
-  std::vector<FieldKind> kinds{FieldKind::kSubdivision, FieldKind::kLinear, FieldKind::kLumigraph};
-  if (field != kAuto) kinds = {FieldFromName(field)};
-  std::vector<FieldOptions> fields(kinds.size(), details);
-  for (std::size_t i = 0; i < kinds.size(); ++i) fields[i].kind = kinds[i];
+  std::vector<FieldOptions> fields(1, details);
+  if (field != kAuto) {
+    fields[0].kind = FieldFromName(field);
+  } else {
+    fields.resize(4, details);
+    fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+    fields[1].kind = FieldKind::kLinear;
+    fields[2].level = kLimitLevel;
+    fields[3].kind = FieldKind::kLumigraph;
+    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it is the first
+  }
   std::vector<std::shared_ptr<const Proxy>> proxies;
   if (proxy != kAuto) {
     proxies = {ProxyFromName(proxy, scene.subject, light_field)};

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/model_choice.h"
 #include "render/blending_field.h"
 #include "render/proxy.h"
 #include "render/renderer.h"
@@ -27,6 +28,7 @@ struct Choice {
   std::shared_ptr<const Proxy> proxy;
   std::vector<ScoredChoice> candidates;  // none where there was nothing to choose
   std::string why;                       // one line for people
+  std::vector<ModelChoice> explained;    // of the proxy, and of the field
 };
 
 inline constexpr char kAuto[] = "auto";
@@ -40,8 +42,9 @@ inline constexpr int kChoiceSizePx = 320;  // longer side of the pictures
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer);
 
-// What a command line asks for: "auto" leaves the choice of subdivision (with `level`), linear and lumigraph
-// weights to the evidence, and that of the plane and of the light field's own mesh where it has one.
+// What a command line asks for: "auto" leaves the choice of subdivision (with `level`), linear, subdivision
+// in the limit, and lumigraph weights to the evidence, and that of the plane and of the light field's own
+// mesh where it has one.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer);

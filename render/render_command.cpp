@@ -49,6 +49,7 @@ struct RenderArgs : SceneArgs {
   bool overwrite = false;
   bool show_field = false;
   bool no_fill = false;
+  bool explain = false;
   bool json = false;
 };
 
@@ -225,7 +226,10 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
       args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
   const Choice choice =
       ChooseByName(*plain, field, details, args.proxy, args.dir, RendererFromName(args.renderer));
-  if (!choice.why.empty()) spdlog::info("{}", choice.why);
+  if (args.explain)
+    for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
+  else if (!choice.why.empty())
+    spdlog::info("{}", choice.why);
   const auto scene = WithProxy(*plain, choice.proxy);
   auto renderer = MakeRenderer(scene, {.field = choice.field,
                                        .renderer = RendererFromName(args.renderer),
@@ -344,6 +348,7 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_flag("--overwrite", args->overwrite, "Replace the pictures that are in the folder");
   sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");
   sub->add_flag("--no-fill", args->no_fill, "Leave black what no weighted view covers");
+  sub->add_flag("--explain", args->explain, "Why this proxy and this blending field: what was tried");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf render lightfield --path orbit --width 640 -o orbit.mp4");
   sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });

@@ -146,7 +146,8 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   progress.parallax_deg = relative.median_parallax_deg;
   progress.parallax_needed_deg = relative.parallax_needed_deg;
   attempt.direction_sigma_deg = relative.direction_sigma_deg;
-  attempt.runner_up = relative.runner_up;
+  attempt.model = relative.model;
+  attempt.evidence = relative.evidence;
   if (relative.outcome != RelativePoseOutcome::kFound) return attempt;
   TwoViewStart start{*reference_, image, relative.second_from_first, {}, {}, {}, {}, {}, {}};
   for (std::size_t i = 0; i < matches.size(); ++i)

@@ -32,7 +32,8 @@ struct InitializerAttempt {
   StartProgress progress;
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
   double direction_sigma_deg = 0;
-  double runner_up = 0;
+  RelativePoseModel model = RelativePoseModel::kEssential;
+  MotionEvidence evidence;
   double median_motion_px = 0;  // since the frame before
   std::optional<TwoViewStart> start;
 };

@@ -208,7 +208,7 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
 }
 
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
-                                       const LensEvidenceOptions& options) {
+                                       const LensEvidenceOptions& options, std::vector<LensTrial>* trials) {
   std::optional<LensEstimate> best;
   FreeIntrinsics free;
   for (const auto step :
@@ -218,7 +218,11 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
     const std::vector<LensEstimate> fits = FitLens(given, part, {next}, options);
     if (fits.empty()) return best;
     const LensEstimate& fit = fits.front();
-    if (fit.gain <= (best ? best->gain : 0) || !HasMoved(fit, free, best ? best->lens : given)) continue;
+    const LensTrial trial{
+        fit, best ? best->gain : 0, HasMoved(fit, free, best ? best->lens : given),
+        fit.gain > (best ? best->gain : 0) && HasMoved(fit, free, best ? best->lens : given)};
+    if (trials) trials->push_back(trial);
+    if (!trial.kept) continue;
     best = fit;
     free = next;
   }

@@ -40,10 +40,19 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options = {});
 
+// One step of the choice: the lens with one number more than the last that was kept.
+struct LensTrial {
+  LensEstimate fit;
+  double gain_before = 0;  // of the last that was kept
+  bool moved = false;      // its new number differs by more than three of its sigmas
+  bool kept = false;
+};
+
 // The lens that the evidence speaks for: focal length, then k1, the principal point and k2 are freed one
 // after the other, each kept where the criterion falls and the number differs by more than three of its
 // sigmas. None: the given one stays.
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
-                                       const LensEvidenceOptions& options = {});
+                                       const LensEvidenceOptions& options = {},
+                                       std::vector<LensTrial>* trials = nullptr);
 
 }  // namespace ulf

@@ -355,7 +355,13 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   }
   if (!choice.best) return result;
   result.direction_sigma_deg = choice.best->direction_sigma * choice.noise * kDegrees;
-  result.runner_up = choice.runner_up;
+  const auto support = [](const auto& found) { return found ? static_cast<int>(found->inliers.size()) : 0; };
+  result.evidence = {static_cast<int>(pairs.size()),
+                     static_cast<int>(turned),
+                     support(homography),
+                     support(essential),
+                     choice.runner_up,
+                     0};
   // The excess must be more than noise would produce, more than unmodelled errors (rolling shutter, lens) of
   // some percent can, and more than outliers make that happen to lie in one motion's band and not in the
   // other's.
@@ -364,6 +370,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
                            (choice.noise * choice.noise);
   const double margin = std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance;
+  result.evidence.runner_up_needed = margin;
   if (choice.runner_up < margin) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
     // The excess grows with the square of the parallax.

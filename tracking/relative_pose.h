@@ -44,6 +44,12 @@ const char* Name(RelativePoseOutcome outcome);
 
 enum class RelativePoseModel { kEssential, kHomography };
 
+// How many of the matches each model explains, and what the choice between motions hung on.
+struct MotionEvidence {
+  int matches = 0, by_rotation = 0, by_homography = 0, by_essential = 0;
+  double runner_up = 0, runner_up_needed = 0;  // excess cost of the best different motion, in noise variances
+};
+
 struct RelativePoseResult {
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
   RelativePoseModel model = RelativePoseModel::kEssential;
@@ -51,7 +57,7 @@ struct RelativePoseResult {
   std::vector<std::optional<Eigen::Vector3d>> points_in_first;  // by pair
   int points = 0;                                               // where it came to triangulating
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
-  double runner_up = 0;            // excess cost of the best different motion, in noise variances
+  MotionEvidence evidence;
   // Known for every outcome with enough matches: after removing the best rotation, later that of the points.
   double median_parallax_deg = 0;
   // How much of it would have been enough, as far as this pair of views can tell.

@@ -48,6 +48,7 @@ struct TrackArgs {
   int features = TrackerOptions{}.features;
   int frames = 0;
   bool benchmark = false;
+  bool explain = false;
   bool json = false;
 };
 
@@ -178,10 +179,16 @@ int RunTrack(const TrackArgs& args) {
   else if (!known.empty())
     errors = CompareWithTruth(run, known, "the device's own poses");
   const TrackErrors* compared = errors ? &*errors : nullptr;
-  if (args.json)
-    fmt::print("{}\n", ToJson(run, compared).dump(2));
-  else
+  if (args.json) {
+    nlohmann::ordered_json json = ToJson(run, compared);
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(run)) json["explain"].push_back(ToJson(choice));
+    fmt::print("{}\n", json.dump(2));
+  } else {
     fmt::print("{}", ToText(run, compared));
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(run)) fmt::print("{}", ToText(choice));
+  }
   std::fflush(stdout);
   if (!args.plot.empty() && run.live.empty())
     spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
@@ -222,6 +229,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--seed", args->seed, "Of every random draw");
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
   command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");
+  command->add_flag("--explain", args->explain,
+                    "What started the map, and what the map keeps of what it made");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "

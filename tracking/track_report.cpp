@@ -278,4 +278,35 @@ std::vector<LostStretch> LostStretches(const TrackRun& run) {
   return stretches;
 }
 
+std::vector<ModelChoice> Explained(const TrackRun& run) {
+  std::vector<ModelChoice> choices;
+  if (const auto& start = run.map.start) {
+    const MotionEvidence& seen = start->evidence;
+    const auto of_matches = [&](int count) { return fmt::format("{} of {} matches", count, seen.matches); };
+    const bool flat = start->model == RelativePoseModel::kHomography;
+    choices.push_back(
+        {"model that started the map",
+         fmt::format(
+             "a rotation that explains nearly all starts none; flat where a homography explains 85 % of "
+             "what the essential matrix does; the motion's best rival is worse by {:.0f} (needed: {:.0f} "
+             "variances of the noise)",
+             seen.runner_up, seen.runner_up_needed),
+         {{"rotation", of_matches(seen.by_rotation), false},
+          {"homography", of_matches(seen.by_homography), flat},
+          {"essential matrix", of_matches(seen.by_essential), !flat}}});
+  }
+  choices.push_back(
+      {"keyframes",
+       "a frame becomes one where the last one's points thin out or the camera has moved or turned; "
+       "one of which others see nearly all points goes again",
+       {{"kept", fmt::format("{}", run.map.keyframes), true},
+        {"made", fmt::format("{}", run.map.keyframes_made), false},
+        {"every frame", fmt::format("{}", run.frames.size()), false}}});
+  choices.push_back({"map points",
+                     "a new point goes again where it is not found as often as it should be",
+                     {{"kept", fmt::format("{}", run.map.map_points), true},
+                      {"made", fmt::format("{}", run.map.points_made), false}}});
+  return choices;
+}
+
 }  // namespace ulf

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/model_choice.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -54,6 +55,8 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
 
 nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
 std::string ToText(const TrackRun& run, const TrackErrors* errors);
+// Of the model that started the map, and of what the map keeps.
+std::vector<ModelChoice> Explained(const TrackRun& run);
 
 // A stretch of frames without a pose, after the first that had one.
 struct LostStretch {

@@ -136,7 +136,10 @@ TrackerStatistics Tracker::Statistics() const {
           state_->shared.loops,
           state_->shared.mutex.LongestWaitSeconds(),
           state_->calibration,
-          state_->Rolling()};
+          state_->Rolling(),
+          static_cast<int>(state_->shared.map.keyframes().size()),
+          static_cast<int>(state_->shared.map.points().size()),
+          state_->map_start};
 }
 
 const CameraModel& Tracker::camera() const { return state_->camera; }

@@ -32,6 +32,7 @@
 #include "tracking/anchored.h"
 #include "tracking/calibration_check.h"
 #include "tracking/mapper_options.h"
+#include "tracking/relative_pose.h"
 #include "tracking/similarity3.h"
 #include "tracking/stage_times.h"
 #include "tracking/start_progress.h"
@@ -120,6 +121,12 @@ struct Readout {
 // {readout_ms, sigma_ms, compensated}; null where there is none.
 nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling);
 
+// What the two views said that a map was started from.
+struct MapStart {
+  RelativePoseModel model = RelativePoseModel::kEssential;
+  MotionEvidence evidence;
+};
+
 struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
@@ -128,6 +135,8 @@ struct TrackerStatistics {
   double longest_wait_s = 0;                         // for the map, because the mapper was just changing it
   std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
   std::optional<Readout> rolling_shutter = {};       // none: global as far as is known
+  int keyframes_made = 0, points_made = 0;           // of which those above are left
+  std::optional<MapStart> start = {};                // of the last map; none: none was, or it was seeded
 };
 
 class Tracker {

@@ -261,7 +261,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   spdlog::debug(
       "frame {}: start: {} matches, {}, {:.2f} deg, direction to {:.2f} deg, next best worse by {:.0f}",
       frame, attempt.progress.matches, Name(attempt.outcome), attempt.progress.parallax_deg,
-      attempt.direction_sigma_deg, attempt.runner_up);
+      attempt.direction_sigma_deg, attempt.evidence.runner_up);
   if (!attempt.start) return;
   rows.AtStart(*attempt.start);
   image = attempt.start->second;
@@ -277,6 +277,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
       frames_since_keyframe = 0;
       track.keyframe = true;
       initializer.Restart();
+      map_start = MapStart{attempt.model, attempt.evidence};
       return;
     }
   }

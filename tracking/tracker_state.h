@@ -74,6 +74,7 @@ struct Tracker::State {
   int frames_tracked = 0;  // on this map
   int map_id = 0;
   int keyframes_left_out = 0;
+  std::optional<MapStart> map_start;            // of the map there is
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
   double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
 

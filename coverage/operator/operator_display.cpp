@@ -16,6 +16,8 @@
 namespace ulf {
 namespace {
 
+constexpr int kFramesToRead = 300;  // about ten seconds
+
 void AddKeys(std::span<const KeyHelp> keys, std::vector<TableRow>& rows) {
   for (const KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what, ink::kDim});
 }
@@ -52,6 +54,11 @@ void OperatorDisplay::TakeStates() {
   for (auto line = state_->said.end() - static_cast<std::ptrdiff_t>(unread); line != state_->said.end();
        ++line)
     Say(*line);
+  // What is not in order is read even where the first view came at once.
+  if (!std::exchange(preflight_seen_, !state_->preflight.empty() || preflight_seen_) && preflight_seen_ &&
+      std::any_of(state_->preflight.begin(), state_->preflight.end(),
+                  [](const PreflightItem& item) { return item.in_order == false; }))
+    preflight_until_frame_ = frames_ + kFramesToRead;
   const bool held = SubjectIsHeld(*state_).value_or(true);
   if (was_held_ && !held) {
     constexpr int kFlashFrames = 12;  // about 0.4 s
@@ -215,7 +222,6 @@ void OperatorDisplay::DrawFrame() {
     if (marked_view_ != marked_before) marked_at_frame_ = frames_;
     if (frames_ <= flash_until_frame_) panels.Flash(palette().alarm);
     panels.Status(state);
-    constexpr int kFramesToRead = 300;  // about ten seconds
     std::erase_if(said_, [&](const Said& said) { return frames_ - said.at_frame > kFramesToRead; });
     std::string lines;
     for (const Said& said : said_) lines += (lines.empty() ? "" : "\n") + said.words;
@@ -230,7 +236,8 @@ void OperatorDisplay::DrawFrame() {
 void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) {
   painter_.Draw(MakeOverlay(state, palette()), placement_);
   panels.Share(state);
-  if (preflight_shown_.value_or(state.view_ids.empty())) panels.Preflight(state);
+  if (preflight_shown_.value_or(state.view_ids.empty() || frames_ <= preflight_until_frame_))
+    panels.Preflight(state);
   if (legend_shown_) panels.Legend(state);
   if (close_look_shown_) panels.CloseLook(state);
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");

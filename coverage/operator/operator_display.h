@@ -92,6 +92,8 @@ class OperatorDisplay {
   };
   std::deque<Said> said_;  // still to be read
   std::uint64_t heard_of_capture_ = 0;
+  bool preflight_seen_ = false;
+  int preflight_until_frame_ = -1;
   int flash_until_frame_ = 0;
 };
 

@@ -23,18 +23,20 @@ std::optional<std::string> After(const std::string& word, const std::string& lin
 
 }  // namespace
 
-bool DisplayScript::Take(const std::string& line) {
-  std::optional<Step> step;
+void DisplayScript::Take(const std::string& line) {
+  Step step;
   if (const auto keys = After("press", line)) {
     step = KeysFromNames(*keys);
+    if (std::get<Keys>(step).empty()) throw UsageError("press: names no key; write press s,Up,Enter");
   } else if (const auto file = After("look", line)) {
     RequireWritablePicture(*file);
     step = Look(*file);
+  } else {
+    step = ParseCaptureRequest(line);
   }
-  if (!step) return false;
   const std::lock_guard lock(mutex_);
-  steps_.push_back(std::move(*step));
-  return true;
+  if (ended_) return WithoutDisplay(step);
+  steps_.push_back(std::move(step));
 }
 
 std::optional<DisplayScript::Step> DisplayScript::Next() {
@@ -45,13 +47,36 @@ std::optional<DisplayScript::Step> DisplayScript::Next() {
   return step;
 }
 
+void DisplayScript::WithoutDisplay(const Step& step) {
+  if (const auto* request = std::get_if<CaptureRequest>(&step))
+    requests_.Ask(*request);
+  else if (const auto* file = std::get_if<Look>(&step))
+    fmt::print(stderr, "look {}: there is no display to look at\n", file->string());
+  else
+    fmt::print(stderr, "press: there is no display to press keys of\n");
+}
+
+void DisplayScript::End() {
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  for (const Step& step : std::exchange(steps_, {})) WithoutDisplay(step);
+}
+
 ScriptedSurface::ScriptedSurface(cv::Size size, std::shared_ptr<DisplayScript> script)
     : OffscreenSurface(size), script_(std::move(script)) {}
 
 ScriptedSurface::~ScriptedSurface() {
-  if (look_) Write(*look_);
-  while (const auto step = script_->Next())
-    if (const auto* file = std::get_if<DisplayScript::Look>(&*step)) Write(*file);
+  constexpr char kAtTheEnd[] = " as the display ended";
+  if (look_) Write(*look_, kAtTheEnd);
+  while (const auto step = script_->Next()) {
+    if (const auto* file = std::get_if<DisplayScript::Look>(&*step))
+      Write(*file, kAtTheEnd);
+    else if (const auto* request = std::get_if<CaptureRequest>(&*step))
+      script_->Ask(*request);
+    else
+      fmt::print(stderr, "press: not done, the display ended before\n");
+  }
+  script_->End();
 }
 
 std::vector<InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
@@ -60,8 +85,10 @@ std::vector<InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
       frames_ = 0;
       if (auto* keys = std::get_if<DisplayScript::Keys>(&*step))
         for (const InputEvent& key : *keys) Push(key);
+      else if (auto* file = std::get_if<DisplayScript::Look>(&*step))
+        look_ = *file;
       else
-        look_ = std::get<DisplayScript::Look>(*step);
+        script_->Ask(std::get<CaptureRequest>(*step));
     }
   }
   return OffscreenSurface::TakeEvents(patience_s);
@@ -69,17 +96,17 @@ std::vector<InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
 
 void ScriptedSurface::Present() {
   OffscreenSurface::Present();
-  if (look_) Write(*std::exchange(look_, std::nullopt));
+  if (look_) Write(*std::exchange(look_, std::nullopt), "");
 }
 
-void ScriptedSurface::Write(const std::filesystem::path& file) {
+void ScriptedSurface::Write(const std::filesystem::path& file, const char* when) {
   bool written = false;
   try {
     Bind();
     written = cv::imwrite(file.string(), Read());
   } catch (const std::exception&) {
   }
-  fmt::print(stderr, "look {}: {}\n", file.string(), written ? "written" : "cannot be written");
+  fmt::print(stderr, "look {}: {}{}\n", file.string(), written ? "written" : "cannot be written", when);
 }
 
 }  // namespace ulf

@@ -12,25 +12,34 @@
 #include <variant>
 #include <vector>
 
+#include "coverage/capture_request.h"
 #include "render/display/surface.h"
 
 namespace ulf {
 
-// From the thread that reads lines to the display's.
+// Lines from the thread that reads them to the display's, in order: keys, pictures, and what is asked of the
+// capture itself.
 class DisplayScript {
  public:
   using Keys = std::vector<InputEvent>;
   using Look = std::filesystem::path;
-  using Step = std::variant<Keys, Look>;
+  using Step = std::variant<Keys, Look, CaptureRequest>;
+  explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
 
-  // "press s,Up,Enter" (key_names.h) or "look FILE.png"; false: the line is somebody else's. Throws
-  // UsageError for a key or a picture that cannot be.
-  bool Take(const std::string& line);
+  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws UsageError for what is
+  // none. Once there is no display, requests go to the capture at once, and the others are answered in words.
+  void Take(const std::string& line);
   std::optional<Step> Next();
+  void Ask(const CaptureRequest& request) { requests_.Ask(request); }
+  // There is no display, or none any more.
+  void End();
 
  private:
+  void WithoutDisplay(const Step& step);
+  CaptureRequests& requests_;
   std::mutex mutex_;
   std::deque<Step> steps_;
+  bool ended_ = false;
 };
 
 // One line after the other, each half a second of display frames after the last, so that what was asked for
@@ -45,7 +54,7 @@ class ScriptedSurface : public OffscreenSurface {
   void Present() override;
 
  private:
-  void Write(const std::filesystem::path& file);
+  void Write(const std::filesystem::path& file, const char* when);
 
   std::shared_ptr<DisplayScript> script_;
   int frames_ = 0;  // since the last line

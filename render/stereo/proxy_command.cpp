@@ -16,6 +16,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
+#include "render/choice.h"
 #include "render/mesh_file.h"
 #include "render/proxy_choice.h"
 #include "render/stereo/proxy_builder.h"
@@ -30,6 +31,7 @@ struct ProxyArgs {
   std::string out;
   int leave_out_every = 0;
   ProxyOptions options;
+  bool explain = false;
   bool json = false;
 };
 
@@ -87,6 +89,22 @@ ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
   return BuildProxy(*scene, args.options, &progress);
 }
 
+// Whether the mesh was worth its triangles: the others beside it, on views that are left out.
+void Explain(const ProxyArgs& args, const LightField& light_field, const std::string& mesh_file) {
+  SceneOptions options;
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  const auto scene = LoadScene(light_field, options);
+  std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", scene->subject, args.dir)};
+  for (const std::string& name : ProxiesOfItsOwn(args.dir))
+    if (name != "mesh") proxies.push_back(ProxyFromName(name, scene->subject, args.dir));
+  proxies.push_back(ProxyFromName(mesh_file, scene->subject, args.dir));
+  const Choice choice = ChooseByEvidence(*scene, {FieldOptions{}}, proxies, RendererFromName("auto"));
+  for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
+  if (args.leave_out_every == 0)
+    fmt::print(stderr,
+               "(the mesh was made from the views that are left out, too, and scores a little too well)\n");
+}
+
 int RunProxy(const ProxyArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   const std::string out =
@@ -96,6 +114,7 @@ int RunProxy(const ProxyArgs& args) {
   const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
   WriteMeshPly(out, proxy.mesh);
   Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  if (args.explain) Explain(args, light_field, out);
   return kOk;
 }
 
@@ -126,6 +145,8 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--triangles", args->options.most_triangles, "At most about so many")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
+  sub->add_flag("--explain", args->explain,
+                "Whether the mesh is worth it: plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
   sub->callback([&chosen, args] { chosen = [args] { return RunProxy(*args); }; });

@@ -50,6 +50,8 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
     for (const PreflightItem& item : items)
       EXPECT_EQ(item.in_order == false, item.name == name) << item.name << " when it is " << name;
   };
+  bad([](PreflightInput& input) { input.has_pose = false, input.pose_error_px.reset(); }, "tracking",
+      "not known");
   bad([](PreflightInput& input) { input.calibrated = false; }, "calibration", "ulf calibrate");
   bad([](PreflightInput& input) { input.held.exposure = false; }, "exposure", "ulf features");
   bad([](PreflightInput& input) { input.held.white_balance = false; }, "white balance", "ulf features");

@@ -67,6 +67,16 @@ TEST(CoverageMap, SaysHowFineADiscItTellsApart) {
   }
 }
 
+TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
+  const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
+  CapturePrediction prediction{.disc_radius = 1.01 * finest, .nearest = {}, .farthest = {}, .views = {}};
+  EXPECT_FALSE(WhyTooFine(prediction, {}));
+  prediction.disc_radius = 0.99 * finest;
+  ASSERT_TRUE(WhyTooFine(prediction, {}));
+  EXPECT_THAT(*WhyTooFine(prediction, {}), testing::HasSubstr("small gaps will not be seen"));
+  EXPECT_FALSE(WhyTooFine(prediction, Cap::ParseDegrees("60x40"))) << "a smaller cap has a finer map";
+}
+
 TEST(CapFrame, FirstDirectionIsTheMiddleAndAnglesComeBack) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -67,10 +67,14 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   EXPECT_GT(towards_the_cameras, 0.9 * static_cast<double>(mesh.vertices.size()));
 
   EXPECT_EQ(ReadWholeFile(scratch / "field/journal.jsonl"), journal);
-  const auto again = RunUlf("proxy " + dir + " -o " + (scratch / "again.ply").string());
+  const auto again = RunUlf("proxy " + dir + " --explain -o " + (scratch / "again.ply").string());
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_EQ(ReadWholeFile(scratch / "again.ply"), ReadWholeFile(scratch / "field/proxy.ply"));
   EXPECT_THAT(again.output, HasSubstr("12 views, 12 of them with a depth map"));
+  // All is in one plane: the mesh is not worth its triangles.
+  EXPECT_THAT(again.errors, ::testing::ContainsRegex("\n\\* plane +[0-9.]+ dB\n  mesh +[0-9.]+ dB\n"))
+      << again.errors;
+  EXPECT_THAT(again.errors, HasSubstr("a little too well"));
 }
 
 TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {

@@ -203,6 +203,16 @@ TEST(Choice, TakesTheSimplestThatIsNearlyTheBest) {
     EXPECT_EQ(choice.field.kind, FieldKind::kSubdivision) << choice.why;
     EXPECT_THAT(choice.why, testing::HasSubstr("plane "));
     EXPECT_THAT(choice.why, testing::HasSubstr("linear "));
+    // Asked why: what was tried, and the one that was taken.
+    ASSERT_EQ(choice.explained.size(), 2u);
+    for (const ModelChoice& explained : choice.explained) {
+      const std::string taken = explained.question == "proxy" ? choice.proxy->Name() : "subdivision 1";
+      ASSERT_EQ(explained.candidates.size(), 2u);
+      for (const ModelCandidate& candidate : explained.candidates) {
+        EXPECT_EQ(candidate.chosen, candidate.model == taken) << ToText(explained);
+        EXPECT_THAT(candidate.evidence, testing::EndsWith(" dB"));
+      }
+    }
   }
 }
 
@@ -212,6 +222,9 @@ TEST(Choice, SaysWhyThereIsNone) {
   const Choice around = ChooseByEvidence(*ring, fields, {ring->proxy}, RendererKind::kGl);
   EXPECT_EQ(around.field.kind, FieldKind::kLumigraph);
   EXPECT_THAT(around.why, testing::HasSubstr("weights are used"));
+  ASSERT_EQ(around.explained.size(), 2u);
+  EXPECT_EQ(around.explained[1].candidates[0].model, "lumigraph");
+  EXPECT_THAT(around.explained[1].candidates[0].evidence, testing::HasSubstr("span no surface"));
   const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
   const Choice untried = ChooseByEvidence(*few, fields, {few->proxy}, RendererKind::kGl);
   EXPECT_EQ(untried.field.kind, FieldKind::kSubdivision);

@@ -134,6 +134,9 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
   EXPECT_THAT(chosen.errors, testing::ContainsRegex("proxy points: plane [0-9.]+, points [0-9.]+ dB"))
       << "the plane turns with the camera, what was photographed does not";
+  const auto why = RunUlf("render " + dir_.string() + " --field linear --explain -o " + Out("b.png"));
+  EXPECT_THAT(why.errors, testing::ContainsRegex(
+                              "proxy: the simplest within.*\n  plane +[0-9.]+ dB\n\\* points +[0-9.]+ dB"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);

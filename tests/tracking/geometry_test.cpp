@@ -185,6 +185,15 @@ TEST(RelativePoseTest, AFlatSceneIsRecognisedAndNeverAnsweredWrong) {
                   found.outcome == RelativePoseOutcome::kAmbiguous)
           << Name(found.outcome) << ", " << noise_px << " px, seed " << seed;
       EXPECT_EQ(found.model, RelativePoseModel::kHomography) << noise_px << " px, seed " << seed;
+      EXPECT_GT(found.evidence.by_homography, 0.85 * found.evidence.by_essential);
+      // The same eyes on something deep: what the choice hangs on says the other thing.
+      const auto deep = MakeRelativeScene(400, Shape::kDeep, 1.2, noise_px, 0.1, seed);
+      const auto other = RelativePose(deep.pairs, {.focal_px = 525, .seed = seed});
+      EXPECT_EQ(other.model, RelativePoseModel::kEssential) << noise_px << " px, seed " << seed;
+      EXPECT_LT(other.evidence.by_homography, 0.85 * other.evidence.by_essential);
+      EXPECT_LT(other.evidence.by_rotation, other.evidence.by_essential);
+      EXPECT_EQ(other.evidence.matches, 400);
+      EXPECT_GT(other.evidence.runner_up, other.evidence.runner_up_needed);
       if (found.outcome != RelativePoseOutcome::kFound) continue;
       ++answered;
       EXPECT_LT(DegreesBetween(found.second_from_first.rotation, scene.second_from_first.rotation), 1)

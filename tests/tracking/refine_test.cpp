@@ -173,6 +173,14 @@ TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
     EXPECT_THAT(told.checks[0].Text(), HasSubstr(factor > 1 ? "less than" : "more than"));
     EXPECT_EQ(told.lenses, views->input.lenses) << "changed without being asked";
     ASSERT_EQ(told.lens_fits.size(), 1u);
+    // The focal length is what was wrong, and what is freed; the principal point was right.
+    ASSERT_EQ(told.lens_trials.size(), 1u);
+    const std::vector<LensTrial>& trials = told.lens_trials[0];
+    ASSERT_EQ(trials.size(), 4u);
+    EXPECT_TRUE(trials[0].fit.free.focal && trials[0].kept && trials[0].moved);
+    EXPECT_GT(trials[0].fit.gain, 0);
+    EXPECT_TRUE(trials[2].fit.free.principal_point);
+    EXPECT_FALSE(trials[2].kept) << trials[2].fit.gain << " after " << trials[2].gain_before;
 
     if (factor > 1) continue;
     const RefineResult taken = RefineRoom(*views, true);
@@ -190,6 +198,8 @@ TEST(CalibrationCheck, WhereTheGeometryDoesNotTellNothingIsSaid) {
   ASSERT_EQ(result.checks.size(), 1u);
   EXPECT_FALSE(result.checks[0].determined);
   EXPECT_FALSE(result.checks[0].wrong) << result.checks[0].Text();
+  EXPECT_TRUE(result.lens_fits.empty());
+  for (const LensTrial& trial : result.lens_trials.at(0)) EXPECT_FALSE(trial.kept);
 }
 
 TEST(CalibrationCheck, TheTrackerNoticesAWrongFocalLength) {

@@ -121,6 +121,7 @@ TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
     near("rpe_" + name + "_rotation_rmse_deg", error->rpe_rotation_rmse_deg);
     near("drift_" + name, error->drift);
   }
+  EXPECT_FALSE(report.contains("explain")) << "not asked";
   const auto& stages = report["stage_cpu_ms_mean"];
   for (const char* stage : {"pyramid", "features", "matching", "alignment", "refinement", "initialisation"})
     EXPECT_GT(stages[stage].get<double>(), 0) << stage;
@@ -128,6 +129,32 @@ TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
   const cv::Mat picture = cv::imread(in("it's a run.png"));
   ASSERT_FALSE(picture.empty());
   EXPECT_EQ(picture.cols, 1200);
+}
+
+TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
+  const std::string track = "track 'sim:studio?width=320&height=240' --frames 20 --deterministic --explain ";
+  const auto json = test::RunUlf(track + "--json");
+  ASSERT_EQ(json.exit_code, 0) << json.errors;
+  const auto explained = nlohmann::json::parse(json.output)["explain"];
+  ASSERT_EQ(explained.size(), 3u);
+  const auto count = [&](std::size_t choice, std::size_t candidate) {
+    return std::stoi(explained[choice]["candidates"][candidate]["evidence"].get<std::string>());
+  };
+  const auto& start = explained[0]["candidates"];
+  ASSERT_EQ(start.size(), 3u);
+  const bool flat = count(0, 1) > 0.85 * count(0, 2);  // as the criterion says
+  EXPECT_FALSE(start[0]["chosen"]) << "a rotation starts none";
+  EXPECT_EQ(start[1]["chosen"], flat) << start;
+  EXPECT_EQ(start[2]["chosen"], !flat) << start;
+  EXPECT_LT(count(0, 0), count(0, 1));
+  for (const std::size_t kept : {1u, 2u}) {
+    EXPECT_GT(count(kept, 0), 1);
+    EXPECT_LE(count(kept, 0), count(kept, 1));
+  }
+  EXPECT_LT(count(1, 1), count(1, 2));
+  EXPECT_EQ(count(1, 2), 20);
+  EXPECT_THAT(test::RunUlf(track).output,
+              testing::HasSubstr(flat ? "\n* homography  " : "\n* essential matrix  "));
 }
 
 TEST(TrackCommand, WithoutGnuplotThePackageIsNamedBeforeTheWork) {

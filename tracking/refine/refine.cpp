@@ -287,7 +287,7 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineS
       check->sigma_px *= to_given;
       result.checks.push_back(*check);
     }
-    const auto fit = ChooseLens(working, PartForLens(problem, l));
+    const auto fit = ChooseLens(working, PartForLens(problem, l), {}, &result.lens_trials.emplace_back());
     if (!fit) continue;
     LensEstimate scaled = *fit;
     scaled.lens = fit->lens.ScaledTo(given.width, given.height);

@@ -53,9 +53,10 @@ struct RefinedView {
 struct RefineResult {
   std::vector<RefinedView> views;
   std::vector<ScenePoint> points;
-  std::vector<CameraModel> lenses;       // changed with RefineOptions::intrinsics only
-  std::vector<LensEstimate> lens_fits;   // what the evidence speaks for, lens by lens; sizes of the input
-  std::vector<CalibrationCheck> checks;  // of the given lenses, for those with enough views
+  std::vector<CameraModel> lenses;      // changed with RefineOptions::intrinsics only
+  std::vector<LensEstimate> lens_fits;  // what the evidence speaks for, lens by lens; sizes of the input
+  std::vector<std::vector<LensTrial>> lens_trials;  // how they were chosen, for every lens
+  std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
   int registered = 0;
   int groups = 0;  // of views that share points; more than one: they hold together by their start poses alone
   std::size_t observations = 0;

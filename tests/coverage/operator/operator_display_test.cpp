@@ -91,6 +91,27 @@ TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
   EXPECT_LT(cv::norm(stage.Show(more)(place), before, cv::NORM_L1) / static_cast<double>(place.area()), 1);
 }
 
+// Where the first view comes at once, what is not in order is still read.
+TEST(OperatorDisplay, WhatIsNotInOrderIsShownAlthoughAViewIsThere) {
+  for (const bool in_order : {true, false}) {
+    Stage stage;
+    auto state = stage.capture.Record(stage.capture.CameraAt(0, 0));
+    auto none = std::make_shared<CaptureState>(*state);
+    none->preflight.clear();
+    const cv::Rect place(12, 60, 300, 60);
+    const cv::Mat without = stage.Show(none)(place).clone();
+    auto checked = std::make_shared<CaptureState>(*state);
+    ASSERT_FALSE(checked->preflight.empty());
+    if (!in_order) checked->preflight[0].in_order = false;
+    const double shown =
+        cv::norm(stage.Show(checked)(place), without, cv::NORM_L1) / static_cast<double>(place.area());
+    if (in_order)
+      EXPECT_LT(shown, 1);
+    else
+      EXPECT_GT(shown, 20);
+  }
+}
+
 // The picture's pixel with paint over it, as far as one wire line or rim may be off.
 void ExpectPainted(const cv::Mat& picture, const Vector2d& at, const Rgba& color, const std::string& what) {
   // The most frequent colour around: lines are thin.
