@@ -72,11 +72,12 @@ TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
   const ScratchFolder scratch;
   const std::string fifo = scratch / "requests";
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  RequestLines lines(fifo);
   CaptureRequests requests;
+  const auto ask = [&](const std::string& line) { requests.Ask(ParseCaptureRequest(line)); };
+  RequestLines lines(fifo, ask);
   std::vector<std::string> said;
   const auto take = [&] {
-    lines.Take(requests, [&](const std::string& line) { said.push_back(line); });
+    lines.Take([&](const std::string& line) { said.push_back(line); });
     return requests.Take();
   };
   EXPECT_TRUE(take().empty()) << "nobody has written";
@@ -93,8 +94,8 @@ TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
   }
   EXPECT_TRUE(take().empty());
   std::ofstream(fifo) << "finish\n" << std::flush;  // another one writes: the fifo has no end
-  EXPECT_THROW(RequestLines((scratch / "none").string()), UsageError);
-  EXPECT_THROW(RequestLines(scratch.path().string()), UsageError);
+  EXPECT_THROW(RequestLines((scratch / "none").string(), ask), UsageError);
+  EXPECT_THROW(RequestLines(scratch.path().string(), ask), UsageError);
 }
 
 // Through the command: a wrong line is answered, the capture goes on to the next.
