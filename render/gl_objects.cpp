@@ -100,6 +100,24 @@ void GlBuffer::Release() {
   buffer_ = 0;
 }
 
+void GlPixelCounter::Begin() {
+  if (!query_) glCreateQueries(GL_SAMPLES_PASSED, 1, &query_);
+  glBeginQuery(GL_SAMPLES_PASSED, query_);
+}
+
+void GlPixelCounter::End() const { glEndQuery(GL_SAMPLES_PASSED); }
+
+std::uint64_t GlPixelCounter::Count() const {
+  GLuint64 count = 0;
+  glGetQueryObjectui64v(query_, GL_QUERY_RESULT, &count);
+  return count;
+}
+
+void GlPixelCounter::Release() {
+  if (query_) glDeleteQueries(1, &query_);
+  query_ = 0;
+}
+
 void GlTexelBuffer::Attach(std::size_t bytes, bool integers) {
   const std::size_t texels = bytes / (integers ? sizeof(std::int32_t) : 4 * sizeof(float));
   GLint most = 0;

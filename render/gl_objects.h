@@ -75,6 +75,18 @@ class GlEmptyVertexArray {
   unsigned array_ = 0;
 };
 
+// Counts the pixels of what is drawn between Begin() and End() that reach the target.
+class GlPixelCounter {
+ public:
+  void Begin();
+  void End() const;
+  std::uint64_t Count() const;  // waits for them
+  void Release();
+
+ private:
+  unsigned query_ = 0;
+};
+
 // A depth buffer that several targets share.
 class GlDepth {
  public:

@@ -23,6 +23,17 @@ bool HasGaps(const cv::Mat& halves) {
   return false;
 }
 
+// Those that are listed, each once, in their order.
+std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::int32_t>& listed,
+                       std::size_t view_count) {
+  std::vector<bool> is_listed(view_count, false);
+  for (const std::int32_t view : listed) is_listed[At(view)] = true;
+  std::vector<int> among;
+  std::copy_if(in_order.begin(), in_order.end(), std::back_inserter(among),
+               [&](int view) { return is_listed[At(view)]; });
+  return among;
+}
+
 void DrawTiles(std::size_t count) {
   if (count > 0) glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
 }
@@ -44,6 +55,11 @@ void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const 
       done = end;
     } while (done < there);
   } while (done < of_views.size());
+}
+
+// Photographs, and what the proxy hides from them.
+bool GlRenderer::State::AreThere(const std::vector<int>& of_views) const {
+  return (options.show_field || photographs.HasAll(views.Wishes(of_views))) && sights.HasAll(of_views);
 }
 
 // Of the candidates those that the shader marks over what is bound, in their order.
@@ -81,8 +97,7 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   no_vertices.Bind();
   std::vector<int> of_views(scene->views.size());
   std::iota(of_views.begin(), of_views.end(), 0);
-  const bool has_all = options.show_field || photographs.HasAll(views.Wishes(of_views));
-  if (!has_all || !sights.HasAll(of_views)) {
+  if (!AreThere(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
     do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
@@ -120,16 +135,19 @@ bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
   return news;
 }
 
-// Tells the fill's shaders which views to look through where; in how many tiles.
-std::size_t GlRenderer::State::SetTiles(const std::vector<int>& in_order, const CameraModel& camera,
-                                        const Rigid3& cam_from_world, const PlaneInCamera& plane,
-                                        bool marks) {
+// Which views the fill's shaders are to look through where.
+ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const CameraModel& camera,
+                                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
   // A view that nothing hides anything from, with light all over its photograph, ends the search.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
-  const ViewTiles of_views = tiler.Tile(
+  return tiler.Tile(
       scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles.get()}, [&](int view) {
         return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
       });
+}
+
+// Tells them; in how many tiles.
+std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
   struct GpuTile {
     Vec4 clip;
     std::array<std::int32_t, 4> views;
@@ -154,16 +172,18 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
                                                   const PlaneInCamera& plane) {
   if (!options.fill && options.field.kind != FieldKind::kNearest) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
-  const bool has_all = options.show_field || photographs.HasAll(views.Wishes(order));
-  if (has_all && sights.HasAll(order)) return order;
+  if (AreThere(order)) return order;
   if (!options.complete && lacks) {  // first what covers
     std::erase_if(order, [&](int view) { return !photographs.PlaceOf(view) || sights.LayerOf(view) < 0; });
     return order;
   }
+  const ViewTiles of_tiles = TilesOf(order, camera, cam_from_world, plane, true);
+  const std::vector<int> candidates = Among(order, of_tiles.views, scene->views.size());
+  if (AreThere(candidates)) return candidates;
   const GlProgram& mark = programs.mark_fill();
   SetCommon(mark, camera, plane);
   mark.Set("depth", 0.0f);
-  const std::size_t count = SetTiles(order, camera, cam_from_world, plane, true);
+  const std::size_t count = SetTiles(of_tiles, camera);
   const auto draw = [&] { DrawTiles(count); };
   std::vector<int> marked = Marked(mark, order, draw);
   const bool looks_for_gaps = options.complete && !options.show_field;
@@ -174,37 +194,32 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   return marked;
 }
 
-// Covered pixels get depth 1, so that filling does not even start on them.
-void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
-                                const PlaneInCamera& plane) {
-  const bool nearest_is_the_field = options.field.kind == FieldKind::kNearest;
-  resolved.Bind();
-  resolved.Clear({0, 0, 0, -2});  // where no view has anything
-  resolved.ClearDepth(0);
-  no_vertices.Bind();
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
-  if (!nearest_is_the_field) {
-    glDepthFunc(GL_ALWAYS);
-    confidence.BindTexture(14);
-    drawn.BindTexture(15);
-    const GlProgram& normalise = programs.normalise();
-    normalise.Use();
-    normalise.Set("least_weight", static_cast<float>(kLeastWeight));
-    normalise.Set("depth", 1.0f);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-  }
-  glDepthMask(GL_FALSE);
-  glDepthFunc(GL_GREATER);
+// Covered pixels get depth 1, so that filling does not even start on them. Whether any were left; waits.
+bool GlRenderer::State::Normalise() {
+  glDepthFunc(GL_ALWAYS);
+  confidence.BindTexture(14);
+  drawn.BindTexture(15);
+  const GlProgram& normalise = programs.normalise();
+  normalise.Use();
+  normalise.Set("least_weight", static_cast<float>(kLeastWeight));
+  normalise.Set("depth", 1.0f);
+  covered.Begin();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  covered.End();
+  return covered.Count() < static_cast<std::uint64_t>(last_camera.width) * At(last_camera.height);
+}
+
+void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
+                                       const PlaneInCamera& plane) {
   const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
   std::optional<std::size_t> count;
   OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
-    if (!count)
-      count = SetTiles(of_views, camera, cam_from_world, plane, false);  // what is there is known now
+    if (!count)  // what is there is known now
+      count = SetTiles(TilesOf(of_views, camera, cam_from_world, plane, false), camera);
     const GlProgram& program = programs.Fill(arrays);
     SetCommon(program, camera, plane);
     program.Set("depth", 0.0f);
-    program.Set("nearest_is_the_field", nearest_is_the_field ? 1 : 0);
+    program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
     program.Set("goes_on", first > 0 ? 1 : 0);
     program.Set("last", end == of_views.size() ? 1 : 0);
     if (first > 0) {
@@ -213,6 +228,20 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
     }
     DrawTiles(*count);
   });
+}
+
+void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
+                                const PlaneInCamera& plane) {
+  resolved.Bind();
+  resolved.Clear({0, 0, 0, -2});  // where no view has anything
+  resolved.ClearDepth(0);
+  no_vertices.Bind();
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  const bool any_open = options.field.kind == FieldKind::kNearest || Normalise();
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_GREATER);
+  if (any_open) FillOpenPixels(camera, cam_from_world, plane);
   glDepthMask(GL_TRUE);
   glDisable(GL_DEPTH_TEST);
 }

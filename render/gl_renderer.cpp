@@ -76,6 +76,7 @@ GlRenderer::~GlRenderer() {
   s.views.Release();
   for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.needed}) buffer->Release();
   s.nearest_first.Release();
+  s.covered.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();

@@ -36,6 +36,7 @@ struct GlRenderer::State {
   GlProgram show;
   GlBuffer triangles, fans, tiles, needed;
   GlTexelBuffer nearest_first;
+  GlPixelCounter covered;
   ViewTiler tiler;
   std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
   GlEmptyVertexArray no_vertices;
@@ -81,18 +82,22 @@ struct GlRenderer::State {
   void OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw);
   std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates,
                           const std::function<void()>& draw);
-  std::size_t SetTiles(const std::vector<int>& in_order, const CameraModel& camera,
-                       const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
+  ViewTiles TilesOf(const std::vector<int>& in_order, const CameraModel& camera, const Rigid3& cam_from_world,
+                    const PlaneInCamera& plane, bool marks);
+  std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
   bool LearnGaps(const std::vector<int>& of_views);
   std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
                                  const PlaneInCamera& plane);
   void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  bool AreThere(const std::vector<int>& of_views) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   std::vector<FanRun> UploadFans(TriangleBatch& batch);
   void DrawBatch(TriangleBatch batch, const CameraModel& camera, const PlaneInCamera& plane);
   void AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane);
   void AddFans(const std::vector<FanRun>& runs, const CameraModel& camera, const PlaneInCamera& plane);
+  bool Normalise();
+  void FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
 };

@@ -1,5 +1,7 @@
 #include "render/scene.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -42,6 +44,18 @@ bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales
   return NeedsLinear(light_field, scales);
 }
 
+// Poses of another convention than ours render, but show nothing.
+void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
+  if (std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+        return (view.cam_from_world * subject.center_in_world).z() > -subject.radius;
+      }))
+    return;
+  spdlog::warn(
+      "{}: every camera looks away from the subject: are the poses flipped (a camera looks along its z axis, "
+      "y is down), or is the subject elsewhere (--subject x,y,z,radius)?",
+      light_field.root.string());
+}
+
 }  // namespace
 
 cv::Mat SceneView::Srgb8() const {
@@ -82,9 +96,9 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   if (light_field.subject) return *light_field.subject;
   if (const auto found = SubjectFromAxes(light_field)) return *found;
   throw UsageError(
-      "{}: the light field names no subject and its optical axes meet nowhere (they are nearly parallel, or "
-      "there is "
-      "one view); say where it is with --subject x,y,z,radius",
+      "{}: the light field names no subject and its optical axes meet nowhere before the cameras (they are "
+      "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
+      "down); say where it is with --subject x,y,z,radius",
       light_field.root.string());
 }
 
@@ -94,6 +108,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
                 light_field.root.string());
   auto scene = std::make_shared<RenderScene>();
   scene->subject = SubjectOf(light_field, options.subject);
+  WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = light_field.UpInWorld();
   const std::vector<float> scales = ExposureScales(light_field);
   scene->store = std::make_shared<PhotographStore>(

@@ -287,6 +287,13 @@ TEST_F(RenderToFiles, FormatsAndSizes) {
   EXPECT_EQ(RunUlf(Render("--weights -o " + Out("x.png"))).exit_code, 2);
   EXPECT_EQ(RunUlf(Render("--fov-deg 40 --focal-px 30 -o " + Out("x.png"))).exit_code, 2);
 
+  // Wider than a tile: two are drawn and put together.
+  ASSERT_EQ(RunUlf(Render("--width 4100 --height 3 -o " + Out("wide.png"))).exit_code, 0);
+  const cv::Mat wide = cv::imread(Out("wide.png"));
+  ASSERT_EQ(wide.size(), cv::Size(4100, 3));
+  EXPECT_LE(cv::norm(wide.col(4095), wide.col(4096), cv::NORM_INF), 4);
+  EXPECT_GT(cv::mean(wide.colRange(4096, 4100))[1], 10);
+
   // With two gigabytes to run in, sixteen thousand pixels square are too many, and it says so.
   const std::string limited = "ulimit -v 2000000; exec \"$ULF_BINARY\" " +
                               Render("--width 16384 --height 16384 -o " + Out("huge.png")) + " 2>" +

@@ -223,6 +223,56 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   EXPECT_GT(report["results"][1]["psnr_db"], 30);
 }
 
+// What a turned light field looks like: the same scene, upside down in its world, cameras with it; or cameras
+// that look the other way, as those of another convention do.
+void WriteTurned(const std::filesystem::path& dir, const Rigid3& turned_from_world,
+                 const Eigen::Quaterniond& turned_from_cam) {
+  const test::SceneSpec spec = SmallSpec();
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(spec.width, spec.height, spec.focal_px);
+  auto writer = LightFieldWriter::Create(dir, header);
+  std::uint64_t id = 0;
+  for (const Vector3d& center : spec.viewpoints) {
+    View view;
+    const Rigid3 pose = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
+    view.cam_from_world = Rigid3{turned_from_cam, Vector3d::Zero()} * pose * turned_from_world.Inverse();
+    Frame frame;
+    frame.image = {.pixels = test::PhotographOfPlane(header.camera, pose), .transfer = Transfer::kSrgb};
+    frame.id = id++;
+    writer.AddView(frame, view);
+  }
+  writer.Close(1);
+}
+
+TEST(FlippedWorld, ThePictureStandsUprightOrItIsSaid) {
+  test::ScratchFolder scratch;
+  const Eigen::Quaterniond straight = Eigen::Quaterniond::Identity(), half_turn(0, 1, 0, 0);
+  WriteTurned(scratch / "upright", {}, straight);
+  WriteTurned(scratch / "flipped", {half_turn, {0.3, 0.1, -2}}, straight);
+  WriteTurned(scratch / "backwards", {}, half_turn);
+  const auto render = [&](const std::string& name, const std::string& rest = "") {
+    return RunUlf("render " + (scratch / name).string() + rest +
+                  " --field linear --proxy plane --zoom 1.5 -o " + (scratch / (name + ".png")).string());
+  };
+  for (const char* name : {"upright", "flipped"}) {
+    const auto result = render(name);
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, testing::Not(HasSubstr("looks away"))) << name;
+  }
+  const cv::Mat upright = cv::imread((scratch / "upright.png").string());
+  EXPECT_GT(cv::PSNR(upright, cv::imread((scratch / "flipped.png").string())), 45);
+  cv::Mat turned;
+  cv::rotate(upright, turned, cv::ROTATE_180);
+  EXPECT_LT(cv::PSNR(upright, turned), 25) << "one would not see it";
+
+  const auto unnamed = render("backwards");
+  EXPECT_EQ(unnamed.exit_code, 2);
+  EXPECT_THAT(unnamed.errors, HasSubstr("the poses are flipped"));
+  const auto named = render("backwards", " --subject 0,0,0,0.3");
+  EXPECT_EQ(named.exit_code, 0) << named.errors;
+  EXPECT_THAT(named.errors, HasSubstr("every camera looks away from the subject"));
+}
+
 // Cameras with parallel axes that name no subject: the command asks.
 TEST(RenderCommandAlone, AsksForASubjectWhereThereIsNone) {
   test::ScratchFolder scratch;
