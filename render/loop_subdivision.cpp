@@ -22,13 +22,7 @@ class WeightSum {
 SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex) {
   WeightSum sum;
   const std::vector<int>& ring = topology.neighbours[At(vertex)];
-  if (ring.empty()) return mesh.weights[At(vertex)];
-  if (topology.OnBoundary(vertex)) {
-    sum.Add(mesh.weights[At(vertex)], 0.75);
-    for (const int neighbour : topology.boundary_neighbours[At(vertex)])
-      sum.Add(mesh.weights[At(neighbour)], 0.125);
-    return sum.Take();
-  }
+  if (ring.empty() || topology.OnBoundary(vertex)) return mesh.weights[At(vertex)];
   const double valence = static_cast<double>(ring.size());
   const double beta = ring.size() == 3 ? 3.0 / 16 : 3.0 / (8 * valence);
   sum.Add(mesh.weights[At(vertex)], 1 - valence * beta);
@@ -79,21 +73,15 @@ std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
   std::vector<SparseWeights> limit;
   for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     const std::vector<int>& ring = topology.neighbours[vertex];
-    if (ring.empty()) {
+    if (ring.empty() || topology.OnBoundary(static_cast<int>(vertex))) {
       limit.push_back(mesh.weights[vertex]);
       continue;
     }
     WeightSum sum;
-    if (topology.OnBoundary(static_cast<int>(vertex))) {
-      sum.Add(mesh.weights[vertex], 2.0 / 3);
-      for (const int neighbour : topology.boundary_neighbours[vertex])
-        sum.Add(mesh.weights[At(neighbour)], 1.0 / 6);
-    } else {
-      const double valence = static_cast<double>(ring.size());
-      const double share = ring.size() == 3 ? 0.2 : 1 / (2 * valence);
-      sum.Add(mesh.weights[vertex], 1 - valence * share);
-      for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
-    }
+    const double valence = static_cast<double>(ring.size());
+    const double share = ring.size() == 3 ? 0.2 : 1 / (2 * valence);
+    sum.Add(mesh.weights[vertex], 1 - valence * share);
+    for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
     limit.push_back(sum.Take());
   }
   return limit;
