@@ -178,7 +178,7 @@ TEST_F(FaultyGigeCamera, FreezesAndGoesOn) {
   }
   EXPECT_GT(longest_s, 1.1) << "a gap in the frames' own times";
   EXPECT_LT(longest_s, 2.5);
-  EXPECT_GE(device->Statistics().missing, 20u) << "the camera went on taking frames that nobody saw";
+  EXPECT_GE(device->Statistics().missing, 10u) << "the camera went on taking frames that nobody saw";
 }
 
 TEST_F(FaultyGigeCamera, IsFoundAtItsPublicAddressOnly) {

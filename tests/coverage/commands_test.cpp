@@ -233,7 +233,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
     return JsonOf(RunUlf("info " + (scratch / "refined").string() + " --json"))["covered"];
   };
   const auto before = covered();
-  const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --json");
+  const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --features 500 --json");
   ASSERT_EQ(refine.exit_code, 0) << refine.errors;
   const auto change = nlohmann::json::parse(refine.output)["covered"];
   EXPECT_GT(change["before"], 0.05);
