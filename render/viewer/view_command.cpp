@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -180,7 +182,11 @@ int RunView(const ViewArgs& args) {
   } catch (const SurfaceGone& gone) {
     Abandon(std::move(viewer));
     Abandon(std::move(surface));
-    throw Error("{}, and the viewer with its window", gone.what());
+    // A thread of the viewer may still be reading a photograph, and nobody can end it now: leaving as usual
+    // would take the libraries away from under it.
+    fmt::print(stderr, "ulf: {}, and the viewer with its window\n", gone.what());
+    std::fflush(nullptr);
+    std::_Exit(kFailed);
   }
   viewer.reset();  // before its surface
   return kOk;

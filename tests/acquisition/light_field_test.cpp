@@ -209,11 +209,30 @@ TEST(LightFieldOnDisk, RefusesASecondWriterAndAFullFolder) {
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
   EXPECT_THAT([&] { LightFieldWriter::Resume(scratch / "lf"); },
               ThrowsMessage<Error>(HasSubstr("another process")));
+  // Nothing is recorded yet, but somebody is about to.
+  EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
+              ThrowsMessage<Error>(HasSubstr("another process")));
+  writer.AddView(NoiseFrame(7), ViewNumber(0));
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
               ThrowsMessage<Error>(HasSubstr("--resume")));
   std::ofstream(scratch / "notes.txt") << "mine";
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch.path(), Header()); },
               ThrowsMessage<Error>(HasSubstr("not empty")));
+}
+
+// What was begun and came to nothing does not stand in the way; what was taken back, or kept, does.
+TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
+  ScratchFolder scratch;
+  LightFieldWriter::Create(scratch / "lf", Header()).Close(1);
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+    EXPECT_EQ(writer.AddView(NoiseFrame(7), ViewNumber(0)).id, 1);
+    writer.RemoveView(1);
+    writer.Close(1);
+  }
+  EXPECT_EQ(ReadLightField(scratch / "lf").taken_back, 1u);
+  EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
+              ThrowsMessage<Error>(HasSubstr("--resume")));
 }
 
 TEST(LightFieldOnDisk, ATornLastLineIsIgnoredAndCutOffByTheNextWriter) {
