@@ -179,8 +179,9 @@ std::string ToText(const LightFieldReport& report) {
   if (report.angular_range_deg)
     text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
                         report.angular_range_deg->y());
-  text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
-                               : "average angle  none: the views span no surface (too few have others on all sides)\n";
+  text += report.mean_edge_deg
+              ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
+              : "average angle  none: the views span no surface (too few have others on all sides)\n";
   if (report.subject)
     text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
                         report.subject->center_in_world.x(), report.subject->center_in_world.y(),

@@ -4,8 +4,6 @@
 
 namespace ulf {
 
-void AddTrackingCommands(CLI::App& app, ChosenCommand& chosen) {
-  AddTrackCommand(app, chosen);
-}
+void AddTrackingCommands(CLI::App& app, ChosenCommand& chosen) { AddTrackCommand(app, chosen); }
 
 }  // namespace ulf
