@@ -20,6 +20,7 @@
 #include "coverage/capture_subject.h"
 #include "coverage/exposure_watch.h"
 #include "coverage/sphere_outline.h"
+#include "tracking/quantile.h"
 #include "tracking/track_words.h"
 
 namespace ulf {
@@ -29,13 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class Session {

@@ -24,6 +24,7 @@
 #include "render/image_triangulation.h"
 #include "render/mesh_field.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/render/cap_scene.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
@@ -36,36 +37,11 @@ constexpr FieldOptions kNearest{.kind = FieldKind::kNearest}, kLinear{.kind = Fi
     kSubdivisionLimit{.kind = FieldKind::kSubdivision, .level = kLimitLevel},
     kPerVertex{.kind = FieldKind::kLumigraph}, kPerPixel{.kind = FieldKind::kLumigraphPerPixel};
 
-constexpr int kWhole = 1600;  // as many views as go all around
 constexpr int kRepetitions = 3;
 
 using Scene = std::shared_ptr<const RenderScene>;
-
-// A cap of so many views, as dense as kWhole all around, at a distance of one from the subject.
-Scene CapScene(int count) {
-  static const std::shared_ptr<const Photograph> photograph = [] {
-    SimulationOptions options;
-    options.width = 960;
-    options.height = 640;
-    const SimulatedCamera studio(options);
-    return HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
-  }();
-  const double half_angle = std::acos(1 - 2.0 * count / kWhole);
-  auto scene = std::make_shared<RenderScene>();
-  scene->subject = {Eigen::Vector3d::Zero(), 0.3};
-  scene->up_in_world = Eigen::Vector3d::UnitY();
-  for (const Eigen::Vector3d& center : test::CapViewpoints(count, half_angle, 1.0, 0.05)) {
-    SceneView& view = scene->views.emplace_back();
-    view.id = static_cast<int>(scene->views.size());
-    view.camera = CameraModel::Pinhole(960, 640, 1000);
-    view.cam_from_world = LookAt(center, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
-    view.center_in_world = center;
-    view.photograph = photograph;
-  }
-  scene->MakeMesh();
-  scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
-  return scene;
-}
+using test::CapScene;
+using test::kWhole;
 
 // Around the middle of the cap, in turn outside the viewpoints and moved in.
 std::vector<Rigid3> CapPath() {

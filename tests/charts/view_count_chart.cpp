@@ -6,6 +6,7 @@
 #include "render/gl_renderer.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
+#include "tests/render/cap_scene.h"
 #include "tests/render/synthetic_views.h"
 
 namespace ulf::test {
@@ -18,32 +19,6 @@ struct FieldRow {
   FieldOptions field;
   int most_views;  // more would take minutes a picture
 };
-
-// Views 5 degrees apart whatever their number, 1,600 of them all around; one photograph serves them all: its
-// light does not matter to the time.
-std::shared_ptr<const RenderScene> CapOf(int count) {
-  static const std::shared_ptr<const Photograph> photograph = [] {
-    SimulationOptions options;
-    options.width = 960;
-    options.height = 640;
-    const SimulatedCamera studio(options);
-    return HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
-  }();
-  auto scene = std::make_shared<RenderScene>();
-  scene->subject = {Vector3d::Zero(), 0.3};
-  scene->up_in_world = Vector3d::UnitY();
-  for (const Vector3d& center : CapViewpoints(count, std::acos(1 - 2.0 * count / 1600), 1.0, 0.05)) {
-    SceneView& view = scene->views.emplace_back();
-    view.id = static_cast<int>(scene->views.size());
-    view.camera = CameraModel::Pinhole(960, 640, 1000);
-    view.cam_from_world = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
-    view.center_in_world = center;
-    view.photograph = photograph;
-  }
-  scene->MakeMesh();
-  scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
-  return scene;
-}
 
 std::vector<Rigid3> Places(int count) {
   std::vector<Rigid3> places;
@@ -98,7 +73,7 @@ Chart ViewCountChart(const ChartEffort& effort) {
   for (const FieldRow& row : fields)
     for (const int count : effort.Of(std::vector{25, 200}, {25, 50, 100, 200, 400, 800, 1600})) {
       if (count > row.most_views) continue;
-      GlRenderer renderer(CapOf(count), {.field = row.field});
+      GlRenderer renderer(CapScene(count), {.field = row.field});
       clock.title = "by the clock, " + renderer.Name();
       const bool is_default = row.field.kind == FieldKind::kSubdivision;
       const PictureTime time = TimePictures(renderer, Places(4), effort.Of(2, row.most_views < 1600 ? 2 : 7));
