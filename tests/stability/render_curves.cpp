@@ -1,0 +1,7 @@
+#include "tests/stability/curve.h"
+
+namespace ulf::test {
+
+std::vector<Curve> RenderCurves() { return {}; }
+
+}  // namespace ulf::test

@@ -1,0 +1,100 @@
+// Drives every stage into the place where it fails, and draws the page.
+//
+//   stability PAGE.md [--quick] [NAME...]   curves beside the page, in a folder of its name; without names all,
+//                                           and the page itself
+//
+// 1 where an answer was wrong without a word.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+
+#include "acquisition/error.h"
+#include "tests/stability/curve.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Wishes {
+  fs::path page;
+  bool quick = false;
+  std::vector<std::string> names;
+};
+
+Wishes Parse(int count, char** arguments) {
+  Wishes wishes;
+  for (int i = 1; i < count; ++i) {
+    const std::string argument = arguments[i];
+    if (argument == "--quick")
+      wishes.quick = true;
+    else if (wishes.page.empty())
+      wishes.page = argument;
+    else
+      wishes.names.push_back(argument);
+  }
+  if (wishes.page.empty()) throw UsageError("usage: stability PAGE.md [--quick] [NAME...]");
+  return wishes;
+}
+
+std::vector<Curve> Chosen(const std::vector<std::string>& names) {
+  const std::vector<Curve> all = AllCurves();
+  if (names.empty()) return all;
+  std::vector<Curve> chosen;
+  for (const std::string& name : names) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Curve& c) { return c.name == name; });
+    if (found == all.end()) {
+      std::string known;
+      for (const Curve& curve : all) known += (known.empty() ? "" : ", ") + curve.name;
+      throw UsageError("{}: there is no such curve; there are {}", name, known);
+    }
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+int Run(const Wishes& wishes) {
+  const fs::path folder = fs::path(wishes.page).replace_extension();
+  fs::create_directories(folder);
+  std::vector<MeasuredCurve> measured;
+  int wrong = 0;
+  for (const Curve& curve : Chosen(wishes.names)) {
+    const auto begin = std::chrono::steady_clock::now();
+    measured.push_back(Measure(curve, wishes.quick));
+    const MeasuredCurve& m = measured.back();
+    Chart chart = ChartOf(m);
+    chart.caption = ChartCaption(fmt::format("./run stability {}{}", wishes.quick ? "--quick " : "", curve.name));
+    WriteChart(folder / (curve.name + ".csv"), chart);
+    DrawChart(folder, chart);
+    wrong += m.WorstShareWrong() > 0;
+    const auto broke = m.BreakingPoint();
+    fmt::print("{}: {} [{}], wrong at most {:.0f} %, {:.0f} s\n", curve.name,
+               m.NeverBroke() ? "never broke" : broke ? fmt::format("right up to {:g}", *broke) : "never right",
+               curve.difficulty, 100 * m.WorstShareWrong(),
+               std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    std::fflush(stdout);
+  }
+  if (wishes.names.empty())
+    std::ofstream(wishes.page) << StabilityPage(measured, folder.filename().string());
+  if (wrong) fmt::print(stderr, "stability: {} of {} curves hold answers that are wrong without a word\n", wrong,
+                        measured.size());
+  return wrong ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace ulf::test
+
+int main(int count, char** arguments) {
+  using namespace ulf::test;
+  try {
+    return Run(Parse(count, arguments));
+  } catch (const ulf::UsageError& error) {
+    fmt::print(stderr, "stability: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "stability: {}\n", error.what());
+    return 1;
+  }
+}
