@@ -96,4 +96,38 @@ cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, co
   return inverse_depth;
 }
 
+void FillHoles(cv::Mat& inverse_depth) {
+  std::vector<cv::Mat> levels{inverse_depth};
+  while (levels.back().rows > 1 || levels.back().cols > 1) {
+    const cv::Mat& fine = levels.back();
+    cv::Mat coarse((fine.rows + 1) / 2, (fine.cols + 1) / 2, CV_32F);
+    for (int y = 0; y < coarse.rows; ++y)
+      for (int x = 0; x < coarse.cols; ++x) {
+        float sum = 0, known = 0;
+        for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+          if (2 * y + dy >= fine.rows || 2 * x + dx >= fine.cols) continue;
+          const float value = fine.at<float>(2 * y + dy, 2 * x + dx);
+          sum += value;
+          known += value > 0 ? 1.0f : 0.0f;
+        }
+        coarse.at<float>(y, x) = known > 0 ? sum / known : 0;
+      }
+    levels.push_back(coarse);
+  }
+  for (std::size_t level = levels.size() - 1; level-- > 0;) {
+    const cv::Mat& coarse = levels[level + 1];
+    cv::Mat& fine = levels[level];
+    for (int y = 0; y < fine.rows; ++y)
+      for (int x = 0; x < fine.cols; ++x) {
+        if (fine.at<float>(y, x) > 0) continue;
+        const int left = x / 2, top = y / 2;
+        const int beside = std::clamp(left + (x % 2 ? 1 : -1), 0, coarse.cols - 1);
+        const int above = std::clamp(top + (y % 2 ? 1 : -1), 0, coarse.rows - 1);
+        fine.at<float>(y, x) = (9 * coarse.at<float>(top, left) + 3 * coarse.at<float>(top, beside) +
+                                3 * coarse.at<float>(above, left) + coarse.at<float>(above, beside)) /
+                               16;
+      }
+  }
+}
+
 }  // namespace ulf

@@ -14,4 +14,8 @@ namespace ulf {
 // none. `camera` is without distortion.
 cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world);
 
+// What is 0 takes what is around it, by a pyramid of halved pictures (Gortler et al. 1996, pull and push):
+// each level is the mean of what is known of the finer one, and fills it where it knows nothing. In place.
+void FillHoles(cv::Mat& inverse_depth);
+
 }  // namespace ulf

@@ -13,7 +13,7 @@
 namespace ulf {
 namespace {
 
-constexpr unsigned kNearestFirstUnit = 10, kBeforeUnit = 15;
+constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
 
 // Whether a level has pixels without light.
 bool HasGaps(const cv::Mat& halves) {
@@ -135,15 +135,33 @@ bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
   return news;
 }
 
+Filling GlRenderer::State::filling() const { return FillingOf(options); }
+
+// Of a pixel that is filled: one more than weigh, for the least penalty of those that do not.
+int GlRenderer::State::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
+
+void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& camera,
+                                const PlaneInCamera& plane) const {
+  SetCommon(program, camera, plane);
+  program.Set("depth", 0.0f);
+  program.Set("asked", ViewsAsked());
+  program.Set("resolution_penalty", static_cast<float>(FieldOptions{}.lumigraph_resolution));
+  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
+  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+}
+
 // Which views the fill's shaders are to look through where.
 ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const CameraModel& camera,
                                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
-  // A view that nothing hides anything from, with light all over its photograph, ends the search.
+  // Views that nothing hides anything from, with light all over their photographs, end the search.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
-      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles.get()}, [&](int view) {
+      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles.get()},
+      [&](int view) {
         return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
-      });
+      },
+      ViewsAsked());
 }
 
 // Tells them; in how many tiles.
@@ -170,7 +188,7 @@ std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraM
 // depth is set.
 std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
                                                   const PlaneInCamera& plane) {
-  if (!options.fill && options.field.kind != FieldKind::kNearest) return {};
+  if (filling().views == 0) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
   if (AreThere(order)) return order;
   if (!options.complete && lacks) {  // first what covers
@@ -181,8 +199,7 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   const std::vector<int> candidates = Among(order, of_tiles.views, scene->views.size());
   if (AreThere(candidates)) return candidates;
   const GlProgram& mark = programs.mark_fill();
-  SetCommon(mark, camera, plane);
-  mark.Set("depth", 0.0f);
+  SetFill(mark, camera, plane);
   const std::size_t count = SetTiles(of_tiles, camera);
   const auto draw = [&] { DrawTiles(count); };
   std::vector<int> marked = Marked(mark, order, draw);
@@ -194,14 +211,16 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   return marked;
 }
 
-// Covered pixels get depth 1, so that filling does not even start on them. Whether any were left; waits.
+// Pixels that their own views cover get depth 1, so that filling does not even start on them. Whether any
+// were left; waits.
 bool GlRenderer::State::Normalise() {
   glDepthFunc(GL_ALWAYS);
-  confidence.BindTexture(14);
-  drawn.BindTexture(15);
+  confidence.BindTexture(kConfidenceUnit);
+  drawn.BindTexture(kDrawnUnit);
   const GlProgram& normalise = programs.normalise();
   normalise.Use();
   normalise.Set("least_weight", static_cast<float>(kLeastWeight));
+  normalise.Set("whole_weight", static_cast<float>(filling().whole));
   normalise.Set("depth", 1.0f);
   covered.Begin();
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -217,9 +236,11 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
     if (!count)  // what is there is known now
       count = SetTiles(TilesOf(of_views, camera, cam_from_world, plane, false), camera);
     const GlProgram& program = programs.Fill(arrays);
-    SetCommon(program, camera, plane);
-    program.Set("depth", 0.0f);
+    SetFill(program, camera, plane);
     program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
+    program.Set("waits", options.complete ? 1 : 0);
+    program.Set("least_weight", static_cast<float>(kLeastWeight));
+    program.Set("whole_weight", static_cast<float>(filling().whole));
     program.Set("goes_on", first > 0 ? 1 : 0);
     program.Set("last", end == of_views.size() ? 1 : 0);
     if (first > 0) {

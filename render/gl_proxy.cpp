@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "acquisition/error.h"
 #include "render/embedded_shaders.h"
@@ -11,11 +12,19 @@
 
 namespace ulf {
 
+namespace {
+
+constexpr unsigned kCoarserUnit = 14, kFilledUnit = 15;
+
+}  // namespace
+
 const unsigned GlProxy::kDepthFormat = GL_R32F;
 
 void GlProxy::Build() {
   const std::string head = "#version 450 core\n";
   program_.Build("proxy", head + shaders::k_proxy_vert, head + shaders::k_proxy_frag);
+  pull_.Build("pull", head + shaders::k_fullscreen_vert, head + shaders::k_pull_frag);
+  push_.Build("push", head + shaders::k_fullscreen_vert, head + shaders::k_push_frag);
 }
 
 void GlProxy::Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
@@ -49,7 +58,44 @@ void GlProxy::Draw(const std::shared_ptr<const TriangleMesh>& mesh, const Camera
   depth_.Bind();
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * mesh->triangles.size()));
   glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  size_ = {camera.width, camera.height};
+  FillHoles();
   glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+}
+
+void GlProxy::FillHoles() {
+  std::vector<cv::Size> sizes;
+  for (cv::Size size = size_; size.width > 1 || size.height > 1;)
+    sizes.push_back(size = {(size.width + 1) / 2, (size.height + 1) / 2});
+  while (coarser_.size() < sizes.size()) coarser_.emplace_back(kDepthFormat);
+  const auto level = [&](std::size_t n) -> const GlTarget& { return n == 0 ? depth_ : coarser_[n - 1]; };
+  pull_.Use();
+  pull_.Set("depth", 0.0f);
+  for (std::size_t n = 0; n < sizes.size(); ++n) {
+    coarser_[n].Resize(sizes[n].width, sizes[n].height);
+    pull_.Set("of_depths", n == 0 ? 1 : 0);
+    level(n).BindTexture(kFilledUnit);
+    coarser_[n].Bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  push_.Use();
+  push_.Set("depth", 0.0f);
+  for (std::size_t n = sizes.size(); n-- > 0;) {
+    push_.Set("of_depths", n == 0 ? 1 : 0);
+    level(n + 1).BindTexture(kCoarserUnit);
+    level(n).BindTexture(kFilledUnit);
+    level(n).Bind();
+    glTextureBarrier();  // each pixel reads itself before it writes itself
+    if (n == 0) {        // where nothing was drawn the depth buffer is as it was cleared
+      glEnable(GL_DEPTH_TEST);
+      glDepthMask(GL_FALSE);
+      glDepthFunc(GL_EQUAL);
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDepthMask(GL_TRUE);
+  glDisable(GL_DEPTH_TEST);
 }
 
 cv::Mat GlProxy::ReadDepth() const {
@@ -59,7 +105,8 @@ cv::Mat GlProxy::ReadDepth() const {
 }
 
 void GlProxy::Release() {
-  program_.Release();
+  for (GlProgram* program : {&program_, &pull_, &push_}) program->Release();
+  for (GlTarget& target : coarser_) target.Release();
   vertices_.Release();
   corners_.Release();
   no_vertices_.Release();

@@ -15,8 +15,8 @@ class GlProxy {
   // Compiles its shader; Error where the driver does not.
   void Build();
 
-  // Draws `mesh` into a picture of depths along the optical axis, 0 where there is none; of what is much
-  // nearer than `usual_depth` nothing.
+  // Draws `mesh` into a picture of depths along the optical axis, its holes as deep as what is around them
+  // (FillHoles()), 0 where there is none of it at all; of what is much nearer than `usual_depth` nothing.
   void Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
             const Rigid3& cam_from_world, double usual_depth);
   void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }
@@ -25,12 +25,16 @@ class GlProxy {
   void Release();
 
  private:
-  GlProgram program_;
+  void FillHoles();
+
+  GlProgram program_, pull_, push_;
   GlBuffer vertices_, corners_;
   GlEmptyVertexArray no_vertices_;
   std::shared_ptr<const TriangleMesh> uploaded_;
   GlDepth nearness_;
   GlTarget depth_{kDepthFormat};
+  std::vector<GlTarget> coarser_;  // inverse depths, each half the size of the one before
+  cv::Size size_;
 
   static const unsigned kDepthFormat;
 };

@@ -262,7 +262,7 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   if (options.depth) picture.depth = depth;
   if (options.weights)
     picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(cam_from_world), camera,
-                                     cam_from_world, depth, options.fill);
+                                     cam_from_world, depth, options);
   return picture;
 }
 

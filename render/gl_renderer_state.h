@@ -84,6 +84,9 @@ struct GlRenderer::State {
                           const std::function<void()>& draw);
   ViewTiles TilesOf(const std::vector<int>& in_order, const CameraModel& camera, const Rigid3& cam_from_world,
                     const PlaneInCamera& plane, bool marks);
+  Filling filling() const;
+  int ViewsAsked() const;
+  void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
   bool LearnGaps(const std::vector<int>& of_views);
   std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,

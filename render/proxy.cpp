@@ -55,6 +55,7 @@ cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) co
   const auto triangles = Triangles(camera, cam_from_world);
   cv::Mat depth = triangles ? DrawInverseDepth(*triangles, camera, cam_from_world)
                             : cv::Mat::zeros(camera.height, camera.width, CV_32F);
+  FillHoles(depth);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x)
       if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;

@@ -1,5 +1,6 @@
-// The geometry that photographs are projected onto: triangles, and behind them a plane. One question: how
-// deep is each pixel, for any camera.
+// The geometry that photographs are projected onto: triangles, or a plane. One question: how deep is each
+// pixel, for any camera. Where triangles leave holes in a picture, these are as deep as what is around them;
+// where a picture shows none at all, it shows the plane.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +26,7 @@ struct PlaneInCamera {
   double DepthOf(const Eigen::Vector3d& ray_with_unit_z) const;
 };
 
-// Depths of 0, where there are no triangles, become the plane's.
+// Depths of 0 become the plane's.
 void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth);
 
 // The plane through the subject's centre that faces the camera.
@@ -35,7 +36,7 @@ class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
-  // What pixels meet that meet no triangle.
+  // What pictures show that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
   // World triangles for this camera, both of their sides; null: none. The same pointer is the same mesh.
   virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
@@ -64,7 +65,7 @@ class PlaneProxy : public Proxy {
   std::optional<InWorld> plane_;
 };
 
-// A surface in the world; where it has a hole, the plane through the subject.
+// A surface in the world; where nothing of it is in the picture, the plane through the subject.
 class MeshProxy : public Proxy {
  public:
   MeshProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, std::string name = "mesh")

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 #include "acquisition/available_memory.h"
 #include "acquisition/error.h"
@@ -88,18 +89,54 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
   return total;
 }
 
-// The nearest view that sees the point, else that has it in its image though the proxy hides it.
-void FillFromNearest(const FrameSetup& setup, const Vector3d& point,
-                     std::vector<Contribution>& contributions) {
-  std::vector<Contribution> hidden;
+// So many of the nearest views that see the point and have light there.
+std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, int count) {
+  std::vector<int> views;
   for (const int index : setup.views_by_distance) {
-    const SceneView& view = setup.scene.views[static_cast<std::size_t>(index)];
-    if (const auto seen = view.See(point)) Contribute(setup, index, seen->img, 1, contributions);
-    if (!contributions.empty()) return;
-    if (!hidden.empty() || !view.sight) continue;
-    if (const auto framed = view.Frame(point)) Contribute(setup, index, framed->img, 1, hidden);
+    const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point);
+    if (!seen || !(LightOf(setup, index, seen->img)[3] > 0)) continue;
+    views.push_back(index);
+    if (static_cast<int>(views.size()) == count) break;
   }
-  contributions = hidden;
+  return views;
+}
+
+// The nearest that has the point in its image though the proxy hides it.
+void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
+                    std::vector<Contribution>& contributions) {
+  for (const int index : setup.views_by_distance) {
+    if (const auto framed = setup.scene.views[static_cast<std::size_t>(index)].Frame(point))
+      Contribute(setup, index, framed->img, 1, contributions);
+    if (!contributions.empty()) return;
+  }
+}
+
+// `count` of 1: the first that has light, else lumigraph weights.
+void Fill(const FrameSetup& setup, const Vector3d& point, int count,
+          std::vector<Contribution>& contributions) {
+  const std::vector<int> views = NearestThatSee(setup, point, count > 1 ? count + 1 : 1);
+  if (views.empty()) return FillFromHidden(setup, point, contributions);
+  std::vector<ViewWeight> weights;
+  for (const int index : views)
+    weights.push_back(
+        {index, count > 1
+                    ? LumigraphPenalty(point, setup.virtual_center,
+                                       setup.scene.views[static_cast<std::size_t>(index)].center_in_world,
+                                       FieldOptions{}.lumigraph_resolution)
+                    : 1});
+  if (count > 1) weights = LumigraphWeights(std::move(weights), static_cast<std::size_t>(count));
+  for (const auto& [index, weight] : weights) {
+    const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point);
+    if (seen) Contribute(setup, index, seen->img, weight * seen->feather, contributions);
+    if (count == 1 && !contributions.empty()) return;
+  }
+}
+
+// So that they sum to `sum`.
+void Scale(std::span<Contribution> contributions, double sum) {
+  double total = 0;
+  for (const Contribution& c : contributions) total += c.weight;
+  for (Contribution& c : contributions) c.weight *= sum / total;
 }
 
 Vector3d RayThrough(const CameraModel& camera, double x, double y) {
@@ -177,14 +214,14 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
   return setup;
 }
 
-// shade(x, y, contributions, total, confidence) for every pixel; the contributions' weights sum to `total`,
-// which is 0 where they fill.
+// shade(x, y, contributions, total, confidence) for every pixel; the contributions' weights sum to one, if
+// there are any, `total` is what was left of the field's own.
 template <typename Shade>
-void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth, bool fill,
-                  Shade&& shade) {
+void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
+                  const Filling& filling, Shade&& shade) {
   const CameraModel& camera = setup.camera;
   FieldSample sample;
-  std::vector<Contribution> contributions;
+  std::vector<Contribution> contributions, others;
   const auto shade_pixel = [&](int x, int y, const std::vector<int>& candidates) {
     const Vector3d ray_in_cam = RayThrough(camera, x + 0.5, y + 0.5);
     const Vector3d point = setup.world_from_cam * (ray_in_cam * depth.at<float>(y, x));
@@ -195,8 +232,13 @@ void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv:
     if (total < kLeastWeight) {
       total = 0;
       contributions.clear();
-      if (fill) FillFromNearest(setup, point, contributions);
     }
+    const double own = std::min(1.0, total / filling.whole);
+    others.clear();
+    if (filling.views > 0 && own < 1) Fill(setup, point, filling.views, others);
+    Scale(contributions, others.empty() ? 1 : own);
+    Scale(others, contributions.empty() ? 1 : 1 - own);
+    contributions.insert(contributions.end(), others.begin(), others.end());
     shade(x, y, contributions, total, sample.confidence);
   };
   constexpr int kTile = 16;
@@ -217,12 +259,11 @@ class WeightLayers {
   WeightLayers(const RenderScene& scene, const cv::Size& size)
       : scene_(scene), size_(size), layers_(scene.views.size()) {}
   void Add(int x, int y, const std::vector<Contribution>& contributions) {
-    double total = 0;
-    for (const Contribution& c : contributions) total += c.weight;
     for (const Contribution& c : contributions) {
       cv::Mat& layer = layers_[static_cast<std::size_t>(c.view)];
       if (layer.empty()) layer = NewLayer();
-      layer.at<cv::float16_t>(y, x) = cv::float16_t(static_cast<float>(c.weight / total));
+      cv::float16_t& at = layer.at<cv::float16_t>(y, x);
+      at = cv::float16_t(static_cast<float>(at) + static_cast<float>(c.weight));
     }
   }
   cv::Mat NewLayer() {
@@ -251,9 +292,9 @@ class WeightLayers {
 
 std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
-                                        const cv::Mat& depth, bool fill) {
+                                        const cv::Mat& depth, const RenderOptions& options) {
   WeightLayers layers(scene, depth.size());
-  ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, depth, fill,
+  ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, depth, FillingOf(options),
                [&](int x, int y, const std::vector<Contribution>& contributions, double /*total*/,
                    double /*confidence*/) { layers.Add(x, y, contributions); });
   return layers.Take();
@@ -271,13 +312,12 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
   WeightLayers layers(scene, depth.size());
   ForEachPixel(
       SetUp(scene, camera, cam_from_world, options_.show_field), *FieldFrom(cam_from_world), depth,
-      options_.fill,
+      FillingOf(options_),
       [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
         if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
         if (contributions.empty()) return;
         cv::Vec3f light(0, 0, 0);
-        for (const Contribution& c : contributions)
-          light += static_cast<float>(total > 0 ? c.weight / total : 1) * c.light;
+        for (const Contribution& c : contributions) light += static_cast<float>(c.weight) * c.light;
         picture.linear.at<cv::Vec3f>(y, x) = light;
         picture.confidence.at<float>(y, x) = static_cast<float>(confidence * std::min(1.0, total));
         picture.drawn.at<std::uint8_t>(y, x) = 255;

@@ -31,7 +31,7 @@ class ReferenceRenderer : public Renderer {
 // What Rendering::weights asks for, of the field at every pixel; `depth` as from Proxy::Depth().
 std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
-                                        const cv::Mat& depth, bool fill);
+                                        const cv::Mat& depth, const RenderOptions& options);
 
 // Bilinear between pixel centres, edges continued, in linear light: B G R and how much of the four pixels has
 // light at all. `img` in pixels of the view's camera, whatever the level.

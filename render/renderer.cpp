@@ -16,6 +16,14 @@ std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
 
 void Renderer::Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
 
+Filling FillingOf(const RenderOptions& options) {
+  constexpr double kWholeWeight = 0.5;
+  constexpr int kViews = 4;
+  if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
+  if (!options.fill) return {};
+  return {options.aperture ? kLeastWeight : kWholeWeight, kViews};
+}
+
 void RequireUndistorted(const CameraModel& camera) {
   camera.Validate("the virtual camera");
   if (camera.distortion != Distortion::kNone)

@@ -9,8 +9,10 @@
 //
 // Per pixel: the proxy gives the point P, the blending field the views' weights; a view that does not see P
 // loses its weight, feathered over the last 3 % of its image; the rest is renormalised and blended in linear
-// light. Where no weight is left the nearest view that sees P fills in, or has it in its image at least,
-// hidden or not (counted); else the pixel is empty (black, counted).
+// light. Where less than half of the weight is left, lumigraph weights of the nearest views that see P fill
+// in, by as much as it is less: all of it where nothing is left (counted), and no step on the way there.
+// Where no view sees P the nearest that has it in its image at least; else the pixel is empty (black,
+// counted).
 #pragma once
 
 #include <memory>
@@ -32,7 +34,7 @@ enum class RendererKind { kGl, kReference };
 struct RenderOptions {
   FieldOptions field = {};
   RendererKind renderer = RendererKind::kGl;
-  bool fill = true;         // pixels that nothing covers take the nearest view that sees them
+  bool fill = true;         // where the field's own views hardly see the point, others do
   bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
   bool depth = false;       // Rendering::depth
   bool weights = false;     // Rendering::weights; takes the reference's time in either renderer
@@ -60,7 +62,7 @@ struct Rendering {
   cv::Mat depth;  // CV_32F along the optical axis, the proxy's; empty unless asked for
   // Of the views that have any, in order of id; they sum to one where there is light. Empty unless asked for.
   std::vector<ViewWeights> weights;
-  long filled_px = 0;  // nothing covered these; the nearest view did
+  long filled_px = 0;  // nothing of the field covered these; other views did
   long empty_px = 0;   // no view sees these
   double ms = 0;       // drawing alone, without reading the picture back
 };
@@ -95,6 +97,15 @@ std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
 
 // Weights whose sum is below this count as none.
 inline constexpr double kLeastWeight = 1e-4;
+
+// Below which sum of weights pixels are filled up, and by how many views; 0: not at all.
+struct Filling {
+  double whole = kLeastWeight;
+  int views = 0;
+};
+// The nearest view is meant to be one, and a wide aperture's blur is what its views make together: these are
+// filled where there is nothing else.
+Filling FillingOf(const RenderOptions& options);
 
 void RequireUndistorted(const CameraModel& camera);
 

@@ -35,36 +35,31 @@ struct Candidate {
   HalfSpaces outer, inner;
 };
 
-// Where the picture has triangles, and how near they are.
+// How near triangles are, and with them what lies between them.
 struct Extent {
-  cv::Rect2d px;
-  double least_nearness = 0, most_nearness = 0;
+  double least_nearness = 1e300, most_nearness = 0;
 };
 
 Extent ExtentOf(const Eigen::AlignedBox3f& box, const ViewTiler::Picture& picture) {
-  const CameraModel& camera = picture.camera;
   const double nearest = 1e-4 * picture.plane.offset;  // what is drawn at all
-  Extent extent{{0, 0, 1.0 * camera.width, 1.0 * camera.height}, 1e300, 0};
-  Eigen::AlignedBox2d img;
-  bool before = true;
+  Extent extent;
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d p = picture.cam_from_world *
                        box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)).cast<double>();
-    before = before && p.z() > nearest;
     const double nearness = 1 / std::max(p.z(), nearest);
     extent.least_nearness = std::min(extent.least_nearness, nearness);
     extent.most_nearness = std::max(extent.most_nearness, nearness);
-    img.extend(nearness * Vector2d(camera.fx * p.x(), camera.fy * p.y()) + Vector2d(camera.cx, camera.cy));
   }
-  if (before) extent.px = {img.min().x() - 1, img.min().y() - 1, img.sizes().x() + 2, img.sizes().y() + 2};
   return extent;
 }
 
 class Splitter {
  public:
-  Splitter(const ViewTiler::Picture& picture, const std::optional<Extent>& triangles, ViewTiles& tiles)
+  Splitter(const ViewTiler::Picture& picture, const std::optional<Extent>& triangles, int enough,
+           ViewTiles& tiles)
       : picture_(picture),
         triangles_(triangles),
+        enough_(enough),
         plane_(OfPixel(picture.plane.normal.transpose(), 0, picture.camera) / picture.plane.offset),
         least_px_(
             std::max(kLeastTilePx, std::max(picture.camera.width, picture.camera.height) / kTilesAcross)),
@@ -75,15 +70,16 @@ class Splitter {
     FindCorners(px);
     std::vector<std::pair<int, bool>> left;
     bool settled = true;
+    int found = 0;
     for (auto [index, whole] : candidates) {
       const Candidate& candidate = all[At(index)];
       if (!whole && IsOutside(candidate.outer)) continue;
       whole = whole || IsInside(candidate.inner);
       left.push_back({index, whole});
       settled = settled && whole;
-      if (whole && candidate.ends) break;
+      found += whole && candidate.ends;
+      if (found == enough_) break;
     }
-    if (left.empty()) return;
     if (settled || left.size() <= kFewViews || std::max(px.width, px.height) <= least_px_) {
       const int first = static_cast<int>(tiles_.views.size());
       for (const auto& [index, whole] : left) tiles_.views.push_back(all[At(index)].view);
@@ -116,9 +112,8 @@ class Splitter {
       high = std::max(high, p.w());
     }
     corners_.assign(on_plane.begin(), on_plane.end());
-    const bool meets = triangles_ && (triangles_->px & cv::Rect2d(px)).area() > 0;
-    if (!meets && (clamped == 0 || clamped == 4)) return;
-    if (meets) {
+    if (!triangles_ && (clamped == 0 || clamped == 4)) return;
+    if (triangles_) {
       low = std::min(low, triangles_->least_nearness);
       high = std::max(high, triangles_->most_nearness);
     }
@@ -144,6 +139,7 @@ class Splitter {
 
   const ViewTiler::Picture& picture_;
   const std::optional<Extent>& triangles_;
+  int enough_;
   Vector4d plane_;  // 1 / depth of the plane
   int least_px_;
   ViewTiles& tiles_;
@@ -184,7 +180,7 @@ void ViewTiler::Surround(const TriangleMesh* triangles) {
 }
 
 ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const int> in_order,
-                          const Picture& picture, const std::function<bool(int view)>& ends) {
+                          const Picture& picture, const std::function<bool(int view)>& ends, int enough) {
   Surround(picture.triangles);
   std::optional<Extent> triangles;
   if (picture.triangles && !box_.isEmpty()) triangles = ExtentOf(box_, picture);
@@ -214,7 +210,7 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
     candidates.push_back({static_cast<int>(all.size()) - 1, candidate.whole});
   }
   ViewTiles tiles;
-  Splitter(picture, triangles, tiles)
+  Splitter(picture, triangles, enough, tiles)
       .Split({0, 0, picture.camera.width, picture.camera.height}, all, std::move(candidates));
   return tiles;
 }

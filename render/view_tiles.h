@@ -1,6 +1,6 @@
 // Which recorded views have which part of a picture in their images: where a pixel looks through views until
 // one sees its point, all others need not be looked at. Conservative, by the half-spaces of the views'
-// images; where no view has anything there is no tile.
+// images.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -21,7 +21,7 @@ struct ViewTiles {
     cv::Rect px;
     int first = 0, end = 0;  // of `views`
   };
-  std::vector<Tile> tiles;  // do not overlap
+  std::vector<Tile> tiles;  // the whole picture, each part once
   std::vector<int> views;   // of each tile in the order in which they are looked through
 };
 
@@ -36,9 +36,9 @@ class ViewTiler {
     PlaneInCamera plane;
     const TriangleMesh* triangles = nullptr;
   };
-  // `ends`: a pixel needs none of the views behind one that has it in its image.
+  // `ends`: a pixel needs none of the views behind `enough` such ones that have it in their images.
   ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
-                 const std::function<bool(int view)>& ends);
+                 const std::function<bool(int view)>& ends, int enough = 1);
 
  private:
   // Of what an image has the slopes x/z and y/z; none where it reaches to the side of the camera.

@@ -1,73 +1,187 @@
-// Where nothing covered the pixel (the depth test knows): the nearest view that sees it, or has it in its image though
-// the proxy hides it. Alpha: -1 filled, -2 empty; where the nearest view is the field itself, its feather. Between
-// passes, when photographs are not there all at once: -1.5 filled by a view from which the proxy hides it.
+// Where its own views hardly cover the pixel (the depth test knows): lumigraph weights of the nearest views that see
+// it, or the first that has it in its image though the proxy hides it. Alpha: -1 filled, -2 empty, else the confidence;
+// where the nearest view is the field itself, its feather. Between passes, when photographs are not there all at once:
+// light times weight, weight - 8.
+// Views whose photographs have no light there are passed over as far as these are there.
 // With MARK nothing is drawn: which views would be needed is marked, whether their photographs are there or not, and
 // those of which it is not known yet what the proxy hides from them.
 layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
 flat in ivec2 looks_through;  // of nearest_first
-uniform bool nearest_is_the_field;
-
+uniform int asked;            // views with light all over their photographs; 1: the first alone weighs
+uniform bool waits;           // for all photographs, a few at a time
+uniform float resolution_penalty;
+uniform float zero_penalty;
+uniform float above_tie;
+uniform float above_largest;
 #ifdef MARK
 layout(early_fragment_tests) in;
 layout(std430, binding = 3) writeonly buffer Needed { int needed[]; };
+#else
+layout(binding = 11) uniform sampler2D drawn;
+layout(binding = 14) uniform sampler2D confidence;
+layout(binding = 15) uniform sampler2D before;
+uniform bool nearest_is_the_field;
+uniform bool goes_on;  // after passes over nearer views
+uniform bool last;
+uniform float least_weight;
+uniform float whole_weight;
+out vec4 color;
+#endif
 
-void main() {
-  vec3 ray = RayOfPixel();
-  vec3 point = ray * DepthOf(ray);
-  bool filled = false;
+const int kMost = 9;
+int chosen[kMost];
+float penalty[kMost];
+int count = 0;
+bool hidden = false;  // from those that are chosen
+
+// Of a photograph with pixels without light: it has light there, as far as is known.
+bool MayHaveLight(View v, vec2 img) {
+#if defined(GAPS) && !defined(MARK) && !defined(SHOW_FIELD)
+  if (v.center.w > 0.0 && v.place.x >= 0) return Photograph(v.place, img / v.size.xy).a > 0.0;
+#endif
+  return true;
+}
+
+// Whether there is no need to look farther for light than into this one.
+bool HasLight(View v) {
+#if defined(GAPS) && !defined(MARK) && !defined(SHOW_FIELD)
+  if (v.place.x >= 0) return true;
+#endif
+  return v.center.w <= 0.0;
+}
+
+bool IsThere(View v) {
+#if defined(MARK) || defined(SHOW_FIELD)
+  return true;
+#else
+  return waits || v.place.x >= 0;
+#endif
+}
+
+void Choose(vec3 point) {
+  float to_virtual = length(point);
+  vec3 back = -point / to_virtual;
+  int left = asked;
+#ifdef MARK
   int unknown = 0;
+#endif
   for (int n = looks_through.x; n < looks_through.y; ++n) {
     int i = texelFetch(nearest_first, n).r;
     View v = ViewAt(i);
+    if (!IsThere(v)) continue;
     vec2 img;
     vec3 in_view = InView(v, point);
     float feather = Frame(v, in_view, img);
     if (feather <= 0.0) continue;
-#ifdef HIDES
+#if defined(MARK) && defined(HIDES)
     if (v.place.w < 0) {  // it may be hidden from there: a few at a time are found out
       needed[i] = 1;
       if (++unknown == 4) break;
       continue;
     }
 #endif
-    float seen = feather * SightShare(v.sight, v.place, in_view);
-    if (seen <= 0.0 && filled) continue;
+    if (feather * SightShare(v.sight, v.place, in_view) <= 0.0 || !MayHaveLight(v, img)) continue;
+#ifdef MARK
     needed[i] = 1;
-    if (v.center.w > 0.0) continue;  // there may be no light
-    filled = true;
-    if (seen > 0.0) break;
+    ++count;
+    if (HasLight(v) && --left == 0) return;
+    continue;
+#endif
+    vec3 to_view = v.center.xyz - point;
+    float inverse_length = inversesqrt(dot(to_view, to_view));
+    penalty[count] = atan(length(cross(back, to_view)) * inverse_length, dot(back, to_view) * inverse_length) +
+                     resolution_penalty * max(0.0, 1.0 / (inverse_length * to_virtual) - 1.0);
+    chosen[count] = i;
+    if (++count == kMost) return;
+    if (HasLight(v) && --left == 0) return;
   }
-}
-#else
-layout(binding = 15) uniform sampler2D before;
-uniform bool goes_on;  // after passes over nearer views
-uniform bool last;
-out vec4 color;
-
-void main() {
-  color = vec4(0.0, 0.0, 0.0, -2.0);
-  if (goes_on) color = texelFetch(before, ivec2(gl_FragCoord.xy), 0);
-  if (color.a > -1.25) return;
-  vec3 ray = RayOfPixel();
-  vec3 point = ray * DepthOf(ray);
+#ifdef HIDES
+  if (count > 0) return;
+  hidden = true;
   for (int n = looks_through.x; n < looks_through.y; ++n) {
     int i = texelFetch(nearest_first, n).r;
     View v = ViewAt(i);
-#ifndef SHOW_FIELD
-    if (v.place.x < 0) continue;
-#endif
     vec2 img;
-    vec3 in_view = InView(v, point);
-    float feather = Frame(v, in_view, img);
-    if (feather <= 0.0) continue;
-    float seen = feather * SightShare(v.sight, v.place, in_view);
-    if (seen <= 0.0 && color.a > -2.0) continue;
-    float share;
-    vec3 light = LightOf(v, img, share);
-    if (share <= 0.0) continue;
-    color = vec4(light, seen <= 0.0 ? -1.5 : nearest_is_the_field ? seen * share : -1.0);
-    if (seen > 0.0) break;
+    if (!IsThere(v) || Frame(v, InView(v, point), img) <= 0.0 || !MayHaveLight(v, img)) continue;
+#ifdef MARK
+    needed[i] = 1;
+#else
+    chosen[count] = i;
+    if (++count == kMost) return;
+#endif
+    if (HasLight(v)) return;
   }
-  if (last && color.a == -1.5) color.a = -1.0;
+#endif
+}
+
+#ifdef MARK
+void main() {
+  vec3 ray = RayOfPixel();
+  Choose(ray * DepthOf(ray));
+}
+#else
+// Of a view from which the point is at `img`.
+void Add(View v, float weight, vec2 img) {
+#ifndef SHOW_FIELD
+  if (v.place.x < 0) return;
+#endif
+  float share;
+  vec3 light = LightOf(v, img, share);
+  if (weight * share > 0.0) color += weight * share * vec4(light, 1.0);
+}
+
+void main() {
+  color = vec4(0.0);
+  if (goes_on) color = texelFetch(before, ivec2(gl_FragCoord.xy), 0) + vec4(0.0, 0.0, 0.0, 8.0);
+  vec3 ray = RayOfPixel();
+  vec3 point = ray * DepthOf(ray);
+  Choose(point);
+  bool first_only = hidden || asked == 1;
+  float largest = 0.0, second = 0.0, least = 1e30;
+  int sure = 0;
+  for (int n = 0; n < count; ++n) {
+    second = max(second, min(largest, penalty[n]));
+    largest = max(largest, penalty[n]);
+    least = min(least, penalty[n]);
+  }
+  float threshold = count >= asked ? max(largest, above_tie * second) : above_largest * largest;
+  float total = 0.0;
+  for (int n = 0; n < count && !first_only; ++n) {
+    penalty[n] = least <= zero_penalty ? (penalty[n] == least ? 1.0 : 0.0)
+                                       : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
+    total += penalty[n];
+  }
+  for (int n = 0; n < count; ++n) {
+    if (first_only && color.a > 0.0) break;
+    View v = ViewAt(chosen[n]);
+    vec3 in_view = InView(v, point);
+    vec2 img;
+    float feather = Frame(v, in_view, img);
+    float seen = hidden ? 1.0 : feather * SightShare(v.sight, v.place, in_view);
+    Add(v, first_only ? seen : penalty[n] / total * seen, img);
+  }
+  if (!last) {
+    color.a -= 8.0;
+    return;
+  }
+  vec4 own = vec4(0.0);
+  float own_share = 0.0, own_confidence = 0.0;
+  if (!nearest_is_the_field) {
+    own = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
+    vec2 all = texelFetch(confidence, ivec2(gl_FragCoord.xy), 0).rg;
+    if (own.a > 0.0 && all.g >= least_weight && own.a >= least_weight * all.g) {
+      own_share = min(1.0, own.a / (whole_weight * all.g));
+      own_confidence = all.r / all.g * min(1.0, own.a / all.g);
+    }
+  }
+  if (own_share <= 0.0 && color.a <= 0.0) {
+    color = vec4(0.0, 0.0, 0.0, -2.0);
+  } else if (own_share <= 0.0) {
+    color = vec4(color.rgb / color.a, nearest_is_the_field && !hidden ? color.a : -1.0);
+  } else {
+    vec3 light = own.rgb / own.a;
+    if (color.a > 0.0) light = mix(color.rgb / color.a, light, own_share);
+    color = vec4(light, own_confidence);
+  }
 }
 #endif

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "render/stereo/semi_global.h"
+#include "render/stereo/plane_carrier.h"
 
 namespace ulf {
 namespace {
@@ -14,25 +14,9 @@ namespace {
 using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
-Eigen::Matrix3d Intrinsics(const CameraModel& camera) {
-  Eigen::Matrix3d matrix;
-  matrix << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  return matrix;
-}
-
-// Takes pixels of the view to pixels of a neighbour by way of a plane: far + inverse_depth * near.
-struct Carrier {
+struct Carrier : PlaneCarrier {
   const StereoView* neighbour;
-  Matrix3f at_infinity;
-  Vector3f per_inverse_depth;
 };
-
-Carrier MakeCarrier(const StereoView& view, const StereoView& neighbour) {
-  const Rigid3 neighbour_from_view = neighbour.cam_from_world * view.cam_from_world.Inverse();
-  const Eigen::Matrix3d to = Intrinsics(neighbour.camera), from = Intrinsics(view.camera);
-  return {&neighbour, (to * neighbour_from_view.RotationMatrix() * from.inverse()).cast<float>(),
-          (to * neighbour_from_view.translation).cast<float>()};
-}
 
 constexpr float kUnseen = 4.0f;  // above any cost
 
@@ -181,13 +165,14 @@ class Matcher {
       ring_;  // of the window's rows: values, squares, products with the view
 };
 
+constexpr int kMostKept = 16;
+
 // Mean of the better half, with what is unseen left out; where nothing is seen, as bad as can be.
 void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t pixels, float truncation,
                       float* mean) {
   constexpr std::size_t kBlock = 512;
-  constexpr std::size_t kMost = 16;
-  const std::size_t keep = std::clamp<std::size_t>((costs.size() + 1) / 2, 1, kMost);
-  std::array<std::array<float, kBlock>, kMost> best;
+  const std::size_t keep = static_cast<std::size_t>(KeptNeighbours(costs.size()));
+  std::array<std::array<float, kBlock>, kMostKept> best;
   std::array<float, kBlock> rest;
   for (std::size_t first = 0; first < pixels; first += kBlock) {
     const std::size_t count = std::min(kBlock, pixels - first);
@@ -224,7 +209,8 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   const int width = view.grey.cols, height = view.grey.rows;
   CostVolume volume(width, height, range.planes);
   std::vector<Carrier> carriers;
-  for (const StereoView* neighbour : neighbours) carriers.push_back(MakeCarrier(view, *neighbour));
+  for (const StereoView* neighbour : neighbours)
+    carriers.push_back({MakePlaneCarrier(view, *neighbour), neighbour});
   Matcher<kRadius> matcher(view.grey, options.noise);
   // So many rows that their part of the volume stays in the cache while all planes are written into it.
   const int band = std::clamp(static_cast<int>(2'000'000 / (static_cast<long>(width) * range.planes)), 8, 64);
@@ -240,8 +226,7 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
         matcher.Match(carriers[i], inverse_depth, first, end, costs[i].data());
       MeanOfBetterHalf(costs, pixels, static_cast<float>(options.truncation), mean.data());
       std::uint8_t* out = volume.At(0, first) + plane;
-      for (std::size_t i = 0; i < pixels; ++i, out += volume.stride())
-        *out = static_cast<std::uint8_t>(mean[i] * kCostUnit + 0.5f);
+      for (std::size_t i = 0; i < pixels; ++i, out += volume.stride()) *out = CostByte(mean[i]);
     }
   }
   return volume;
@@ -249,11 +234,38 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
 
 }  // namespace
 
+PlaneCarrier MakePlaneCarrier(const StereoView& view, const StereoView& neighbour) {
+  const auto intrinsics = [](const CameraModel& camera) {
+    Eigen::Matrix3d matrix;
+    matrix << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+    return matrix;
+  };
+  const Rigid3 neighbour_from_view = neighbour.cam_from_world * view.cam_from_world.Inverse();
+  const Eigen::Matrix3d to = intrinsics(neighbour.camera), from = intrinsics(view.camera);
+  return {(to * neighbour_from_view.RotationMatrix() * from.inverse()).cast<float>(),
+          (to * neighbour_from_view.translation).cast<float>()};
+}
+
+int KeptNeighbours(std::size_t neighbours) {
+  return std::clamp((static_cast<int>(neighbours) + 1) / 2, 1, kMostKept);
+}
+
+std::uint8_t CostByte(float cost) { return static_cast<std::uint8_t>(cost * kCostUnit + 0.5f); }
+
+CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                         const InverseDepthRange& range, const SweepOptions& options) {
+  return options.window_radius_px <= 1   ? FillVolume<1>(view, neighbours, range, options)
+         : options.window_radius_px == 2 ? FillVolume<2>(view, neighbours, range, options)
+                                         : FillVolume<3>(view, neighbours, range, options);
+}
+
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options) {
-  const CostVolume volume = options.window_radius_px <= 1   ? FillVolume<1>(view, neighbours, range, options)
-                            : options.window_radius_px == 2 ? FillVolume<2>(view, neighbours, range, options)
-                                                            : FillVolume<3>(view, neighbours, range, options);
+  return DepthOfLeastCost(MatchingCosts(view, neighbours, range, options), view, range, options);
+}
+
+DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
+                          const SweepOptions& options) {
   const cv::Mat plane = SemiGlobalMinimum(volume, view.grey,
                                           {.small_step = static_cast<int>(options.small_step * kCostUnit),
                                            .large_step = static_cast<int>(options.large_step * kCostUnit),

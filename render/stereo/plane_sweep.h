@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "render/stereo/semi_global.h"
 #include "render/stereo/stereo_view.h"
 
 namespace ulf {
@@ -36,6 +37,16 @@ struct DepthMap {
   cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth of the better half of the neighbours
 };
 
+// How badly each plane fits each pixel, 8 bits; on the processor.
+CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                         const InverseDepthRange& range, const SweepOptions& options = {});
+// Of so many neighbours those that agree best count.
+int KeptNeighbours(std::size_t neighbours);
+std::uint8_t CostByte(float cost);
+
+DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
+                          const SweepOptions& options = {});
+// Both.
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options = {});
 

@@ -1,14 +1,18 @@
 #include "render/stereo/proxy_builder.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <memory>
 #include <mutex>
 
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
+#include "render/stereo/gl_plane_sweep.h"
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
 
@@ -63,9 +67,28 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
   return tasks;
 }
 
+// Null: the processor itself.
+std::unique_ptr<GlPlaneSweep> OpenGlFor(SweepDevice device) {
+  if (device == SweepDevice::kProcessor) return nullptr;
+  if (device == SweepDevice::kGl) return std::make_unique<GlPlaneSweep>();
+  try {
+    auto sweep = std::make_unique<GlPlaneSweep>();
+    return sweep->IsSoftware() ? nullptr : std::move(sweep);
+  } catch (const Error& error) {
+    spdlog::debug("pictures are compared by the processor: {}", error.what());
+    return nullptr;
+  }
+}
+
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
-                                 const Subject& subject, Progress* progress) {
+                                 const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
+  std::mutex drawing;
+  const auto costs = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
+    if (!gl) return MatchingCosts(view, task.neighbours, depths);
+    const std::lock_guard lock(drawing);
+    return gl->MatchingCosts(view, task.neighbours, depths);
+  };
   std::atomic<int> done = 0;
   std::mutex showing;
   cv::parallel_for_(
@@ -76,8 +99,9 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
           const StereoView& view = views[static_cast<std::size_t>(task.view)];
           const double distance = (subject.center_in_world - view.center_in_world).norm();
           const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
-          maps[static_cast<std::size_t>(i)] = {view, SweepPlanes(view, task.neighbours, depths).depth,
-                                               (depths.most - depths.least) / (depths.planes - 1)};
+          maps[static_cast<std::size_t>(i)] = {
+              view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
+              (depths.most - depths.least) / (depths.planes - 1)};
           const std::lock_guard lock(showing);
           if (progress) progress->Show(0.1 + 0.8 * ++done / static_cast<double>(tasks.size()), "depth maps");
         }
@@ -114,7 +138,9 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
         "no two of the {} views look at the same thing from different places, so that nothing tells how far "
         "away it is: move the camera sideways between views",
         scene.views.size());
-  std::vector<ViewDepth> maps = DepthMaps(views, tasks, scene.subject, progress);
+  const std::unique_ptr<GlPlaneSweep> gl = OpenGlFor(options.device);
+  result.summary.device = gl ? gl->device() : "processor";
+  std::vector<ViewDepth> maps = DepthMaps(views, tasks, scene.subject, gl.get(), progress);
   result.summary.depth_maps = static_cast<int>(maps.size());
   result.summary.sweep_s = watch.LapSeconds();
 

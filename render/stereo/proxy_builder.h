@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include "acquisition/command_line.h"
 #include "render/scene.h"
@@ -15,17 +16,22 @@
 
 namespace ulf {
 
+// Where pictures are compared.
+enum class SweepDevice { kAuto, kGl, kProcessor };  // auto: OpenGL where a GPU draws, not software
+
 struct ProxyOptions {
   int size_px = 480;    // longer side of the pictures that are compared
   int depth_maps = 60;  // at most
   int neighbours = 8;   // that a picture is compared with
   int most_triangles = 400000;
+  SweepDevice device = SweepDevice::kAuto;
 };
 
 struct ProxySummary {
   int views = 0, depth_maps = 0;
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
+  std::string device;  // that compared pictures
   double sweep_s = 0, fusion_s = 0, surface_s = 0;
 };
 
@@ -35,7 +41,7 @@ struct ProxyMesh {
 };
 
 // Throws Error where the views give no geometry: fewer than two, all in one place, nothing on which they
-// agree.
+// agree; SweepDevice::kGl without any OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
 }  // namespace ulf

@@ -31,6 +31,7 @@ struct ProxyArgs {
   std::string out;
   int leave_out_every = 0;
   ProxyOptions options;
+  std::string renderer = "auto";
   bool explain = false;
   bool json = false;
 };
@@ -51,6 +52,7 @@ void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out
                                 {"points", summary.points},
                                 {"vertices", proxy.mesh.vertices.size()},
                                 {"triangles", proxy.mesh.triangles.size()},
+                                {"device", summary.device},
                                 {"seconds", seconds},
                                 {"sweep_s", summary.sweep_s},
                                 {"fusion_s", summary.fusion_s},
@@ -145,11 +147,21 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--triangles", args->options.most_triangles, "At most about so many")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
+  sub->add_option(
+         "--renderer", args->renderer,
+         "What compares pictures: gl (OpenGL without a window), reference (the processor), or auto (gl on "
+         "a GPU)")
+      ->check(CLI::IsMember({"auto", "gl", "reference"}));
   sub->add_flag("--explain", args->explain,
                 "Whether the mesh is worth it: plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
-  sub->callback([&chosen, args] { chosen = [args] { return RunProxy(*args); }; });
+  sub->callback([&chosen, args] {
+    args->options.device = args->renderer == "gl"          ? SweepDevice::kGl
+                           : args->renderer == "reference" ? SweepDevice::kProcessor
+                                                           : SweepDevice::kAuto;
+    chosen = [args] { return RunProxy(*args); };
+  });
 }
 
 }  // namespace ulf

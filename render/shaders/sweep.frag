@@ -1,0 +1,78 @@
+// What matching costs at four planes of the sweep: render/stereo/plane_sweep.cpp, step by step. The head says RADIUS,
+// NEIGHBOURS, KEEP.
+layout(binding = 0) uniform sampler2DArray own;  // one layer
+layout(binding = 1) uniform sampler2DArray others;
+// Of each neighbour: the three rows of the map at infinity, each with its share of the plane's inverse depth; size.
+layout(binding = 2) uniform samplerBuffer carriers;
+uniform vec4 inverse_depths;
+uniform float noise_floor;
+uniform float truncation;
+out vec4 costs;
+
+const int kSide = 2 * RADIUS + 1;
+const float kArea = float(kSide * kSide);
+const float kUnseen = 4.0;
+
+// The four texels around are asked for at the corner where they meet, which no rounding takes to others.
+float Neighbour(int layer, vec2 pixel, vec2 size) {
+  vec2 at = clamp(pixel, vec2(0.0), size - 1.001);
+  vec2 corner = floor(at);
+  vec2 share = at - corner;
+  vec4 around = textureGather(others, vec3((corner + 1.0) / vec2(textureSize(others, 0).xy), float(layer)));
+  vec2 rows = mix(around.wx, around.zy, share.x);  // the upper two, the lower two
+  return mix(rows.x, rows.y, share.y);
+}
+
+void main() {
+  ivec2 here = ivec2(gl_FragCoord.xy);
+  ivec2 last = textureSize(own, 0).xy - 1;
+  float window[kSide * kSide];
+  float own_sum = 0.0, own_square = 0.0;
+  for (int dy = 0; dy < kSide; ++dy)
+    for (int dx = 0; dx < kSide; ++dx) {
+      float value = texelFetch(own, ivec3(clamp(here + ivec2(dx, dy) - RADIUS, ivec2(0), last), 0), 0).r;
+      window[dy * kSide + dx] = value;
+      own_sum += value;
+      own_square += value * value;
+    }
+  float own_spread = max(0.0, own_square - own_sum * own_sum / kArea) + noise_floor;
+
+  for (int plane = 0; plane < 4; ++plane) {
+    float best[KEEP];
+    for (int k = 0; k < KEEP; ++k) best[k] = kUnseen;
+    for (int n = 0; n < NEIGHBOURS; ++n) {
+      mat3x4 carrier = mat3x4(texelFetch(carriers, 4 * n), texelFetch(carriers, 4 * n + 1), texelFetch(carriers, 4 * n + 2));
+      vec2 size = texelFetch(carriers, 4 * n + 3).xy;
+      vec3 moved = inverse_depths[plane] * vec3(carrier[0].w, carrier[1].w, carrier[2].w);
+      float value = 0.0, square = 0.0, product = 0.0;
+      for (int dy = 0; dy < kSide; ++dy)
+        for (int dx = 0; dx < kSide; ++dx) {
+          // Beyond the upper and lower edge the window repeats it; beside the image it goes on.
+          vec3 pixel = vec3(float(here.x + dx - RADIUS) + 0.5, float(clamp(here.y + dy - RADIUS, 0, last.y)) + 0.5, 1.0);
+          vec3 to = vec3(dot(carrier[0].xyz, pixel), dot(carrier[1].xyz, pixel), dot(carrier[2].xyz, pixel)) + moved;
+          float c = Neighbour(n, to.xy / max(to.z, 1e-6) - 0.5, size);
+          value += c;
+          square += c * c;
+          product += c * window[dy * kSide + dx];
+        }
+      float covariance = product - value * own_sum / kArea;
+      float spread = max(0.0, square - value * value / kArea) + noise_floor;
+      vec3 middle = vec3(vec2(here) + 0.5, 1.0);
+      vec3 to = vec3(dot(carrier[0].xyz, middle), dot(carrier[1].xyz, middle), dot(carrier[2].xyz, middle)) + moved;
+      bool inside = to.z > 1e-6 && all(greaterThan(to.xy, vec2(0.0))) && all(lessThan(to.xy, size * to.z));
+      float rest = inside ? 1.0 - covariance / sqrt(spread * own_spread) : kUnseen;
+      for (int k = 0; k < KEEP; ++k) {
+        float kept = min(best[k], rest);
+        rest = max(best[k], rest);
+        best[k] = kept;
+      }
+    }
+    float sum = 0.0, seen = 0.0;
+    for (int k = 0; k < KEEP; ++k)
+      if (best[k] < kUnseen) {
+        sum += min(best[k], truncation);
+        seen += 1.0;
+      }
+    costs[plane] = seen > 0.0 ? sum / seen : truncation;
+  }
+}

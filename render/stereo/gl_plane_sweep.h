@@ -1,0 +1,40 @@
+// The sweep's matching costs by OpenGL: the same costs as MatchingCosts(), which is the truth, to a unit of
+// their eight bits. Worth it on a GPU; a software rasteriser takes longer than the processor's own loops.
+#pragma once
+
+#include <string>
+
+#include "render/gl_context.h"
+#include "render/gl_objects.h"
+#include "render/stereo/plane_sweep.h"
+
+namespace ulf {
+
+class GlPlaneSweep {
+ public:
+  GlPlaneSweep() = default;  // throws Error where there is no OpenGL
+  ~GlPlaneSweep();
+
+  // One thread at a time.
+  CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                           const InverseDepthRange& range, const SweepOptions& options = {});
+  const std::string& device() const { return context_.device(); }
+  bool IsSoftware() const;
+
+ private:
+  struct Shape {
+    int radius = 0, neighbours = 0;
+    bool operator==(const Shape&) const = default;
+  };
+
+  GlContext context_;
+  Shape built_;
+  GlProgram program_;
+  GlEmptyVertexArray no_vertices_;
+  GlTexelBuffer carriers_;
+  GlTarget costs_{kCostsFormat};
+
+  static const unsigned kCostsFormat;
+};
+
+}  // namespace ulf
