@@ -93,6 +93,65 @@ TEST(DepthRaster, CutsWhatReachesBehindTheCamera) {
   EXPECT_EQ(cv::countNonZero(DrawInverseDepth(behind, kCamera, Rigid3{})), 0);
 }
 
+TEST(FillHoles, TakesWhatIsAroundAndLeavesTheRest) {
+  cv::Mat depth(37, 53, CV_32F);
+  for (int y = 0; y < depth.rows; ++y)
+    for (int x = 0; x < depth.cols; ++x)
+      depth.at<float>(y, x) = 0.5f + 0.004f * static_cast<float>(x) + 0.002f * static_cast<float>(y);
+  const cv::Mat slanted = depth.clone();
+  FillHoles(depth);
+  EXPECT_EQ(cv::norm(depth, slanted, cv::NORM_INF), 0);
+  depth(cv::Rect(20, 10, 9, 14)).setTo(0);
+  depth.at<float>(36, 52) = 0;
+  FillHoles(depth);
+  cv::Mat off = cv::abs(depth - slanted);
+  EXPECT_LT(cv::norm(off, cv::NORM_INF), 0.02);  // its slope across the hole is 0.04
+  off(cv::Rect(20, 10, 9, 14)).setTo(0);
+  off.at<float>(36, 52) = 0;
+  EXPECT_EQ(cv::countNonZero(off), 0);
+}
+
+TEST(FillHoles, FromOnePixelAllAndFromNoneNothing) {
+  cv::Mat depth = cv::Mat::zeros(30, 41, CV_32F);
+  FillHoles(depth);
+  EXPECT_EQ(cv::countNonZero(depth), 0);
+  depth.at<float>(3, 40) = 0.25f;
+  FillHoles(depth);
+  EXPECT_EQ(cv::countNonZero(depth != 0.25f), 0);
+}
+
+// A wall behind the subject with a hole in it: the photographs show it whole.
+TEST(MeshProxy, AHoleIsAsDeepAsWhatIsAroundIt) {
+  const auto scene = test::MakeScene(SquareSpec());
+  auto pierced = std::make_shared<TriangleMesh>();
+  const float z = -1.5f, half = 4, hole = 0.25f;  // the subject's plane lies at 0
+  for (const auto& [x0, x1, y0, y1] : {std::array{-half, -hole, -half, half},
+                                       {hole, half, -half, half},
+                                       {-hole, hole, -half, -hole},
+                                       {-hole, hole, hole, half}}) {
+    const auto first = static_cast<std::uint32_t>(pierced->vertices.size());
+    for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}})
+      pierced->vertices.emplace_back(x, y, z);
+    pierced->triangles.push_back({first, first + 1, first + 2});
+    pierced->triangles.push_back({first, first + 2, first + 3});
+  }
+  const auto proxy = std::make_shared<MeshProxy>(scene->subject, pierced);
+  const Rigid3 pose = LookAt({0.1, 0, 2}, {0, 0, 0}, Vector3d::UnitY());
+  cv::Mat drawn = DrawInverseDepth(*pierced, kCamera, pose);
+  const cv::Mat holes = drawn == 0;
+  ASSERT_GT(cv::countNonZero(holes), 300);
+  ASSERT_LT(cv::countNonZero(holes), 3000);
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const auto renderer = MakeRenderer(scene, {.renderer = kind, .depth = true});
+    renderer->SetProxy(proxy);
+    const cv::Mat depth = renderer->Render(kCamera, pose).depth;
+    double least = 0, most = 0;
+    cv::minMaxLoc(depth, &least, &most, nullptr, nullptr, holes);
+    EXPECT_GT(least, 3.3) << renderer->Name();  // the wall is 3.5 away, the plane 2
+    EXPECT_LT(most, 3.7) << renderer->Name();
+  }
+}
+
 TEST(MeshProxy, WithTheTrueSurfaceThePictureIsTrue) {
   const auto scene = test::MakeScene(SquareSpec());
   for (const auto& [kind, field] : {std::pair{RendererKind::kGl, FieldKind::kLinear},
