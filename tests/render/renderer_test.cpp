@@ -208,9 +208,8 @@ TEST(Renderers, WhatNoWeightedViewSeesIsFilledAndCounted) {
   }
 }
 
-// On the way out of what the field's own views see the picture changes as little from pixel to pixel as
-// inside.
-TEST(Renderers, WhatIsFilledBeginsWithoutAStep) {
+// On the way out of what the field's own views see others take over before nothing is left.
+TEST(Renderers, WhatIsFilledIsHandedOverGradually) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::GridViewpoints(7, 7, 0.12, 2.0), .width = 320, .height = 240, .focal_px = 266});
   const CameraModel wide = CameraModel::Pinhole(240, 180, 500);  // a photograph's feather is 15 pixels wide
