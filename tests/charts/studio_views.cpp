@@ -10,6 +10,7 @@
 #include "coverage/coverage_map.h"
 #include "render/evaluate.h"
 #include "render/photograph.h"
+#include "render/temporal_error.h"
 #include "tracking/quantile.h"
 
 namespace ulf::test {
@@ -45,6 +46,16 @@ SceneView Photographed(const SimulatedCamera& studio, const Rigid3& cam_from_wor
   view.center_in_world = cam_from_world.OriginInSource();
   view.photograph = HoldPhotograph(MakePyramid(studio.CleanSrgb(cam_from_world)));
   return view;
+}
+
+// Inside what was recorded.
+Hand OtherHand(const SimulatedCamera& studio, std::uint64_t seed) {
+  HandOptions other = dynamic_cast<const Hand&>(studio.hand()).options();
+  other.seed = seed + 1000;
+  other.cap_azimuth *= 0.8;
+  other.cap_elevation *= 0.8;
+  other.margin = 0;
+  return Hand(other);
 }
 
 }  // namespace
@@ -83,17 +94,26 @@ std::shared_ptr<const RenderScene> StudioScene(const StudioOptions& options) {
 
 std::vector<SceneView> StudioTruth(const StudioOptions& options, int count) {
   const SimulatedCamera studio(Simulated(options));
-  HandOptions other = dynamic_cast<const Hand&>(studio.hand()).options();
-  other.seed = options.seed + 1000;
-  other.cap_azimuth *= 0.8;  // inside what was recorded
-  other.cap_elevation *= 0.8;
-  other.margin = 0;
-  const Hand hand(other);
+  const Hand hand = OtherHand(studio, options.seed);
   std::vector<SceneView> truth;
   for (int i = 0; i < count; ++i)
     truth.push_back(Photographed(
         studio, hand.CamFromWorld(hand.FirstPassEndS() * (0.1 + 0.9 * (i + 0.5) / count)), i + 1));
   return truth;
+}
+
+std::vector<TruePicture> StudioPath(const StudioOptions& options, int count) {
+  const SimulatedCamera studio(Simulated(options));
+  const Hand hand = OtherHand(studio, options.seed);
+  std::vector<TruePicture> path;
+  for (int i = 0; i < count; ++i) {
+    const Rigid3 pose = hand.CamFromWorld(0.4 * hand.FirstPassEndS() + i / 30.0);
+    const SceneView view = Photographed(studio, pose, i + 1);
+    TruePicture picture{view.camera.WithoutDistortion(), pose, {}};
+    Undistort(view).srgb8.convertTo(picture.levels, CV_32F);
+    path.push_back(picture);
+  }
+  return path;
 }
 
 std::vector<ScenePoint> StudioPoints(const StudioOptions& options, int count) {
@@ -133,12 +153,24 @@ RenderedQuality MeasureRendering(Renderer& renderer, const std::vector<SceneView
     const cv::Mat srgb8 = Srgb8FromLinear(first.linear);
     const cv::Mat disc = SubjectDisc(camera, view.cam_from_world, renderer.scene().subject);
     const double share = 1.0 / static_cast<double>(truth.size());
-    quality.psnr_db += share * CompareImages(srgb8, photograph.srgb8, photograph.valid).psnr_db;
+    const Quality frame = CompareImages(srgb8, photograph.srgb8, photograph.valid);
+    quality.psnr_db += share * frame.psnr_db;
+    quality.ssim += share * frame.ssim;
     quality.psnr_disc_db += share * CompareImages(srgb8, photograph.srgb8, photograph.valid & disc).psnr_db;
   }
   quality.ms = Median(ms);
   quality.cpu_ms = Median(cpu_ms);
   return quality;
+}
+
+double TemporalErrorAlong(Renderer& renderer, const std::vector<TruePicture>& path) {
+  TemporalError error;
+  for (const TruePicture& truth : path) {
+    const Rendering picture = renderer.Render(truth.camera, truth.cam_from_world);
+    error.Add(DisplayLevels(picture.linear), truth.levels,
+              SubjectDisc(truth.camera, truth.cam_from_world, renderer.scene().subject));
+  }
+  return error.FrameRms();
 }
 
 }  // namespace ulf::test

@@ -24,6 +24,14 @@ std::shared_ptr<const RenderScene> StudioScene(const StudioOptions& options);
 // Photographs from where another hand holds the camera within that cap: the same for every threshold.
 std::vector<SceneView> StudioTruth(const StudioOptions& options, int count);
 
+// What a hand sees on its way there, thirty times a second.
+struct TruePicture {
+  CameraModel camera;
+  Rigid3 cam_from_world;
+  cv::Mat levels;  // CV_32FC3, display levels of 255, B G R
+};
+std::vector<TruePicture> StudioPath(const StudioOptions& options, int count);
+
 // Points on the surfaces that those photographs show, off by half a pixel of parallax or so (0.2 % of the
 // depth): as tracked ones are.
 std::vector<ScenePoint> StudioPoints(const StudioOptions& options, int count);
@@ -33,8 +41,11 @@ double ProcessCpuMs();
 
 struct RenderedQuality {
   double psnr_db = 0, psnr_disc_db = 0;  // means over the pictures; the second in the subject's silhouette
-  double ms = 0, cpu_ms = 0;             // of a picture once its photographs are there, medians
+  double ssim = 0;
+  double ms = 0, cpu_ms = 0;  // of a picture once its photographs are there, medians
 };
 RenderedQuality MeasureRendering(Renderer& renderer, const std::vector<SceneView>& truth);
+// TemporalError::FrameRms() on the path.
+double TemporalErrorAlong(Renderer& renderer, const std::vector<TruePicture>& path);
 
 }  // namespace ulf::test
