@@ -24,7 +24,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kLostPointSigmas2 = 1e4;
 
 // A pose's true error over the one that independent errors of the residuals' size would make; read off
-// the table of tests/charts/tracking_quality.cpp.
+// docs/charts/predicted_error.csv.
 constexpr double kCommonError = 1.5;
 constexpr double kLeastResidual = 0.1;  // few residuals can be small by chance
 

@@ -14,12 +14,12 @@
 namespace ulf {
 
 // Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011): chosen in
-// docs/solver_choice_absolute.png.
+// docs/charts/one_camera_solvers.png.
 std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
                              std::span<const Eigen::Vector3d> rays_in_camera);
 
 // Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels and
-// Nister 2006): chosen in docs/solver_choice_relative.png.
+// Nister 2006): chosen in docs/charts/two_view_solvers.png.
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 

@@ -34,6 +34,7 @@ constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
                              {"tracking", TrackingChart},
                              {"map_size", MapSizeChart},
                              {"predicted_error", PredictedErrorChart},
+                             {"wrong_choice", WrongChoiceChart},
                              {"packets", PacketsChart}};
 
 struct Wishes {

@@ -29,6 +29,7 @@ Chart ViewCountChart(const ChartEffort& effort);
 Chart TrackingChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);
 Chart PredictedErrorChart(const ChartEffort& effort);
+Chart WrongChoiceChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
 
 }  // namespace ulf::test
