@@ -12,6 +12,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kConeRadiusPx = 1;
 
 // A pinhole camera in a plane through its centre. A direction of the plane is its slope against the direction
 // to O; its image coordinate is the signed length along the plane's image line, 0 at O's image. The map is
@@ -70,6 +71,7 @@ class EpipolarPlane {
   void IncludeRay(double slope, Extent* extent) const;
   double FirstGuess() const;
   double Refined(double guess, double error, double give_up_px) const;
+  double Top(double low, double high) const;
 
   double radius_, near_limit_;
   double recorded_distance_ = 0, candidate_distance_ = 0;
@@ -186,7 +188,6 @@ void EpipolarPlane::IncludeRay(double slope, Extent* extent) const {
 }
 
 double EpipolarPlane::ErrorAt(double pixel_px) const {
-  constexpr double kConeRadiusPx = 1;
   Extent extent;
   IncludeRay(s_->SlopeFromImg(pixel_px - kConeRadiusPx), &extent);
   IncludeRay(s_->SlopeFromImg(pixel_px + kConeRadiusPx), &extent);
@@ -227,17 +228,9 @@ double EpipolarPlane::Refined(double guess, double error, double give_up_px) con
   return best;
 }
 
-double EpipolarPlane::Scanned(double give_up_px) const {
-  constexpr int kSteps = 32;
-  const double step = (highest_ - lowest_) / kSteps;
-  double best = 0, at = lowest_;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double pixel = lowest_ + i * step, error = ErrorAt(pixel);
-    if (error > best) best = error, at = pixel;
-    if (best >= give_up_px || best == kInfinity) return best;
-  }
+// The top of a hill between two pixels: golden section.
+double EpipolarPlane::Top(double low, double high) const {
   constexpr double kGolden = 0.6180339887498949;
-  double low = std::max(lowest_, at - step), high = std::min(highest_, at + step);
   double inner = high - kGolden * (high - low), outer = low + kGolden * (high - low);
   double inner_error = ErrorAt(inner), outer_error = ErrorAt(outer);
   for (int i = 0; i < 18; ++i) {
@@ -249,7 +242,33 @@ double EpipolarPlane::Scanned(double give_up_px) const {
       outer = low + kGolden * (high - low), outer_error = ErrorAt(outer);
     }
   }
-  return std::max({best, inner_error, outer_error});
+  return std::max(inner_error, outer_error);
+}
+
+double EpipolarPlane::Scanned(double give_up_px) const {
+  constexpr int kSteps = 32;
+  const double step = (highest_ - lowest_) / kSteps;
+  double best = 0, at = lowest_;
+  const auto look_at = [&](double pixel) {
+    const double error = ErrorAt(pixel);
+    if (error > best) best = error, at = pixel;
+    return best >= give_up_px || best == kInfinity;
+  };
+  const auto top_within = [&](double reach) {
+    return Top(std::max(lowest_, at - reach), std::min(highest_, at + reach));
+  };
+  for (int i = 0; i <= kSteps; ++i)
+    if (look_at(lowest_ + i * step)) return best;
+  const double at_of_steps = at;
+  // With n close to the sphere there are peaks between those: where a cone ends at n's silhouette, and where
+  // it lies between both sides of it.
+  const auto& [left, right] = silhouette_;
+  for (const double pixel :
+       {left.pixel_in_s - kConeRadiusPx, left.pixel_in_s + kConeRadiusPx, right.pixel_in_s - kConeRadiusPx,
+        right.pixel_in_s + kConeRadiusPx, 0.5 * (left.pixel_in_s + right.pixel_in_s)})
+    if (pixel >= lowest_ && pixel <= highest_ && look_at(pixel)) return best;
+  best = std::max(best, top_within(step));
+  return at == at_of_steps ? best : std::max(best, top_within(kConeRadiusPx));
 }
 
 // Near the shell and at angles at which the denominator hardly changes over the sphere; elsewhere the maximum

@@ -43,15 +43,22 @@ std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions) {
   return spacing;
 }
 
-// Views in nearly the same direction, in groups; the first of a group is the one nearest to the median
-// distance.
-std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
-                                              const std::vector<Vector3d>& directions,
-                                              const std::vector<double>& distances, double median_distance) {
-  constexpr double kSameRad = 1e-6;       // what CGAL would merge by itself
-  constexpr double kLeastOfMedian = 0.2;  // a camera that stood still must not set its own scale
+// The angle between neighbours if as many directions were spread evenly over the cap that holds all.
+double EvenSpacing(const std::vector<Vector3d>& directions) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& direction : directions) middle += direction;
+  double half_angle = 0;
+  for (const Vector3d& direction : directions) half_angle = std::max(half_angle, Angle(middle, direction));
+  return std::sqrt(2 * M_PI * (1 - std::cos(half_angle)) / static_cast<double>(directions.size()));
+}
+
+// Directions closer than a share of the local spacing, in groups.
+std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions) {
+  constexpr double kSameRad = 1e-6;      // what CGAL would merge by itself
+  constexpr double kLeastOfUsual = 0.2;  // a camera that stood still must not set its own scale
   const std::vector<double> spacing = LocalSpacing(directions);
-  const double floor = kLeastOfMedian * Median(spacing);
+  // Nor may cameras that all did: the median is their tremor then.
+  const double floor = kLeastOfUsual * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double merge_rad = std::max(kSameRad, kDuplicateShare * std::max(spacing[i], floor));
@@ -62,6 +69,28 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
       groups.push_back({i});
     else
       home->push_back(i);
+  }
+  return groups;
+}
+
+// Views in nearly the same direction, in groups; the first of a group is the one nearest to the median
+// distance. What is left of many at each place is sparser than they were: grouped until nothing changes.
+std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
+                                              const std::vector<Vector3d>& directions,
+                                              const std::vector<double>& distances, double median_distance) {
+  std::vector<std::vector<std::size_t>> groups(directions.size());
+  for (std::size_t i = 0; i < directions.size(); ++i) groups[i] = {i};
+  for (std::size_t before = groups.size() + 1; groups.size() < before;) {
+    before = groups.size();
+    std::vector<Vector3d> heads;
+    for (const auto& group : groups) heads.push_back(directions[group.front()]);
+    std::vector<std::vector<std::size_t>> merged;
+    for (const std::vector<std::size_t>& together : GroupOnce(heads)) {
+      auto& out = merged.emplace_back();
+      for (const std::size_t group : together)
+        out.insert(out.end(), groups[group].begin(), groups[group].end());
+    }
+    groups = merged;
   }
   std::vector<std::vector<int>> result;
   for (std::vector<std::size_t>& group : groups) {

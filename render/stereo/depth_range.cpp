@@ -39,6 +39,15 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
   return {1 / farthest, 1 / nearest, planes};
 }
 
+double DepthOfAPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                     double distance) {
+  const double step = 1e-3 * distance;
+  double widest = 0;
+  for (const StereoView* neighbour : neighbours)
+    widest = std::max(widest, PathLengthPx(view, *neighbour, distance, distance + step));
+  return step / widest;
+}
+
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                             double subject_distance) {
   constexpr double kNearest = 0.2, kFarthest = 100;  // in distances to the subject

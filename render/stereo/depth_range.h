@@ -17,4 +17,9 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
 InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                    double nearest, double farthest);
 
+// How much deeper a thing at this distance is that lies a pixel farther on in the neighbour that moves the
+// most; infinite where none moves.
+double DepthOfAPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                     double distance);
+
 }  // namespace ulf

@@ -80,6 +80,19 @@ std::unique_ptr<GlPlaneSweep> OpenGlFor(SweepDevice device) {
   }
 }
 
+double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
+                       const Subject& subject) {
+  std::vector<double> radii;
+  for (const Task& task : tasks) {
+    const StereoView& view = views[static_cast<std::size_t>(task.view)];
+    const double distance = (subject.center_in_world - view.center_in_world).norm();
+    radii.push_back(DepthOfAPixel(view, task.neighbours, distance) / subject.radius);
+  }
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
                                  const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
@@ -138,6 +151,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
         "no two of the {} views look at the same thing from different places, so that nothing tells how far "
         "away it is: move the camera sideways between views",
         scene.views.size());
+  result.summary.pixel_depth_radii = PixelDepthRadii(views, tasks, scene.subject);
   const std::unique_ptr<GlPlaneSweep> gl = OpenGlFor(options.device);
   result.summary.device = gl ? gl->device() : "processor";
   std::vector<ViewDepth> maps = DepthMaps(views, tasks, scene.subject, gl.get(), progress);

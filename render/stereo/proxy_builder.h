@@ -27,11 +27,16 @@ struct ProxyOptions {
   SweepDevice device = SweepDevice::kAuto;
 };
 
+// A mesh is rough where a pixel is worth more than this.
+inline constexpr double kRoughPixelRadii = 0.5;
+
 struct ProxySummary {
   int views = 0, depth_maps = 0;
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
   std::string device;  // that compared pictures
+  // What a pixel between neighbours is worth in depth at the subject, in its radii: the views' median.
+  double pixel_depth_radii = 0;
   double sweep_s = 0, fusion_s = 0, surface_s = 0;
 };
 

@@ -50,6 +50,7 @@ void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out
                                 {"depth_maps", summary.depth_maps},
                                 {"agreeing_share", summary.agreeing_share},
                                 {"points", summary.points},
+                                {"pixel_depth_radii", summary.pixel_depth_radii},
                                 {"vertices", proxy.mesh.vertices.size()},
                                 {"triangles", proxy.mesh.triangles.size()},
                                 {"device", summary.device},
@@ -115,6 +116,12 @@ int RunProxy(const ProxyArgs& args) {
   RequireWritable(out);
   const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
   WriteMeshPly(out, proxy.mesh);
+  if (proxy.summary.pixel_depth_radii > kRoughPixelRadii)
+    spdlog::warn(
+        "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
+        "depth, and "
+        "the mesh is rough; views from farther apart make it better",
+        proxy.summary.pixel_depth_radii);
   Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (args.explain) Explain(args, light_field, out);
   return kOk;

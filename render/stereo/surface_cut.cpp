@@ -211,15 +211,28 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
   return 1 - least;
 }
 
+// A face, counter-clockwise as seen from its empty side, may belong to the surface: its corners are not too
+// far apart, and where they are farther apart than neighbours, some view that saw one of them stands before
+// it. Else the cut has closed over what nobody looked at.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
-               double longest_edge_px) {
+               const std::vector<Vector3d>& centers, double longest_edge_px) {
+  constexpr double kNeighboursPx = 10;
+  double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t a = face[i], b = face[(i + 1) % 3];
     const double pixel = std::max(points[point_of[a]].pixel, points[point_of[b]].pixel);
-    if ((space.points[a] - space.points[b]).norm() > longest_edge_px * pixel) return false;
+    longest = std::max(longest, (space.points[a] - space.points[b]).norm() / pixel);
   }
-  return true;
+  if (longest <= kNeighboursPx) return true;
+  if (longest > longest_edge_px) return false;
+  const Vector3d corner = space.points[face[0]];
+  const Vector3d outward = (space.points[face[1]] - corner).cross(space.points[face[2]] - corner);
+  return std::any_of(face.begin(), face.end(), [&](std::uint32_t of) {
+    const std::vector<std::uint16_t>& views = points[point_of[of]].seen_by;
+    return std::any_of(views.begin(), views.end(),
+                       [&](std::uint16_t view) { return outward.dot(centers[view] - corner) > 0; });
+  });
 }
 
 }  // namespace
@@ -278,7 +291,8 @@ ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
         face[i] = space.corners[cell][kFace[k][2 - i]];
         finite = finite && face[i] != Tetrahedra::kAtInfinity;
       }
-      if (!finite || !Supported(space, face, points, point_of, options.longest_edge_px)) continue;
+      if (!finite || !Supported(space, face, points, point_of, centers_in_world, options.longest_edge_px))
+        continue;
       for (std::uint32_t& corner : face) {
         if (number[corner] == Tetrahedra::kAtInfinity) {
           number[corner] = static_cast<std::uint32_t>(surface.mesh.vertices.size());

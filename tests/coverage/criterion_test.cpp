@@ -298,6 +298,21 @@ TEST(CriterionSpecialCase, CandidateInsideTheSphereCannotBeCoveredWithoutANearLi
   EXPECT_GT(limited, BoundPx(s, n, Sphere(0.3), {.near_limit = 0.2}));
 }
 
+// A thousandth of the radius above the sphere: one pixel of the recorded view sees all that is below.
+TEST(CriterionSpecialCase, CandidateNextToTheSphereIsBelowAPeakOfOnePixel) {
+  struct Case {
+    double focal_px, distance, angle_deg;
+  };
+  for (const Case& c : {Case{1809, 17.92, 44.82}, Case{1059, 2.44, 26.69}, Case{1683, 2.58, 4.39}}) {
+    const CriterionView s = At(c.focal_px, 0, c.distance), n = At(c.focal_px, Radians(c.angle_deg), 1.001);
+    const double reach = c.focal_px / std::sqrt(c.distance * c.distance - 1);
+    double scanned = 0;
+    for (int k = -20'000; k <= 20'000; ++k)
+      scanned = std::max(scanned, BoundAtPixelPx(s, n, Sphere(1), reach * k / 20'001.0));
+    EXPECT_NEAR(BoundPx(s, n, Sphere(1)) / scanned, 1, 1e-3) << c.distance << ", " << c.angle_deg << " deg";
+  }
+}
+
 TEST(CriterionSpecialCase, SphereBehindTheRecordedViewOrTheCandidate) {
   const CriterionView s = At(600, 0, 1), n = At(600, Radians(1), 1);
   EXPECT_EQ(BoundPx(Turned(s, M_PI, 0), n, Sphere(0.3)), kInfinity);

@@ -18,14 +18,15 @@ namespace {
 using Eigen::Vector3d;
 using test::RunUlf;
 using testing::HasSubstr;
+using testing::Not;
 
 // Twelve photographs of a mottled wall at z = 3, seen from z = 0.
-void WriteWall(const std::filesystem::path& dir) {
+void WriteWall(const std::filesystem::path& dir, double spacing = 0.3) {
   const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)};
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(120, 90, 110);
   auto writer = LightFieldWriter::Create(dir, header);
-  for (const Vector3d& place : test::GridViewpoints(4, 3, 0.3, 0.0)) {
+  for (const Vector3d& place : test::GridViewpoints(4, 3, spacing, 0.0)) {
     const test::Drawn drawn = test::Draw({wall}, place, {0, 0, 3});
     cv::Mat grey, colour;
     drawn.view.grey.convertTo(grey, CV_8U);
@@ -52,11 +53,13 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
 
   const auto first = RunUlf("proxy " + dir + " --json");
   ASSERT_EQ(first.exit_code, 0) << first.errors;
+  EXPECT_THAT(first.errors, Not(HasSubstr("close together")));
   const auto report = nlohmann::json::parse(first.output);
   EXPECT_EQ(report["views"], 12);
   EXPECT_EQ(report["depth_maps"], 12);
   EXPECT_GT(report["agreeing_share"], 0.8);
   EXPECT_GT(report["peak_mib"], 1);
+  EXPECT_LT(report["pixel_depth_radii"], 0.3);
   const TriangleMesh mesh = ReadMeshFile(scratch / "field/proxy.ply").mesh;
   EXPECT_EQ(report["triangles"], mesh.triangles.size());
   ASSERT_GT(mesh.triangles.size(), 500u);
@@ -74,6 +77,17 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   // The wall stays where it is, the plane turns with the camera.
   EXPECT_THAT(again.errors, ::testing::ContainsRegex("\n  plane +[0-9.]+ dB\n\\* again.ply +[0-9.]+ dB\n"));
   EXPECT_THAT(again.errors, HasSubstr("a little too well"));
+}
+
+TEST(ProxyCommand, SaysThatViewsStandTooCloseTogether) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  WriteWall(dir, 0.02);
+  const auto result = RunUlf("proxy " + dir + " --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  // At most three steps apart along the row: z^2 / (f b) over the radius.
+  EXPECT_GT(nlohmann::json::parse(result.output)["pixel_depth_radii"], 9 / (110 * 0.06) / 0.8 / 1.1);
+  EXPECT_THAT(result.errors, HasSubstr("stand close together"));
 }
 
 TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {

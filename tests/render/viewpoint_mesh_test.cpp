@@ -146,6 +146,21 @@ TEST(ViewpointMesh, ACameraThatStoodStillIsOneViewpoint) {
   EXPECT_EQ(mesh.vertices.size(), 40u);
 }
 
+TEST(ViewpointMesh, CamerasThatAllStoodStillAreAViewpointEach) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> tremor(0, 1e-4);
+  for (const int each : {3, 7, 30}) {
+    std::vector<Vector3d> viewpoints;
+    for (const Vector3d& place : test::CapViewpoints(40, 0.6, 2.0, 0.05))
+      for (int i = 0; i < each; ++i)
+        viewpoints.push_back(place + Vector3d(tremor(random), tremor(random), tremor(random)));
+    const ViewpointMesh mesh = MakeViewpointMesh(viewpoints, kSubject);
+    ExpectSound(mesh, std::to_string(each) + " each");
+    EXPECT_EQ(mesh.vertices.size(), 40u) << each;
+    for (const auto& vertex : mesh.vertices) EXPECT_EQ(vertex.views.size(), At(each));
+  }
+}
+
 TEST(ViewpointMesh, SmoothsOnlyWhileItFolds) {
   const ViewpointMesh even =
       MakeViewpointMesh(test::CapViewpoints(100, 0.6, 2.0, 0.02), {Vector3d::Zero(), 0.2});

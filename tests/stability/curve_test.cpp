@@ -28,7 +28,9 @@ TEST_P(EveryCurve, SaysSoWhereItFails) {
     EXPECT_NE(trial.verdict, Verdict::kWrong) << curve.name << " seed " << seed << ": " << trial.error;
     said += trial.verdict == Verdict::kSaidSo;
   }
-  if (curve.breaks) EXPECT_GE(2 * said, kSeeds) << curve.name;
+  if (curve.breaks) {
+    EXPECT_GE(2 * said, kSeeds) << curve.name;
+  }
 }
 
 TEST_P(EveryCurve, IsDrivenFromEasyToHard) {
