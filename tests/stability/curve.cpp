@@ -76,7 +76,7 @@ Chart ChartOf(const MeasuredCurve& measured) {
   Chart chart;
   chart.name = curve.name;
   chart.title = curve.title;
-  chart.about = curve.about + fmt::format(" {} seeds, none used for choosing; errors: median, lowest to highest.",
+  chart.about = curve.about + fmt::format(" {} seeds; errors: median, lowest to highest.",
                                           measured.points.front().trials.size());
   chart.panels = {shares, errors};
   return chart;
