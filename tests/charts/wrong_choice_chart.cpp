@@ -233,7 +233,13 @@ void PriceMeshOfAWall(unsigned seed, const ChartEffort& effort, Prices& prices) 
     }
     return Price{Median(ms), ErrorOf(Median(psnr))};
   };
-XX, price(), plane);
+  renderer->SetProxy(
+      std::make_shared<PlaneProxy>(scene->subject, PlaneProxy::InWorld{Vector3d::UnitZ(), 0.0}));
+  const Price plane = price();
+  const auto mesh = std::make_shared<TriangleMesh>(
+      BuildProxy(*scene, {.size_px = 360, .depth_maps = effort.Of(8, 24)}).mesh);
+  renderer->SetProxy(std::make_shared<MeshProxy>(scene->subject, mesh));
+  prices.Add(kTooRich, "a mesh for a wall", price(), plane);
 }
 
 }  // namespace
