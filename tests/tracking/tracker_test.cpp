@@ -116,6 +116,29 @@ TEST(TrackerTest, TheStartTellsHowMuchParallaxIsMissing) {
 // A hand that rests: no keyframes, no points, no drift. (A whole minute of it is in tracker_long_test.cpp.)
 TEST(TrackerTest, AStandingCameraAddsNothingAndStays) { test::ExpectNothingAdded(test::StandStill(300)); }
 
+// No more keyframes and points than what is seen needs: the same way to and fro wants few, a longer one more.
+TEST(TrackerTest, AMapGrowsWithTheWayAndNotWithTime) {
+  const TexturedRoom room({.seed = 6});
+  const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
+  const auto map_after = [&](int frames, auto&& along) {
+    Tracker tracker(camera, {.deterministic = true, .features = 500});
+    const Result result = TrackFrames(
+        tracker, 0, frames, [&](int k) { return room.Take(TexturedRoom::HandAt(along(k)), k, camera); });
+    EXPECT_GE(result.first_tracked, 0);
+    EXPECT_GT(result.Tracked(), frames - 45);
+    return tracker.Statistics();
+  };
+  constexpr int kTurn = 40;
+  const auto there = [](int k) { return k; };
+  const auto to_and_fro = [](int k) { return k % (2 * kTurn) < kTurn ? k % kTurn : kTurn - k % kTurn; };
+  const TrackerStatistics once = map_after(kTurn, there), again = map_after(4 * kTurn, to_and_fro),
+                          on = map_after(4 * kTurn, there);
+  EXPECT_LE(again.keyframes, once.keyframes + 3);
+  EXPECT_LE(again.map_points, 1.6 * once.map_points);
+  EXPECT_GE(on.keyframes, 1.5 * again.keyframes);
+  EXPECT_GE(on.map_points, 1.2 * again.map_points);
+}
+
 TEST(TrackerTest, FoundAgainAfterDarkness) {
   const TexturedRoom room({});
   Tracker tracker(TexturedRoom::Camera(), kRepeatable);
