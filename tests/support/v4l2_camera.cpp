@@ -191,7 +191,6 @@ struct EmulatedV4l2Camera::State {
     while (!quit) {
       if (!streaming) {
         changed.wait(lock, [&] { return quit || streaming; });
-        due = Clock::now();
         continue;
       }
       due += std::chrono::microseconds(1'000'000 / std::max<std::uint32_t>(fps, 1));
@@ -217,20 +216,22 @@ struct EmulatedV4l2Camera::State {
     if (AutoExposes())
       if (EmulatedControl* time = Find(V4L2_CID_EXPOSURE_ABSOLUTE))
         time->value = std::min(time->value + 1, time->max);
-    if (skip > 0) {
-      --skip;
+    const EmulatedFate fate = options.fate ? options.fate(number) : EmulatedFate::kArrives;
+    if (skip > 0 || fate == EmulatedFate::kLost) {
+      if (skip > 0) --skip;
       return;
     }
     if (queued.empty()) return;  // the program is slow: the kernel loses the frame
     v4l2_buffer buffer = queued.front();
     queued.pop_front();
-    const std::vector<std::uint8_t> pixels = Pixels(number);
+    std::vector<std::uint8_t> pixels = Pixels(number);
+    if (fate == EmulatedFate::kCut) pixels.resize(pixels.size() / 2);
     buffer.sequence = number;
     buffer.bytesused = static_cast<std::uint32_t>(pixels.size());
     buffer.field = V4L2_FIELD_NONE;
     buffer.flags = options.timestamp_flags;
-    if (damage > 0) {
-      --damage;
+    if (damage > 0 || fate == EmulatedFate::kDamaged) {
+      if (damage > 0) --damage;
       buffer.flags |= V4L2_BUF_FLAG_ERROR;
     }
     timespec now{};
@@ -334,6 +335,7 @@ struct EmulatedV4l2Camera::State {
         return Dequeue(client);
       case VIDIOC_STREAMON:
         streaming = true;
+        due = Clock::now();
         changed.notify_all();
         return 0;
       case VIDIOC_STREAMOFF:

@@ -35,6 +35,14 @@ struct EmulatedControl {
   int refuses = 0;  // the error that setting it gives; 0: none
 };
 
+// What becomes of a frame on its way.
+enum class EmulatedFate {
+  kArrives,
+  kLost,     // its number passes, nothing arrives
+  kDamaged,  // it arrives marked as damaged
+  kCut,      // its second half is missing
+};
+
 struct V4l2CameraOptions {
   std::string node = "video0";
   std::string maker = "Test Optics", card = "Test Webcam", serial = "T1234";
@@ -46,6 +54,7 @@ struct V4l2CameraOptions {
   std::uint32_t timestamp_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
   // The bytes of frame `sequence`; else a ramp that moves by one with every frame.
   std::function<std::vector<std::uint8_t>(const EmulatedMode&, std::uint32_t sequence)> render = {};
+  std::function<EmulatedFate(std::uint32_t sequence)> fate = {};  // else all arrive
 };
 
 // An auto exposure that is on, its time, and others a webcam has. While it is on the time moves by one step

@@ -114,6 +114,16 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
       Add({0.5, -0.2, 2.2}, Turned(-20, 10), 0.5, 0.5, 280);
       break;
     }
+    case Furniture::kMosaic: {
+      cv::Mat& wall = planes_[0].texture;
+      const int size = static_cast<int>(kTile * planes_[0].pixels_per_m);
+      const cv::Mat tile = wall(cv::Rect(0, 0, size, size)).clone();
+      cv::RNG random(options.seed);
+      for (int y = 0; y + size <= wall.rows; y += size)
+        for (int x = 0; x + size <= wall.cols; x += size)
+          if (random.uniform(0.0, 1.0) < options.equal_share) tile.copyTo(wall(cv::Rect(x, y, size, size)));
+      break;
+    }
     case Furniture::kBox:  // two of its sides
       Add({0.0, 0.2, 2.6}, facing * Turned(45, 0), 0.5, 0.6, 300);
       Add({0.3536, 0.2, 2.6}, facing * Turned(-45, 0), 0.5, 0.6, 300);

@@ -19,6 +19,7 @@ enum class Furniture {
   kTiles,     // a wall of equal tiles with two panels before it
   kCorridor,  // two walls, floor, ceiling and an end, along z
   kRound,     // walls all around the origin, at different distances
+  kMosaic,    // a wall of tiles, some or all of them equal
   kMirror,    // the panels, and a mirror on the wall that shows what is behind the camera
 };
 
@@ -27,7 +28,8 @@ class TexturedRoom {
   struct Options {
     Furniture furniture = Furniture::kPanels;
     unsigned seed = 1;
-    double noise = 2;  // standard deviation, grey levels
+    double noise = 2;        // standard deviation, grey levels
+    double equal_share = 1;  // of kMosaic's tiles; the others look like no other
   };
   // What one frame is taken under.
   struct Moment {
