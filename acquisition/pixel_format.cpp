@@ -2,11 +2,11 @@
 
 #include <array>
 #include <cstring>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/error.h"
 #include "acquisition/unpack.h"
+#include "acquisition/v4l2/jpeg_decoder.h"
 
 namespace ulf {
 namespace {
@@ -162,18 +162,14 @@ cv::Mat BgrFromYuv(const PixelFormat& format, int width, int height, const std::
 }
 
 cv::Mat BgrFromJpeg(int width, int height, const std::uint8_t* bytes, std::size_t size) {
-  cv::Mat bgr;
-  try {
-    bgr = cv::imdecode(cv::Mat(1, static_cast<int>(size), CV_8U, const_cast<std::uint8_t*>(bytes)),
-                       cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-  }
-  if (bgr.empty())
-    throw Error("{} bytes of JPEG cannot be decoded; the cable or the hub may lose data", size);
-  if (bgr.cols != width || bgr.rows != height)
-    throw Error("the JPEG is {}x{}, but {}x{} was configured; open the camera again", bgr.cols, bgr.rows,
-                width, height);
-  return bgr;
+  const DecodedJpeg decoded = DecodeWebcamJpeg({bytes, size}, {width, height});
+  if (!decoded.damage.empty())
+    throw Error("{} bytes of JPEG are damaged ({}); the cable or the hub may lose data", size,
+                decoded.damage);
+  if (decoded.bgr.empty())
+    throw Error("the JPEG is {}x{}, but {}x{} was configured; open the camera again", decoded.size.width,
+                decoded.size.height, width, height);
+  return decoded.bgr;
 }
 
 // 8 bits that need no unpacking; the rest through `unpack.h`. Rows may be padded.

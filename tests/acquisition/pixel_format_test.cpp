@@ -282,6 +282,32 @@ TEST(PixelFormat, ConventionsYuvKnowsItsRange) {
     EXPECT_EQ(first(name), std::make_pair(255, 255)) << name;
 }
 
+// What a lost USB packet leaves: nothing marks it but that the data end before the picture does. Bytes that
+// fill up before the end marker, as many webcams leave them, are no damage.
+TEST(PixelFormat, AHoleInAJpegIsDamageAndFillingIsNot) {
+  cv::Mat picture(240, 320, CV_8UC3);
+  cv::RNG random(1);
+  for (int i = 0; i < 300; ++i)
+    picture(cv::Rect(random.uniform(0, 280), random.uniform(0, 210), 40, 30))
+        .setTo(cv::Scalar(random.uniform(0, 256), random.uniform(0, 256), random.uniform(0, 256)));
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", picture, jpeg);
+  const PixelFormat format = *PixelFormatByName("MJPEG");
+  const Image whole = ImageFromBytes(format, 320, 240, jpeg.data(), jpeg.size());
+  EXPECT_EQ(cv::norm(whole.pixels, cv::imdecode(jpeg, cv::IMREAD_COLOR), cv::NORM_INF), 0);
+  for (int at = 700; at + 600 < static_cast<int>(jpeg.size()); at += 997) {
+    std::vector<std::uint8_t> holed = jpeg;
+    holed.erase(holed.begin() + at, holed.begin() + at + 500);
+    EXPECT_THROW(ImageFromBytes(format, 320, 240, holed.data(), holed.size()), Error) << "from byte " << at;
+  }
+  for (const std::size_t count : {1u, 9u}) {
+    std::vector<std::uint8_t> filled = jpeg;
+    filled.insert(filled.end() - 2, count, 0x55);
+    const Image image = ImageFromBytes(format, 320, 240, filled.data(), filled.size());
+    EXPECT_EQ(cv::norm(image.pixels, whole.pixels, cv::NORM_INF), 0) << count;
+  }
+}
+
 TEST(PixelFormat, MotionJpegIsDecodedAndChecked) {
   cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(40, 90, 200));
   std::vector<std::uint8_t> jpeg;
