@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tracking/opengv_bridge.h"
+#include "tracking/quantile.h"
 #include "tracking/sampling.h"
 
 namespace ulf {
@@ -117,6 +118,150 @@ Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> ob
   return minimum;
 }
 
+// By turn and by centre, `distance` from what is seen.
+bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, double distance) {
+  constexpr double kTurn = 5 * M_PI / 180, kShift = 0.05;
+  return RotationAngle(a.rotation * b.rotation.conjugate()) > kTurn ||
+         (a.OriginInSource() - b.OriginInSource()).norm() > kShift * distance;
+}
+
+// Matches that have a direction, and the pose that explains them best.
+class PoseSearch {
+ public:
+  PoseSearch(const CameraModel& camera, std::span<const PointObservation> observations,
+             const AbsolutePoseOptions& options)
+      : camera_(camera), options_(options) {
+    for (std::size_t i = 0; i < observations.size(); ++i)
+      if (const auto ray = camera.RayFromImg(observations[i].img)) {
+        seen_.push_back(observations[i]);
+        rays_.push_back(*ray);
+        index_.push_back(static_cast<int>(i));
+      }
+  }
+
+  std::optional<AbsolutePoseResult> Run() const {
+    const auto found = SampleConsensus<Rigid3>(
+        static_cast<int>(seen_.size()), 3, [&](const auto& sample) { return Solve(sample); },
+        [&](const Rigid3& pose, int i) { return Residual2(pose, i); },
+        [&](const Rigid3& pose, const auto& inliers) { return Improve(pose, inliers); },
+        {.threshold = options_.threshold_px,
+         .max_iterations = options_.max_iterations,
+         .seed = options_.seed});
+    if (!found || static_cast<int>(found->inliers.size()) < options_.min_inliers) return std::nullopt;
+    const auto pose = BestOfRivals(*found);
+    if (!pose) return std::nullopt;
+    AbsolutePoseResult result{*pose, {}, found->iterations};
+    for (const int i : Inliers(*pose)) result.inliers.push_back(index_[static_cast<std::size_t>(i)]);
+    return result;
+  }
+
+ private:
+  struct Explained {
+    double cost = 0;
+    Rigid3 pose;
+  };
+
+  std::vector<Rigid3> Solve(const std::vector<int>& sample) const {
+    std::array<Vector3d, 3> points, rays;
+    for (std::size_t k = 0; k < 3; ++k) {
+      points[k] = seen_[static_cast<std::size_t>(sample[k])].point_in_world;
+      rays[k] = rays_[static_cast<std::size_t>(sample[k])];
+    }
+    return SolveP3p(points, rays);
+  }
+
+  double Residual2(const Rigid3& pose, int i) const {
+    const PointObservation& seen = seen_[static_cast<std::size_t>(i)];
+    const auto img = camera_.ImgFromCam(pose * seen.point_in_world);
+    return img ? (*img - seen.img).squaredNorm() : std::numeric_limits<double>::infinity();
+  }
+
+  std::optional<Rigid3> Improve(const Rigid3& pose, const std::vector<int>& inliers) const {
+    if (inliers.size() < 6) return std::nullopt;
+    std::vector<PointObservation> used;
+    for (const int i : inliers) {
+      used.push_back(seen_[static_cast<std::size_t>(i)]);
+      used.back().sigma_px = options_.threshold_px / 2.45;
+    }
+    const auto refined = RefinePose(camera_, used, pose, {.rounds = 1, .max_iterations = 5});
+    return refined ? std::optional(refined->cam_from_world) : std::nullopt;
+  }
+
+  std::vector<int> Inliers(const Rigid3& pose) const {
+    std::vector<int> inliers;
+    for (int i = 0; i < static_cast<int>(seen_.size()); ++i)
+      if (Residual2(pose, i) < options_.threshold_px * options_.threshold_px) inliers.push_back(i);
+    return inliers;
+  }
+
+  Explained Explain(const Rigid3& pose) const {
+    double cost = 0;
+    for (int i = 0; i < static_cast<int>(seen_.size()); ++i)
+      cost += std::min(Residual2(pose, i), options_.threshold_px * options_.threshold_px);
+    return {cost, pose};
+  }
+
+  // What threes of the inliers suggest that are seen far from each other: near what all of them do.
+  std::vector<Explained> Suggestions(const std::vector<int>& inliers) const {
+    constexpr std::size_t kDrawn = 60, kUsed = 8;
+    std::mt19937 random(options_.seed);
+    std::vector<std::pair<double, std::vector<int>>> samples;  // by falling area
+    for (std::size_t k = 0; k < kDrawn; ++k) {
+      std::vector<int> sample(3);
+      internal::DrawSample(random, static_cast<int>(inliers.size()), sample);
+      for (int& i : sample) i = inliers[static_cast<std::size_t>(i)];
+      const auto ray = [&](std::size_t at) { return rays_[static_cast<std::size_t>(sample[at])]; };
+      samples.emplace_back(-(ray(1) - ray(0)).cross(ray(2) - ray(0)).norm(), sample);
+    }
+    std::partial_sort(samples.begin(), samples.begin() + kUsed, samples.end());
+    std::vector<Explained> suggestions;
+    for (std::size_t k = 0; k < kUsed; ++k)
+      for (const Rigid3& pose : Solve(samples[k].second)) suggestions.push_back(Explain(pose));
+    return suggestions;
+  }
+
+  // Three places have up to four poses, a far plane has two, and the search may have ended with a wrong one.
+  // None where a clearly different pose explains the matches about as well.
+  std::optional<Rigid3> BestOfRivals(const SamplingResult<Rigid3>& found) const {
+    constexpr std::size_t kRefined = 6;
+    std::vector<double> distances;
+    for (const int i : found.inliers)
+      distances.push_back((found.model * seen_[static_cast<std::size_t>(i)].point_in_world).norm());
+    const double distance = Median(std::move(distances));
+    std::vector<Explained> rivals = Suggestions(found.inliers);
+    std::erase_if(
+        rivals, [&](const Explained& rival) { return !ClearlyDifferent(rival.pose, found.model, distance); });
+    std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+    if (rivals.size() > kRefined) rivals.resize(kRefined);
+    Explained best{found.cost, found.model};
+    rivals.push_back(best);
+    for (Explained& rival : rivals) {
+      for (int round = 0; round < 2; ++round)
+        if (const auto improved = Improve(rival.pose, Inliers(rival.pose)))
+          if (const Explained explained = Explain(*improved); explained.cost < rival.cost) rival = explained;
+      if (rival.cost < best.cost) best = rival;
+    }
+    std::vector<double> errors;
+    for (const int i : Inliers(best.pose)) errors.push_back(std::sqrt(Residual2(best.pose, i)));
+    constexpr double kMedianLength = 1.1774, kLeastNoise_px = 0.1;
+    const double noise_px = std::max(kLeastNoise_px, Median(std::move(errors)) / kMedianLength);
+    // More than noise, and unmodelled errors of some percent, would make between two that are as good.
+    const double margin =
+        std::max(60.0, 0.25 * static_cast<double>(found.inliers.size())) * noise_px * noise_px;
+    for (const Explained& rival : rivals) {
+      if (rival.cost - best.cost < margin && ClearlyDifferent(rival.pose, best.pose, distance))
+        return std::nullopt;
+    }
+    return best.pose;
+  }
+
+  const CameraModel& camera_;
+  const AbsolutePoseOptions& options_;
+  std::vector<PointObservation> seen_;
+  std::vector<Vector3d> rays_;
+  std::vector<int> index_;  // of the matches given
+};
+
 }  // namespace
 
 Rigid3 Perturbed(const Rigid3& cam_from_world, const Vector6d& twist) {
@@ -175,44 +320,7 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
 std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
                                                std::span<const PointObservation> observations,
                                                const AbsolutePoseOptions& options) {
-  std::vector<Vector3d> points, rays;
-  std::vector<int> index;
-  for (std::size_t i = 0; i < observations.size(); ++i)
-    if (const auto ray = camera.RayFromImg(observations[i].img)) {
-      points.push_back(observations[i].point_in_world);
-      rays.push_back(*ray);
-      index.push_back(static_cast<int>(i));
-    }
-  const auto solve = [&](const std::vector<int>& sample) {
-    std::array<Vector3d, 3> sample_points, sample_rays;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sample_points[k] = points[static_cast<std::size_t>(sample[k])];
-      sample_rays[k] = rays[static_cast<std::size_t>(sample[k])];
-    }
-    return SolveP3p(sample_points, sample_rays);
-  };
-  const auto residual2 = [&](const Rigid3& pose, int i) {
-    const auto& seen = observations[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])];
-    const auto img = camera.ImgFromCam(pose * seen.point_in_world);
-    return img ? (*img - seen.img).squaredNorm() : std::numeric_limits<double>::infinity();
-  };
-  const auto improve = [&](const Rigid3& pose, const std::vector<int>& inliers) -> std::optional<Rigid3> {
-    if (inliers.size() < 6) return std::nullopt;
-    std::vector<PointObservation> used;
-    for (const int i : inliers) {
-      used.push_back(observations[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])]);
-      used.back().sigma_px = options.threshold_px / 2.45;
-    }
-    const auto refined = RefinePose(camera, used, pose, {.rounds = 1, .max_iterations = 5});
-    return refined ? std::optional(refined->cam_from_world) : std::nullopt;
-  };
-  const auto found = SampleConsensus<Rigid3>(
-      static_cast<int>(points.size()), 3, solve, residual2, improve,
-      {.threshold = options.threshold_px, .max_iterations = options.max_iterations, .seed = options.seed});
-  if (!found || static_cast<int>(found->inliers.size()) < options.min_inliers) return std::nullopt;
-  AbsolutePoseResult result{found->model, {}, found->iterations};
-  for (const int i : found->inliers) result.inliers.push_back(index[static_cast<std::size_t>(i)]);
-  return result;
+  return PoseSearch(camera, observations, options).Run();
 }
 
 }  // namespace ulf

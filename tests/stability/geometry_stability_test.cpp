@@ -108,6 +108,35 @@ TEST(GeometryStability, OnTheDangerCylinderThePoseIsRightOrItsUncertaintyTold) {
     }
 }
 
+// Three places have up to four poses. The smaller the places, the less tells which one is right; what is
+// given must be that one.
+TEST(GeometryStability, PointsInThreePlacesGiveTheRightPoseOrNone) {
+  int found_in_large = 0;
+  for (const double extent : {0.3, 0.05, 0.02, 0.01, 0.005})
+    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      Draw draw(seed);
+      const CameraModel camera = SceneCamera();
+      const Rigid3 cam_from_world = LookAt(3 * draw.Direction(), Vector3d::Zero(), draw.Direction());
+      std::array<Vector3d, 3> places;
+      for (Vector3d& place : places) place = draw.Direction();
+      std::vector<PointObservation> seen;
+      while (seen.size() < 60) {
+        const Vector3d point = places[seen.size() % 3] + extent * draw.Uniform(0, 1) * draw.Direction();
+        const auto img = camera.ImgFromCam(cam_from_world * point);
+        ASSERT_TRUE(img);
+        seen.push_back({point, *img + Eigen::Vector2d(draw.Normal(0.5), draw.Normal(0.5)), 0.5});
+      }
+      const auto found = AbsolutePose(camera, seen, {.seed = seed});
+      found_in_large += found && extent == 0.3;
+      const auto refined = found ? RefinePose(camera, seen, found->cam_from_world) : std::nullopt;
+      if (!refined) continue;
+      EXPECT_LT((refined->cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm(),
+                5 * refined->center_sigma)
+          << "places of " << extent << ", seed " << seed;
+    }
+  EXPECT_GE(found_in_large, 19);
+}
+
 // All points lie where a second motion explains them exactly: for a second essential matrix E2 the point on a
 // ray d at depth s with (s R d + t)' E2 d = 0. That surface is a quadric through both centres.
 TEST(GeometryStability, TwoViewsOnACriticalQuadricAreAmbiguousOrRight) {
