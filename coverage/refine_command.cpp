@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -146,6 +147,11 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
   if (result.moved_most >= 0)
     json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
+  if (result.center_sigma_max) {
+    json["predicted_error"] = {{"median", *result.center_sigma_median},
+                               {"largest", *result.center_sigma_max}};
+    json["predicted_error"]["view"] = before.views[static_cast<std::size_t>(result.least_sure)].id;
+  }
   json["lenses"] = nlohmann::ordered_json::array();
   for (const LensEstimate& fit : result.lens_fits)
     json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
@@ -218,6 +224,16 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
       result.moved_median, unit, result.moved_max,
       before.views[static_cast<std::size_t>(std::max(0, result.moved_most))].id, result.turned_median_deg,
       result.turned_max_deg);
+  if (result.center_sigma_max) {
+    const int view = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    if (std::isfinite(*result.center_sigma_max))
+      fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
+                 *result.center_sigma_median, unit, *result.center_sigma_max, view);
+    else
+      fmt::print(
+          "they do not hold together: parts of them share too few points to say how they lie to each "
+          "other\n");
+  }
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (!result.views[v].registered)
       fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,

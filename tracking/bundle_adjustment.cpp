@@ -1,5 +1,7 @@
 #include "tracking/bundle_adjustment.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -229,7 +231,12 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
     summary.iterations += static_cast<int>(solution.iterations.size());
     summary.usable = solution.IsSolutionUsable();
   }
+  summary.settled = solution.termination_type == ceres::CONVERGENCE;
   summary.message = solution.message;
+  if (const auto seen = static_cast<int>(problem.observations.size()); 2 * summary.outliers > seen) {
+    summary.usable = false;
+    summary.message = fmt::format("only {} of {} observations agree", seen - summary.outliers, seen);
+  }
   if (!summary.usable) {
     problem = before;
     lenses = lenses_before;

@@ -64,7 +64,10 @@ struct BundleOptions {
 };
 
 struct BundleSummary {
+  // The solver came to something, and no fewer than half of the observations agree with it (where more do
+  // not, they may as well be the ones that are right). Otherwise everything is as it was.
   bool usable = false;
+  bool settled = false;           // the last solution ended by itself: more iterations would change little
   double initial_rms_sigmas = 0;  // root mean square error over sigma
   double final_rms_sigmas = 0;    // of the observations kept
   int outliers = 0;

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/tracking/geometry_scene.h"
+#include "tracking/bundle_uncertainty.h"
 #include "tracking/residuals.h"
+#include "tracking/similarity3.h"
 
 namespace ulf {
 namespace {
@@ -181,6 +183,86 @@ TEST(BundleAdjustment, KnownPointsSayWhereEverythingIs) {
       }
     }
   }
+}
+
+// Wrong all over the picture: the more of them there are, the more agrees with anything.
+TEST(BundleAdjustment, WhatMostObservationsContradictIsNotUsable) {
+  const CameraModel camera = test::SceneCamera();
+  for (const double wrong : {0.3, 0.7}) {
+    Scene scene = MakeScene(0.5, 0, 6, camera);
+    Draw draw(6);
+    for (BundleObservation& seen : scene.disturbed.observations)
+      if (draw.Uniform(0, 1) < wrong) seen.img = {draw.Uniform(0, 640), draw.Uniform(0, 480)};
+    const Eigen::Matrix4d before = scene.disturbed.cam_from_world[3].Matrix();
+    const BundleSummary summary =
+        AdjustBundle(camera, scene.disturbed, {.robust_iterations = 30, .iterations = 30});
+    EXPECT_EQ(summary.usable, wrong < 0.5) << wrong;
+    EXPECT_EQ(scene.disturbed.cam_from_world[3].Matrix() == before, wrong > 0.5) << wrong;
+    if (wrong > 0.5) {
+      EXPECT_NE(summary.message.find("agree"), std::string::npos) << summary.message;
+    } else {
+      EXPECT_LT(CenterError(scene.disturbed, scene.truth), 0.1) << wrong;
+    }
+  }
+}
+
+TEST(BundleAdjustment, TellsWhetherItSettled) {
+  const CameraModel camera = test::SceneCamera();
+  for (const int iterations : {1, 40}) {
+    Scene scene = MakeScene(0.5, 0, 7, camera);
+    const BundleSummary summary =
+        AdjustBundle(camera, scene.disturbed,
+                     {.robust_iterations = iterations, .iterations = iterations, .gate_sigmas = 100});
+    ASSERT_TRUE(summary.usable) << summary.message;
+    EXPECT_EQ(summary.settled, iterations > 1);
+  }
+}
+
+// Errors over many draws of the noise, of cameras that are held and of ones that only hold each other.
+TEST(CenterSigmas, PredictTheErrors) {
+  const CameraModel camera = test::SceneCamera();
+  for (const bool held : {true, false}) {
+    double squared = 0, predicted = 0;
+    for (unsigned seed = 1; seed <= 30; ++seed) {
+      Scene scene = MakeScene(0.5, 0, seed, camera);
+      if (!held) scene.disturbed.fixed.assign(6, false);
+      ASSERT_TRUE(AdjustBundle(camera, scene.disturbed, {.robust_iterations = 20, .gate_sigmas = 10}).usable);
+      const std::vector<double> sigmas = CenterSigmas({camera}, scene.disturbed);
+      ASSERT_EQ(sigmas.size(), 6u);
+      std::vector<Eigen::Vector3d> found, truth;
+      for (std::size_t c = 0; c < 6; ++c) {
+        found.push_back(scene.disturbed.cam_from_world[c].OriginInSource());
+        truth.push_back(scene.truth.cam_from_world[c].OriginInSource());
+        predicted += sigmas[c] * sigmas[c];
+        if (held && c < 2) {
+          EXPECT_EQ(sigmas[c], 0);
+        } else {
+          EXPECT_GT(sigmas[c], 0);
+        }
+      }
+      const Similarity3 fit = held ? Similarity3{} : *AlignPoints(found, truth);
+      for (std::size_t c = 0; c < 6; ++c) squared += (fit * found[c] - truth[c]).squaredNorm();
+    }
+    EXPECT_NEAR(std::sqrt(squared / predicted), 1, 0.2) << (held ? "held" : "free");
+  }
+}
+
+// Two parts that share one view and no point: how large one is beside the other nothing tells.
+TEST(CenterSigmas, AreInfiniteWhereSomethingMovesFreely) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0, 8, camera);
+  BundleProblem& problem = scene.truth;
+  problem.fixed.assign(6, false);
+  for (const double sigma : CenterSigmas({camera}, problem)) EXPECT_LT(sigma, 0.1);
+  // Points of the first half are seen by cameras 0 to 3, the others by 3 to 5: camera 3 is a hinge.
+  std::erase_if(problem.observations, [](const BundleObservation& seen) {
+    return seen.point < 75 ? seen.camera > 3 : seen.camera < 3;
+  });
+  for (const double sigma : CenterSigmas({camera}, problem)) EXPECT_TRUE(std::isinf(sigma)) << sigma;
+  std::erase_if(problem.observations, [](const BundleObservation& seen) { return seen.camera > 3; });
+  const std::vector<double> sigmas = CenterSigmas({camera}, problem);
+  EXPECT_LT(sigmas[1], 0.1);
+  EXPECT_TRUE(std::isnan(sigmas[5])) << "it sees nothing";
 }
 
 TEST(BundleAdjustment, NothingToAdjustIsNotUsable) {

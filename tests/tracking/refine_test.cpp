@@ -45,6 +45,11 @@ TEST(Refine, PosesThatAreALittleOffComeBack) {
     // Nothing that the pictures cannot tell has moved: scale, place and direction are the start's.
     EXPECT_LT(result.moved_median, 0.02);
     EXPECT_LT(result.moved_max, 0.05);
+    // The median of what is predicted, the mean of what is true: about the same.
+    ASSERT_TRUE(result.center_sigma_median && result.center_sigma_max);
+    EXPECT_GT(*result.center_sigma_median, after.center / 4);
+    EXPECT_LT(*result.center_sigma_median, after.center * 4);
+    EXPECT_GE(*result.center_sigma_max, *result.center_sigma_median);
   }
 }
 

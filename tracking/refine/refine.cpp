@@ -11,6 +11,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "tracking/absolute_pose.h"
+#include "tracking/bundle_uncertainty.h"
 #include "tracking/map.h"
 #include "tracking/quantile.h"
 #include "tracking/refine/refine_scene.h"
@@ -273,6 +274,21 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
   result.turned_median_deg = Median(std::move(turned));
 }
 
+void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
+  constexpr int kMostViews = 200;  // the work grows with their third power
+  if (result.groups > 1 || Registered(scene) > kMostViews) return;
+  const std::vector<double> sigmas = CenterSigmas(scene.lenses, ToBundle(scene));
+  std::vector<double> registered;
+  for (std::size_t v = 0; v < sigmas.size(); ++v) {
+    if (!scene.views[v].registered || std::isnan(sigmas[v])) continue;
+    registered.push_back(sigmas[v]);
+    if (result.center_sigma_max && sigmas[v] <= *result.center_sigma_max) continue;
+    result.center_sigma_max = sigmas[v];
+    result.least_sure = static_cast<int>(v);
+  }
+  if (!registered.empty()) result.center_sigma_median = Median(std::move(registered));
+}
+
 // What the pictures say about each lens; taken over where asked for.
 void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineScene& scene,
                  RefineResult& result) {
@@ -317,6 +333,7 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
   result.rms_after_px = after.rms;
   result.median_after_px = after.median;
   DescribeMoves(scene, result);
+  DescribeCertainty(scene, result);
   return result;
 }
 
