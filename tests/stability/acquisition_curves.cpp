@@ -1,7 +1,128 @@
+// Cameras that lose part of what they send. Each is taken from in a process of its own (lossy_camera.cpp).
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+
+#include "acquisition/error.h"
 #include "tests/stability/curve.h"
+#include "tests/support/child_process.h"
 
 namespace ulf::test {
+namespace {
 
-std::vector<Curve> AcquisitionCurves() { return {}; }
+constexpr int kCannot = 3;
+
+struct Outcome {
+  unsigned whole = 0, others = 0, uncounted = 0, damaged = 0, said = 0;  // as lossy_camera tells
+};
+
+std::vector<std::string> Command(const std::string& kind) {
+  // What stands in for the kernel must be loaded first.
+  if (kind == "link") return {LOSSY_CAMERA, kind};
+  return {"/usr/bin/env", "LD_PRELOAD=libumockdev-preload.so.0", LOSSY_CAMERA, kind};
+}
+
+std::optional<std::string> WhyNot(const std::string& kind) {
+  ChildProcess probe(Command(kind));
+  const std::string said = probe.ReadUntil("\n", 20);
+  return probe.Wait(20) == kCannot ? std::optional(said) : std::nullopt;
+}
+
+Outcome Take(const std::string& kind, double how_much, unsigned seed) {
+  std::vector<std::string> command = Command(kind);
+  command.push_back(fmt::format("{}", how_much));
+  command.push_back(fmt::format("{}", seed));
+  ChildProcess camera(command);
+  const std::string said = camera.ReadUntil("whole", 60);
+  Outcome outcome;
+  if (std::sscanf(said.c_str(), "whole %u others %u uncounted %u damaged %u said %u", &outcome.whole,
+                  &outcome.others, &outcome.uncounted, &outcome.damaged, &outcome.said) != 5)
+    throw Error("lossy_camera {} {}: {}", kind, how_much, said);
+  camera.Wait(20);
+  return outcome;
+}
+
+// Right: what is given as whole is, all others are counted, and enough are whole.
+Verdict Judge(const Outcome& outcome, double least_whole) {
+  if (outcome.damaged > 0 || outcome.uncounted > 0 || !outcome.said) return Verdict::kWrong;
+  return outcome.whole > 0 && outcome.whole >= least_whole * (outcome.whole + outcome.others)
+             ? Verdict::kRight
+             : Verdict::kSaidSo;
+}
+
+double NotWhole_pct(const Outcome& outcome) {
+  const unsigned all = outcome.whole + outcome.others;
+  return all > 0 ? 100.0 * outcome.others / all : std::numeric_limits<double>::quiet_NaN();
+}
+
+Trial Lossy(const std::string& kind, double share, double least_whole, unsigned seed) {
+  const Outcome outcome = Take(kind, share, seed);
+  return {Judge(outcome, least_whole), NotWhole_pct(outcome)};
+}
+
+Trial Holed(double bytes, unsigned seed) {
+  const Outcome outcome = Take("holes", bytes, seed);
+  return {Judge(outcome, 0.6), 100.0 * outcome.damaged / std::max(1u, outcome.whole)};
+}
+
+}  // namespace
+
+std::vector<Curve> AcquisitionCurves() {
+  std::vector<Curve> curves;
+  Curve c;
+  c.name = "camera_lossy_link";
+  c.stage = "cameras";
+  c.title = "GigE Vision over a link that loses packets";
+  c.about =
+      "A camera of 320x240 pixels, 50 frames a second in 59 packets each, behind a relay that loses packets, "
+      "also those that are sent again. Right: 95 % of the frames are whole, to the pixel; where fewer are, "
+      "the others are counted as incomplete or missing, which says so.";
+  c.difficulty = "packets lost [%]";
+  c.logarithmic = true;
+  c.values = {0.1, 1, 3, 10, 20, 30, 50, 70, 100};
+  c.easy = 1;
+  c.hard = 70;
+  c.error = "frames that are not whole [%]";
+  c.logarithmic_error = false;
+  c.seeds = 3;
+  c.trial = [](double percent, unsigned seed) { return Lossy("link", percent / 100, 0.95, seed); };
+  curves.push_back(c);
+
+  c.name = "camera_lossy_webcam";
+  c.title = "a webcam that loses frames";
+  c.about =
+      "An emulated webcam, 100 frames a second, of which some never arrive, come marked as damaged or are "
+      "cut in two, a third each. Nothing is sent again. Right: what is given as whole is so to the byte, and "
+      "all others are counted; where nothing is whole, the counts say so.";
+  c.difficulty = "frames lost or damaged [%]";
+  c.values = {1, 3, 10, 30, 50, 70, 90, 100};
+  c.easy = 10;
+  c.hard = 100;
+  c.trial = [](double percent, unsigned seed) { return Lossy("webcam", percent / 100, 0, seed); };
+  curves.push_back(c);
+
+  c.name = "camera_jpeg_holes";
+  c.title = "a webcam whose JPEGs have holes";
+  c.about =
+      "640x480 JPEGs of some 45,000 bytes; in every third bytes are missing in the middle, with no mark of "
+      "it, as a lost USB packet leaves it. Right: those are counted as incomplete, and only those. USB "
+      "packets of webcams carry some 180 bytes or more; of holes of some tens of bytes a part goes "
+      "unnoticed.";
+  c.difficulty = "bytes that are missing";
+  c.values = {10000, 3000, 2000, 1000, 500, 300, 180};
+  c.easy = 3000;
+  c.hard = 180;
+  c.breaks = false;
+  c.error = "damaged among those given as whole [%]";
+  c.trial = [](double bytes, unsigned seed) { return Holed(bytes, seed); };
+  curves.push_back(c);
+  for (Curve& curve : curves) {
+    const std::string kind = curve.name == "camera_lossy_link" ? "link" : "webcam";
+    curve.why_not = [kind] { return WhyNot(kind); };
+  }
+  return curves;
+}
 
 }  // namespace ulf::test

@@ -37,6 +37,8 @@ struct Curve {
   bool logarithmic_error = true;
   unsigned seeds = 20;
   std::function<Trial(double difficulty, unsigned seed)> trial;
+  // Why this machine cannot drive it (no network of a process's own, no emulated webcam); none: it can.
+  std::function<std::optional<std::string>()> why_not = [] { return std::nullopt; };
 };
 
 struct CurvePoint {

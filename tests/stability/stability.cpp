@@ -61,6 +61,7 @@ int Run(const Wishes& wishes) {
   std::vector<MeasuredCurve> measured;
   int wrong = 0;
   for (const Curve& curve : Chosen(wishes.names)) {
+    if (const auto why_not = curve.why_not()) throw Error("{} is not measured: {}", curve.name, *why_not);
     const auto begin = std::chrono::steady_clock::now();
     measured.push_back(Measure(curve, wishes.quick));
     const MeasuredCurve& m = measured.back();

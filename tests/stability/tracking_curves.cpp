@@ -1,7 +1,123 @@
+// A lost camera among places that look alike.
+#include <limits>
+
 #include "tests/stability/curve.h"
+#include "tests/tracking/textured_room.h"
+#include "tests/tracking/tiled_wall.h"
+#include "tracking/tracker.h"
 
 namespace ulf::test {
+namespace {
 
-std::vector<Curve> TrackingCurves() { return {}; }
+using Eigen::Vector3d;
+
+constexpr double kRight_pct = 3;
+const Trial kStaysLost{Verdict::kSaidSo, std::numeric_limits<double>::quiet_NaN()};
+
+Trial FoundAt(const Rigid3& found, const Rigid3& truth, double distance) {
+  const double off_pct = 100 * (found.OriginInSource() - truth.OriginInSource()).norm() / distance;
+  return {off_pct < kRight_pct ? Verdict::kRight : Verdict::kWrong, off_pct};
+}
+
+// A wall of tiles that a row of views has mapped, and one more view.
+Trial FoundBeforeMosaic(double equal_share, unsigned seed) {
+  constexpr double kDistance = 1.8, kWall_z = 3, kReach = 2;
+  const CameraModel camera = CameraModel::Pinhole(320, 240, 260);
+  const TexturedRoom room({.furniture = Furniture::kMosaic, .seed = seed, .equal_share = equal_share});
+  Draw draw(seed);
+  const auto at = [&](double x) {
+    const Vector3d center(x, draw.Uniform(-0.2, 0.2), kWall_z - kDistance + draw.Uniform(-0.1, 0.1));
+    return LookAt(center, {x + draw.Uniform(-0.2, 0.2), 0, kWall_z}, -Vector3d::UnitY());
+  };
+  std::vector<SeedView> views;
+  std::uint64_t id = 0;
+  for (double x = -kReach; x <= kReach; x += 0.4) {
+    const Rigid3 pose = at(x);
+    views.push_back({room.Take(pose, id++, camera).image, pose});
+  }
+  Tracker tracker(camera, {.deterministic = true, .seed = seed, .features = 400});
+  if (!tracker.SeedMap(views)) return kStaysLost;
+  const Rigid3 truth = at(draw.Uniform(0.5 - kReach, kReach - 0.5));
+  const Track track = tracker.Step(room.Take(truth, id, camera));
+  return track.cam_from_world ? FoundAt(*track.cam_from_world, truth, kDistance) : kStaysLost;
+}
+
+// Places one after the other along a wall, each as wide as two pictures.
+Trial FoundAmongPlaces(double alike_share, unsigned seed) {
+  constexpr double kPlace = 2, kPlaces = 8;
+  const TiledWall wall({.period = kPlace,
+                        .unique_share = 1 - alike_share,
+                        .seed = seed,
+                        .mapped = kPlace * kPlaces,
+                        .keyframe_step = 0.25});
+  Draw draw(seed + 100);
+  const Rigid3 truth = TiledWall::PoseAt(
+      draw.Uniform(0.5 * TiledWall::kWidth, (kPlace * kPlaces - 0.5) * TiledWall::kWidth), draw);
+  const auto found = wall.Find(truth, draw);
+  return found ? FoundAt(found->cam_from_world, truth, TiledWall::kDepth) : kStaysLost;
+}
+
+// Where the wall goes on and the map does not.
+Trial FoundBeyondTheMap(double equal_share, unsigned seed) {
+  const TiledWall wall({.unique_share = 1 - equal_share, .seed = seed});
+  Draw draw(seed + 100);
+  const Rigid3 truth =
+      TiledWall::PoseAt(draw.Uniform(TiledWall::kMapped + TiledWall::kWidth, 2 * TiledWall::kMapped), draw);
+  const auto found = wall.Find(truth, draw);
+  if (!found) return {Verdict::kRight, 0};
+  return {Verdict::kWrong,
+          100 * (found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm() / TiledWall::kDepth};
+}
+
+}  // namespace
+
+std::vector<Curve> TrackingCurves() {
+  std::vector<Curve> curves;
+  Curve c;
+  c.name = "found_among_equal_tiles";
+  c.stage = "relocalisation";
+  c.title = "a wall of equal tiles";
+  c.about =
+      "A map of 11 views along a wall of tiles, drawn; a lost tracker is shown one more. Right: its centre "
+      "is off by less than 3 % of the distance (the next tile is 22 % away); where it stays lost it says so.";
+  c.difficulty = "tiles that are equal [%]";
+  c.values = {0, 20, 40, 60, 80, 90, 95, 100};
+  c.easy = 20;
+  c.hard = 100;
+  c.error = "the centre is off by [% of the distance]";
+  c.seeds = 10;
+  c.trial = [](double percent, unsigned seed) { return FoundBeforeMosaic(percent / 100, seed); };
+  curves.push_back(c);
+
+  c.name = "found_among_equal_places";
+  c.title = "places that look alike";
+  c.about =
+      "A map of eight places along a wall that have a share of their points in common; points and "
+      "descriptors are drawn. Right: a camera before one of them is off by less than 3 % of the distance "
+      "(the next place is 240 % away); where it stays lost it says so.";
+  c.difficulty = "points that all places have [%]";
+  c.values = {0, 30, 50, 60, 70, 80, 90, 95, 100};
+  c.easy = 50;
+  c.hard = 100;
+  c.seeds = 20;
+  c.trial = [](double percent, unsigned seed) { return FoundAmongPlaces(percent / 100, seed); };
+  curves.push_back(c);
+
+  c.name = "lost_beyond_the_map";
+  c.title = "a place like the map's, but not in it";
+  c.about =
+      "A wall of tiles as wide as 0.8 of a picture, a part of which is mapped; points and descriptors are "
+      "drawn. A camera before a part that is not in the map. Right: it stays lost.";
+  c.difficulty = "points that every tile has [%]";
+  c.values = {0, 20, 40, 60, 80, 90, 95, 100};
+  c.easy = 40;
+  c.hard = 100;
+  c.breaks = false;
+  c.error = "placed elsewhere, off by [% of the distance]";
+  c.logarithmic_error = false;
+  c.trial = [](double percent, unsigned seed) { return FoundBeyondTheMap(percent / 100, seed); };
+  curves.push_back(c);
+  return curves;
+}
 
 }  // namespace ulf::test
