@@ -106,8 +106,8 @@ std::vector<Curve> TrackingCurves() {
   c.name = "lost_beyond_the_map";
   c.title = "a place like the map's, but not in it";
   c.about =
-      "The same where the wall goes on and the map does not, tiles as wide as 0.8 of a picture. Right: it "
-      "stays lost.";
+      "A wall of tiles as wide as 0.8 of a picture, a part of which is mapped; points and descriptors are "
+      "drawn. A camera before a part that is not in the map. Right: it stays lost.";
   c.difficulty = "points that every tile has [%]";
   c.values = {0, 20, 40, 60, 80, 90, 95, 100};
   c.easy = 40;
