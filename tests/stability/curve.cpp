@@ -57,16 +57,19 @@ MeasuredCurve Measure(const Curve& curve, bool quick) {
 
 Chart ChartOf(const MeasuredCurve& measured) {
   const Curve& curve = measured.curve;
-  ChartPanel shares{"what comes of it", {curve.difficulty, curve.logarithmic}, {"share of the trials [%]"},
-                    {}, false};
-  ChartPanel errors{"answers that were given", {curve.difficulty, curve.logarithmic},
-                    {curve.error, curve.logarithmic_error}, {}, false};
+  ChartPanel shares{
+      "what comes of it", {curve.difficulty, curve.logarithmic}, {"share of the trials [%]"}, {}, false};
+  ChartPanel errors{"answers that were given",
+                    {curve.difficulty, curve.logarithmic},
+                    {curve.error, curve.logarithmic_error},
+                    {},
+                    false};
   for (const auto& [verdict, series] : {std::pair{Verdict::kRight, "right"},
-                                        {Verdict::kSaidSo, "says so"},
-                                        {Verdict::kWrong, "wrong without a word"}})
+                                        {Verdict::kWrong, "wrong without a word"},
+                                        {Verdict::kSaidSo, "says so"}})
     for (const CurvePoint& point : measured.points)
-      shares.points.push_back({series, "", Spread::Exactly(point.difficulty),
-                               Spread::Exactly(100 * point.Share(verdict))});
+      shares.points.push_back(
+          {series, "", Spread::Exactly(point.difficulty), Spread::Exactly(100 * point.Share(verdict))});
   for (const CurvePoint& point : measured.points) {
     std::vector<double> given;
     for (const Trial& trial : point.trials)
@@ -85,11 +88,14 @@ Chart ChartOf(const MeasuredCurve& measured) {
 std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std::string& folder) {
   std::string page =
       "# Where methods fail\n\n"
-      "`./run stability` drives every stage into the place where its method is known to fail, draws this page "
+      "`./run stability` drives every stage into the place where its method is known to fail, draws this "
+      "page "
       "and its pictures, and fails where an answer is wrong without a word; `./run stability NAME...` does "
       "some. Two points of each curve are among the everyday tests (`curve_test`). A trial is right, or says "
-      "so, or is wrong; the breaking point is the difficulty up to which nine trials in ten are right. What a "
-      "tracker meets in whole sequences (darkness, jumps, mirrors, crowds) is in [tracking.md](tracking.md).\n\n"
+      "so, or is wrong; the breaking point is the difficulty up to which nine trials in ten are right. What "
+      "a "
+      "tracker meets in whole sequences (darkness, jumps, mirrors, crowds) is in "
+      "[tracking.md](tracking.md).\n\n"
       "| stage | driven by | breaking point | beyond it | most wrong |\n| --- | --- | --- | --- | --- |\n";
   for (const MeasuredCurve& m : measured) {
     const CurvePoint& last = m.points.back();
@@ -102,8 +108,8 @@ std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std:
                         Percent(m.WorstShareWrong()));
   }
   for (const MeasuredCurve& m : measured)
-    page += fmt::format("\n<a id=\"{0}\"></a>\n## {1}\n\n![{1}]({2}/{0}.png)\n\n{3}\n", m.curve.name, m.curve.title,
-                        folder, m.curve.about);
+    page += fmt::format("\n<a id=\"{0}\"></a>\n## {1}\n\n![{1}]({2}/{0}.png)\n\n{3}\n", m.curve.name,
+                        m.curve.title, folder, m.curve.about);
   return page;
 }
 

@@ -49,7 +49,7 @@ struct CurvePoint {
 
 struct MeasuredCurve {
   Curve curve;
-  std::vector<CurvePoint> points;  // by difficulty
+  std::vector<CurvePoint> points;               // by difficulty
   std::optional<double> BreakingPoint() const;  // none: not even the easiest
   bool NeverBroke() const;                      // as far as it was driven
   double WorstShareWrong() const;
@@ -63,11 +63,11 @@ Chart ChartOf(const MeasuredCurve& measured);
 std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std::string& folder);
 
 // By stage.
-std::vector<Curve> GeometryCurves();      // two views, one view, bundle adjustment
-std::vector<Curve> TrackingCurves();      // relocalisation
-std::vector<Curve> CoverageCurves();      // the bound
-std::vector<Curve> RenderCurves();        // viewpoint mesh, blending, proxies
-std::vector<Curve> AcquisitionCurves();   // cameras under loss
+std::vector<Curve> GeometryCurves();     // two views, one view, bundle adjustment
+std::vector<Curve> TrackingCurves();     // relocalisation
+std::vector<Curve> CoverageCurves();     // the bound
+std::vector<Curve> RenderCurves();       // viewpoint mesh, blending, proxies
+std::vector<Curve> AcquisitionCurves();  // cameras under loss
 std::vector<Curve> AllCurves();
 
 }  // namespace ulf::test

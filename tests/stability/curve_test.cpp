@@ -1,5 +1,6 @@
 // Two points of every curve of docs/stability.md: an easy one that must be right, and one beyond the breaking
-// point that must not be wrong without a word. And the measuring itself, on a method whose failures are known.
+// point that must not be wrong without a word. And the measuring itself, on a method whose failures are
+// known.
 #include "tests/stability/curve.h"
 
 #include <gtest/gtest.h>
@@ -57,7 +58,9 @@ Curve Known() {
   curve.hard = 6;
   curve.seeds = 4;
   curve.trial = [](double difficulty, unsigned) {
-    return Trial{difficulty <= 3 ? Verdict::kRight : difficulty <= 5 ? Verdict::kSaidSo : Verdict::kWrong,
+    return Trial{difficulty <= 3   ? Verdict::kRight
+                 : difficulty <= 5 ? Verdict::kSaidSo
+                                   : Verdict::kWrong,
                  difficulty};
   };
   return curve;

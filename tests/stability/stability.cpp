@@ -1,6 +1,7 @@
 // Drives every stage into the place where it fails, and draws the page.
 //
-//   stability PAGE.md [--quick] [NAME...]   curves beside the page, in a folder of its name; without names all,
+//   stability PAGE.md [--quick] [NAME...]   curves beside the page, in a folder of its name; without names
+//   all,
 //                                           and the page itself
 //
 // 1 where an answer was wrong without a word.
@@ -66,21 +67,24 @@ int Run(const Wishes& wishes) {
     measured.push_back(Measure(curve, wishes.quick));
     const MeasuredCurve& m = measured.back();
     Chart chart = ChartOf(m);
-    chart.caption = ChartCaption(fmt::format("./run stability {}{}", wishes.quick ? "--quick " : "", curve.name));
+    chart.caption =
+        ChartCaption(fmt::format("./run stability {}{}", wishes.quick ? "--quick " : "", curve.name));
     WriteChart(folder / (curve.name + ".csv"), chart);
     DrawChart(folder, chart);
     wrong += m.WorstShareWrong() > 0;
     const auto broke = m.BreakingPoint();
     fmt::print("{}: {} [{}], wrong at most {:.0f} %, {:.0f} s\n", curve.name,
-               m.NeverBroke() ? "never broke" : broke ? fmt::format("right up to {:g}", *broke) : "never right",
+               m.NeverBroke() ? "never broke"
+               : broke        ? fmt::format("right up to {:g}", *broke)
+                              : "never right",
                curve.difficulty, 100 * m.WorstShareWrong(),
                std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     std::fflush(stdout);
   }
-  if (wishes.names.empty())
-    std::ofstream(wishes.page) << StabilityPage(measured, folder.filename().string());
-  if (wrong) fmt::print(stderr, "stability: {} of {} curves hold answers that are wrong without a word\n", wrong,
-                        measured.size());
+  if (wishes.names.empty()) std::ofstream(wishes.page) << StabilityPage(measured, folder.filename().string());
+  if (wrong)
+    fmt::print(stderr, "stability: {} of {} curves hold answers that are wrong without a word\n", wrong,
+               measured.size());
   return wrong ? 1 : 0;
 }
 
