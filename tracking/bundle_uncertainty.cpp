@@ -2,13 +2,15 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "tracking/two_view_motion.h"
 
+// Column by column and with lazy products: Eigen's blocked ones of large matrices expect memory that is
+// aligned for AVX, which EIGEN_MAX_ALIGN_BYTES (cmake/house.cmake, for the libraries' sake) does not promise.
 namespace ulf {
 namespace {
 
@@ -119,18 +121,40 @@ GaugeMotions MotionsOf(const BundleProblem& problem, const NormalMatrix& normal)
   return motions;
 }
 
-// What is left of the covariance when the world is laid so that the centres fit best. Turns count just enough
-// to say how cameras on one line are turned about it.
-MatrixXd WithoutGauge(const MatrixXd& covariance, const GaugeMotions& motions) {
-  constexpr double kTurnsWeigh = 1e-3;
-  MatrixXd weighed = motions.by;
-  for (Eigen::Index row = 0; row < weighed.rows(); ++row)
-    if (row % 6 < 3) weighed.row(row) *= std::pow(kTurnsWeigh * motions.extent, 2);
-  const MatrixXd project =
-      MatrixXd::Identity(weighed.rows(), weighed.rows()) -
-      motions.by * (weighed.transpose() * motions.by).fullPivLu().solve(weighed.transpose());
-  return project * covariance * project.transpose();
+// Orthonormal columns that span the same, by Gram and Schmidt, twice.
+MatrixXd BasisOf(MatrixXd columns) {
+  for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+    for (int round = 0; round < 2; ++round)
+      for (Eigen::Index other = 0; other < c; ++other)
+        columns.col(c) -= columns.col(other).dot(columns.col(c)) * columns.col(other);
+    const double length = columns.col(c).norm();
+    if (length > 0) columns.col(c) /= length;
+  }
+  return columns;
 }
+
+// What takes the gauge out of a change of the cameras: the world is laid so that the centres fit best. Turns
+// count just enough to say how cameras on one line are turned about it.
+class WithoutGauge {
+ public:
+  explicit WithoutGauge(const GaugeMotions& motions) : motions_(motions.by), weighed_(motions.by) {
+    constexpr double kTurnsWeigh = 1e-3;
+    for (Eigen::Index row = 0; row < weighed_.rows(); ++row)
+      if (row % 6 < 3) weighed_.row(row) *= std::pow(kTurnsWeigh * motions.extent, 2);
+    solver_.compute(weighed_.transpose().lazyProduct(motions_));
+  }
+  // A row of the projection.
+  Eigen::VectorXd Row(Eigen::Index row) const {
+    const Eigen::VectorXd moved = motions_.row(row).transpose();
+    Eigen::VectorXd projected = -(weighed_ * solver_.transpose().solve(moved));
+    projected[row] += 1;
+    return projected;
+  }
+
+ private:
+  MatrixXd motions_, weighed_;
+  Eigen::FullPivLU<Eigen::Matrix<double, 7, 7>> solver_;
+};
 
 }  // namespace
 
@@ -156,21 +180,27 @@ std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const B
   GaugeMotions motions;
   if (floats) {
     motions = MotionsOf(problem, normal);
-    const MatrixXd scaled_motions = unit.cwiseInverse().asDiagonal() * motions.by;
-    const MatrixXd basis =
-        Eigen::HouseholderQR<MatrixXd>(scaled_motions).householderQ() * MatrixXd::Identity(size, 7);
-    scaled += basis * basis.transpose();
+    const MatrixXd basis = BasisOf(unit.cwiseInverse().asDiagonal() * motions.by);
+    scaled += basis.lazyProduct(basis.transpose());
   }
   const Eigen::LDLT<MatrixXd> solver(scaled);
   constexpr double kLeastPivot = 1e-9;
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > kLeastPivot)) return sigmas;
-  MatrixXd covariance = solver.solve(MatrixXd::Identity(size, size));
-  covariance = (unit.asDiagonal() * covariance * unit.asDiagonal()).eval();
-  if (floats) covariance = WithoutGauge(covariance, motions);
+  std::optional<WithoutGauge> without_gauge;
+  if (floats) without_gauge.emplace(motions);
   const double variance = normal.squared_sigmas / static_cast<double>(spare);
-  for (std::size_t c = 0; c < sigmas.size(); ++c)
-    if (const int row = 6 * normal.block_of_camera[c]; row >= 0)
-      sigmas[c] = std::sqrt(variance * std::max(0.0, covariance.block<3, 3>(row + 3, row + 3).trace()));
+  for (std::size_t c = 0; c < sigmas.size(); ++c) {
+    const int first = 6 * normal.block_of_camera[c];
+    if (first < 0) continue;
+    double sum = 0;
+    for (Eigen::Index row = first + 3; row < first + 6; ++row) {
+      const Eigen::VectorXd of_center =
+          without_gauge ? without_gauge->Row(row) : Eigen::VectorXd(Eigen::VectorXd::Unit(size, row));
+      const Eigen::VectorXd right = unit.cwiseProduct(of_center);
+      sum += right.dot(solver.solve(right));
+    }
+    sigmas[c] = std::sqrt(variance * std::max(0.0, sum));
+  }
   return sigmas;
 }
 

@@ -73,7 +73,7 @@ int Run(const Wishes& wishes) {
     DrawChart(folder, chart);
     wrong += m.WorstShareWrong() > 0;
     const auto broke = m.BreakingPoint();
-    fmt::print("{}: {} [{}], wrong at most {:.0f} %, {:.0f} s\n", curve.name,
+    fmt::print("{}: {}, by {}, wrong at most {:.0f} %, {:.0f} s\n", curve.name,
                m.NeverBroke() ? "never broke"
                : broke        ? fmt::format("right up to {:g}", *broke)
                               : "never right",
