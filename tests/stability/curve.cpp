@@ -14,7 +14,7 @@ std::string Percent(double share) { return fmt::format("{:.0f} %", 100 * share);
 
 // In words, for the table.
 std::string BreakingWords(const MeasuredCurve& measured) {
-  if (measured.NeverBroke()) return fmt::format("not up to {:g}", measured.points.back().difficulty);
+  if (measured.NeverBroke()) return fmt::format("none up to {:g}", measured.points.back().difficulty);
   const auto broke = measured.BreakingPoint();
   return broke ? fmt::format("{:g}", *broke) : "none is easy enough";
 }
