@@ -32,10 +32,19 @@ unsigned long FindWindow(Display* display, unsigned long below, const std::strin
 // Windows come and go while they are looked through.
 int Ignore(Display*, XErrorEvent*) { return 0; }
 
+// A server that has told its number may take a moment more on a busy machine.
+Display* OpenSoon(const char* name) {
+  for (int tries = 0; tries < 50; ++tries) {
+    if (Display* display = XOpenDisplay(name)) return display;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 X11Person::X11Person(const std::string& title, const std::string& display)
-    : display_(XOpenDisplay(display.empty() ? nullptr : display.c_str())) {
+    : display_(OpenSoon(display.empty() ? nullptr : display.c_str())) {
   if (!display_) throw Error("there is no X11 display; start the test under xvfb-run");
   XSetErrorHandler(Ignore);
   for (int i = 0; i < 300 && !window_; ++i) {
