@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 
@@ -42,32 +43,6 @@ struct Wishes {
   bool quick = false, draw = false;
   std::vector<std::string> names;
 };
-
-Wishes Parse(int count, char** arguments) {
-  Wishes wishes;
-  for (int i = 1; i < count; ++i) {
-    const std::string argument = arguments[i];
-    if (argument == "--quick")
-      wishes.quick = true;
-    else if (argument == "--draw")
-      wishes.draw = true;
-    else if (wishes.folder.empty())
-      wishes.folder = argument;
-    else
-      wishes.names.push_back(argument);
-  }
-  if (wishes.folder.empty()) throw UsageError("usage: charts FOLDER [--quick | --draw] [NAME...]");
-  for (const std::string& name : wishes.names)
-    if (std::none_of(std::begin(kMakers), std::end(kMakers),
-                     [&](const Maker& m) { return name == m.name; })) {
-      std::string known;
-      for (const Maker& maker : kMakers) known += std::string(known.empty() ? "" : ", ") + maker.name;
-      throw UsageError("{}: there is no such chart; there are {}", name, known);
-    }
-  if (wishes.names.empty())
-    for (const Maker& maker : kMakers) wishes.names.push_back(maker.name);
-  return wishes;
-}
 
 void Make(const Maker& maker, const Wishes& wishes) {
   const fs::path table = wishes.folder / (std::string(maker.name) + ".csv");
@@ -109,17 +84,25 @@ bool MakeApart(const Maker& maker, const Wishes& wishes) {
 
 int main(int count, char** arguments) {
   using namespace ulf::test;
+  Wishes wishes;
+  std::vector<std::string> known;
+  for (const Maker& maker : kMakers) known.emplace_back(maker.name);
+  CLI::App app("Makes the charts of docs/charts/");
+  app.add_option("folder", wishes.folder, "Where tables and pictures go")->required();
+  app.add_option("names", wishes.names, "Which charts; without, all of them")->check(CLI::IsMember(known));
+  app.add_flag("--quick", wishes.quick, "Fewer seeds and values");
+  app.add_flag("--draw", wishes.draw, "Draws the tables in the folder anew");
   try {
-    const Wishes wishes = Parse(count, arguments);
+    app.parse(count, arguments);
+    if (wishes.names.empty()) wishes.names = known;
     fs::create_directories(wishes.folder);
     bool all_made = true;
     for (const Maker& maker : kMakers)
       if (std::find(wishes.names.begin(), wishes.names.end(), maker.name) != wishes.names.end())
         all_made = MakeApart(maker, wishes) && all_made;
     return all_made ? 0 : 1;
-  } catch (const ulf::UsageError& error) {
-    fmt::print(stderr, "charts: {}\n", error.what());
-    return 2;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "charts: {}\n", error.what());
     return 1;

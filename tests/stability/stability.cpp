@@ -7,6 +7,7 @@
 // 1 where an answer was wrong without a word.
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -25,34 +26,13 @@ struct Wishes {
   std::vector<std::string> names;
 };
 
-Wishes Parse(int count, char** arguments) {
-  Wishes wishes;
-  for (int i = 1; i < count; ++i) {
-    const std::string argument = arguments[i];
-    if (argument == "--quick")
-      wishes.quick = true;
-    else if (wishes.page.empty())
-      wishes.page = argument;
-    else
-      wishes.names.push_back(argument);
-  }
-  if (wishes.page.empty()) throw UsageError("usage: stability PAGE.md [--quick] [NAME...]");
-  return wishes;
-}
-
+// In the order of the page; without names all.
 std::vector<Curve> Chosen(const std::vector<std::string>& names) {
-  const std::vector<Curve> all = AllCurves();
-  if (names.empty()) return all;
-  std::vector<Curve> chosen;
-  for (const std::string& name : names) {
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Curve& c) { return c.name == name; });
-    if (found == all.end()) {
-      std::string known;
-      for (const Curve& curve : all) known += (known.empty() ? "" : ", ") + curve.name;
-      throw UsageError("{}: there is no such curve; there are {}", name, known);
-    }
-    chosen.push_back(*found);
-  }
+  std::vector<Curve> chosen = AllCurves();
+  if (!names.empty())
+    std::erase_if(chosen, [&](const Curve& curve) {
+      return std::find(names.begin(), names.end(), curve.name) == names.end();
+    });
   return chosen;
 }
 
@@ -93,11 +73,19 @@ int Run(const Wishes& wishes) {
 
 int main(int count, char** arguments) {
   using namespace ulf::test;
+  Wishes wishes;
+  std::vector<std::string> known;
+  for (const Curve& curve : AllCurves()) known.push_back(curve.name);
+  CLI::App app("Drives every stage into the place where it fails");
+  app.add_option("page", wishes.page, "Markdown file; pictures go into a folder of its name")->required();
+  app.add_option("names", wishes.names, "Which curves; without, all of them and the page")
+      ->check(CLI::IsMember(known));
+  app.add_flag("--quick", wishes.quick, "Two points of each, three seeds");
   try {
-    return Run(Parse(count, arguments));
-  } catch (const ulf::UsageError& error) {
-    fmt::print(stderr, "stability: {}\n", error.what());
-    return 2;
+    app.parse(count, arguments);
+    return Run(wishes);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "stability: {}\n", error.what());
     return 1;
