@@ -14,8 +14,13 @@ double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world) {
 }
 
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm) {
+  return FNumber(f_number, focal_px, width_px, sensor_width_mm);
+}
+
+// Radius and f-number take each other's place in f = 2 N R.
+double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm) {
   const double focal_m = 1e-3 * sensor_width_mm * focal_px / width_px;
-  return 0.5 * focal_m / f_number;
+  return 0.5 * focal_m / radius_m;
 }
 
 PlaneInCamera FocalPlane::Background(const Rigid3& cam_from_world) const {

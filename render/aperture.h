@@ -25,6 +25,8 @@ double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
 // In metres, for a picture of `width_px` that covers a sensor of that width.
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm);
+// The other way round.
+double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm);
 
 // Geometry would bring everything into focus: with an aperture the focal plane is the proxy, and it hides
 // nothing.

@@ -1,6 +1,8 @@
 #include "render/loop_subdivision.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "render/at.h"
@@ -30,17 +32,29 @@ SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& top
   return sum.Take();
 }
 
-SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge) {
+double AngleAt(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2((a - corner).cross(b - corner).norm(), (a - corner).dot(b - corner));
+}
+
+// How far a Delaunay edge is from being the only choice: 0 in a regular mesh, where the angles that face it
+// sum to 120 degrees, 1 where its four corners lie on a circle (180) and the other diagonal would do as well.
+double Ambiguity(const SubdividedMesh& mesh, const MeshEdge& edge) {
+  const Eigen::Vector3d &from = mesh.positions[At(edge.from)], &to = mesh.positions[At(edge.to)];
+  double facing = 0;
+  for (const int opposite : edge.opposite) facing += AngleAt(mesh.positions[At(opposite)], from, to);
+  return std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
+}
+
+SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double ambiguity) {
   WeightSum sum;
-  const double ends = edge.OnBoundary() ? 0.5 : 0.375;
-  sum.Add(mesh.weights[At(edge.from)], ends);
-  sum.Add(mesh.weights[At(edge.to)], ends);
+  const double opposite_share = edge.OnBoundary() ? 0 : 0.125 * (1 + ambiguity);
+  for (const int end : {edge.from, edge.to}) sum.Add(mesh.weights[At(end)], 0.5 - opposite_share);
   if (!edge.OnBoundary())
-    for (const int opposite : edge.opposite) sum.Add(mesh.weights[At(opposite)], 0.125);
+    for (const int opposite : edge.opposite) sum.Add(mesh.weights[At(opposite)], opposite_share);
   return sum.Take();
 }
 
-SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse) {
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_delaunay) {
   const int vertex_count = static_cast<int>(coarse.positions.size());
   const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
   SubdividedMesh fine;
@@ -53,7 +67,8 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse) {
     Eigen::Vector3d outward = Eigen::Vector3d::Zero();
     if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
     fine.outward.push_back(outward);
-    fine.weights.push_back(EdgeRule(coarse, edge));
+    const bool may_be_ambiguous = is_delaunay && !edge.OnBoundary();
+    fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0));
   }
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
     const auto [a, b, c] = coarse.triangles[t];
@@ -91,12 +106,13 @@ std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
 
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
-                                const std::vector<Triangle>& triangles, int levels) {
+                                const std::vector<Triangle>& triangles, int levels, Diagonals diagonals) {
   SubdividedMesh mesh{
       .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
-  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) mesh = SubdivideOnce(mesh);
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level)
+    mesh = SubdivideOnce(mesh, level == 0 && diagonals == Diagonals::kDelaunay);
   if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh);
   return mesh;
 }

@@ -108,6 +108,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
                 light_field.root.string());
   auto scene = std::make_shared<RenderScene>();
   scene->subject = SubjectOf(light_field, options.subject);
+  scene->in_metres = light_field.units == "metres";
   WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = light_field.UpInWorld();
   const std::vector<float> scales = ExposureScales(light_field);

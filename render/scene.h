@@ -52,6 +52,7 @@ struct RenderScene {
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   ViewpointMesh mesh;
   bool mesh_in_plane = false;
+  bool in_metres = false;  // world units
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // that the photographs are read from; null: they are held
 

@@ -176,6 +176,7 @@ int RunView(const ViewArgs& args) {
                                                     .proxies = ProxiesOf(args, scene->subject),
                                                     .out = args.out,
                                                     .gpu_memory_mb = args.gpu_memory_mb,
+                                                    .sensor_width_mm = args.aperture.sensor_width_mm,
                                                     .keeps_up = args.screenshot.empty()});
     Open(args.aperture, surface->Size(), *viewer);
     Report(args, *viewer, Show(args, start, *surface, *viewer));

@@ -233,11 +233,16 @@ void Viewer::DrawWhere(const cv::Size& screen, double scale) {
 
 void Viewer::DrawWords(const PlainPanels& panels) {
   const double frame_ms = frame_ms_.empty() ? 0 : frame_ms_.back();
+  const CameraModel camera = state().camera.For(surface_.Size());
+  std::optional<double> f_number;
+  if (scene_->in_metres && state().aperture > 0)
+    f_number = FNumber(state().aperture, camera.fx, camera.width, options_.sensor_width_mm);
   panels.Status(StatusLine(state(), {.views = scene_->views.size(),
                                      .field = renderer_->field(),
                                      .proxy = renderer_->scene().proxy->Name(),
                                      .focus_depth = FocusDepth({.focus_in_world = state().focus_in_world},
                                                                state().camera.CamFromWorld()),
+                                     .f_number = f_number,
                                      .loading = loading(),
                                      .drawn_size = drawn_size_ == surface_.Size() ? cv::Size() : drawn_size_,
                                      .frame_ms = frame_ms,

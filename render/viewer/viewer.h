@@ -30,6 +30,7 @@ struct ViewerOptions {
   std::vector<OfferedProxy> proxies;     // not empty; the first is shown
   std::filesystem::path out = ".";       // where pictures and keyframes go
   double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
+  double sensor_width_mm = 36;           // that an f-number is told for
   bool keeps_up = true;                  // while the camera moves it is drawn as large as keeps up with that
   std::function<double()> seconds = {};  // a clock; null: the steady one
 };

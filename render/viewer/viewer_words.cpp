@@ -22,8 +22,9 @@ std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures
                    as_asked ? ink::kText : ink::kCareful});
   if (state.aperture > 0) {
     const bool widens = UsesMesh(figures.field.kind);
-    items.push_back({fmt::format("aperture {:.3g}, focus {:.3g}{}", state.aperture, figures.focus_depth,
-                                 widens ? "" : ": this field has no rings to widen"),
+    items.push_back({fmt::format("aperture {:.3g}{}, focus {:.3g}{}", state.aperture,
+                                 figures.f_number ? fmt::format(" (f/{:.2g})", *figures.f_number) : "",
+                                 figures.focus_depth, widens ? "" : ": this field has no rings to widen"),
                      widens ? ink::kText : ink::kCareful});
   } else {
     items.push_back({"proxy " + figures.proxy});

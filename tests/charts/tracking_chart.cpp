@@ -9,29 +9,48 @@
 namespace ulf::test {
 namespace {
 
+const TrackerOptions kUsual{.deterministic = true};
+
+// A choice of features, pyramid levels and how far a keyframe is from the next; every one against every other
+// where that is affordable, else one at a time.
 struct Variation {
-  std::string series, name;
+  std::string panel, series, name;
   TrackerOptions options;
-  bool in_use = false;
+  bool IsUsual() const {
+    return options.features == kUsual.features && options.pyramid_levels == kUsual.pyramid_levels &&
+           options.mapping.keyframe_moved == kUsual.mapping.keyframe_moved;
+  }
 };
 
-std::vector<Variation> FeaturesLevelsAndMap(const ChartEffort& effort) {
-  const TrackerOptions usual{.deterministic = true};
+std::vector<Variation> Grid(const ChartEffort& effort) {
+  std::vector<Variation> grid;
+  for (const int levels : effort.Of(std::vector{8}, {8, 4, 2}))
+    for (const double moved : effort.Of(std::vector{0.03}, {0.015, 0.03, 0.08}))
+      for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 850, 1250})) {
+        Variation variation{fmt::format("simulator, {} levels", levels),
+                            fmt::format("a keyframe each {:g} % of the depth", 100 * moved),
+                            std::to_string(features), kUsual};
+        variation.options.features = features;
+        variation.options.pyramid_levels = levels;
+        variation.options.mapping.keyframe_moved = moved;
+        grid.push_back(variation);
+      }
+  return grid;
+}
+
+std::vector<Variation> OneAtATime(const std::string& recording, const ChartEffort& effort) {
   std::vector<Variation> variations;
-  const auto add = [&](const char* series, const std::string& name, bool in_use, auto&& change) {
-    Variation variation{series, name, usual, in_use};
-    change(variation.options);
-    variations.push_back(variation);
+  const auto add = [&](const char* series, const std::string& name, auto&& change) {
+    variations.push_back({recording, series, name, kUsual});
+    change(variations.back().options);
   };
-  for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 700, 850, 1000, 1250}))
-    add("features", std::to_string(features), features == usual.features,
-        [&](TrackerOptions& options) { options.features = features; });
-  for (const int levels : effort.Of(std::vector{4}, {2, 4, 6}))
-    add("pyramid levels", fmt::format("{} levels", levels), levels == usual.pyramid_levels,
+  for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 850, 1250}))
+    add("features", std::to_string(features), [&](TrackerOptions& options) { options.features = features; });
+  for (const int levels : effort.Of(std::vector<int>{}, {4, 2}))
+    add("pyramid levels", fmt::format("{} levels", levels),
         [&](TrackerOptions& options) { options.pyramid_levels = levels; });
-  for (const double moved : effort.Of(std::vector{0.08}, {0.015, 0.05, 0.08, 0.12}))
-    add("map: a keyframe each so much of the depth", fmt::format("{:g} %", 100 * moved),
-        moved == usual.mapping.keyframe_moved,
+  for (const double moved : effort.Of(std::vector<double>{}, {0.015, 0.08}))
+    add("keyframes", fmt::format("each {:g} %", 100 * moved),
         [&](TrackerOptions& options) { options.mapping.keyframe_moved = moved; });
   return variations;
 }
@@ -49,20 +68,43 @@ std::vector<Threshold> Thresholds() {
           {"least parallax", &MapperOptions::min_parallax_deg, {0.5, 3}, {3}}};
 }
 
-// The runs of a variation on a recording: the seeds of the simulator, and of a recording, where a seed hardly
-// changes anything, ten features more and fewer.
-std::vector<TrackedCase> CasesOf(const Variation& variation, const std::string& recording, bool quick,
-                                 int frames) {
+// The runs of a variation: the seeds of the simulator, and of a recording, where a seed hardly changes
+// anything, ten features more and fewer.
+constexpr int kRuns = 3;
+TrackedCase CaseOf(const Variation& variation, const std::string& recording, int run, int frames) {
+  TrackedCase one{recording, variation.options, frames};
+  if (recording == "simulator")
+    one.options.seed = 51 + static_cast<unsigned>(run);
+  else
+    one.options.features += run == 0 ? 0 : run == 1 ? -10 : 10;
+  return one;
+}
+
+// A panel for each that the variations name.
+std::vector<ChartPanel> TrackVariations(const std::vector<Variation>& variations,
+                                        const std::string& recording, int frames, const ChartEffort& effort) {
+  const int each = effort.Of(1, kRuns);
   std::vector<TrackedCase> cases;
-  for (const int i : quick ? std::vector{0} : std::vector{0, 1, 2}) {
-    TrackedCase one{recording, variation.options, frames};
-    if (recording == "simulator")
-      one.options.seed = 51 + static_cast<unsigned>(i);
-    else
-      one.options.features += 10 * (i == 0 ? 0 : i == 1 ? -1 : 1);
-    cases.push_back(one);
+  for (const Variation& variation : variations)
+    for (int run = 0; run < each; ++run) cases.push_back(CaseOf(variation, recording, run, frames));
+  const std::vector<TrackedRun> runs = TrackRuns(cases);
+  std::vector<ChartPanel> panels;
+  auto run = runs.begin();
+  for (const Variation& variation : variations) {
+    if (panels.empty() || panels.back().title != variation.panel)
+      panels.push_back({variation.panel,
+                        {"a frame [times cv::ORB with 1,000 features, CPU]"},
+                        {"centres, live, RMS [mm]", true},
+                        {}});
+    std::vector<double> cost, error;
+    for (int i = 0; i < each; ++i, ++run) {
+      cost.push_back(run->cpu_over_orb);
+      error.push_back(run->live_mm);
+    }
+    panels.back().points.push_back(
+        {variation.series, variation.name, Spread::Of(cost), Spread::Of(error), variation.IsUsual()});
   }
-  return cases;
+  return panels;
 }
 
 }  // namespace
@@ -71,38 +113,15 @@ Chart TrackingChart(const ChartEffort& effort) {
   Chart chart;
   chart.title = "Tracking: features, pyramid levels and keyframes against the error of live poses";
   chart.about =
-      "The default is changed in one respect at a time. Simulator: studio, row_deg=4, seeds 51 to 53, 200 "
-      "frames; handheld_kitchen: all of it, with 10 features more and fewer (it was tuned on, the "
-      "simulator's seeds were not). CPU of the tracking thread, mapping apart, over cv::ORB with 1,000 "
-      "features "
-      "in the same run. Bars: lowest to highest.";
-  for (const std::string recording : {"simulator", "handheld_kitchen"}) {
-    if (!HasRecording(recording)) continue;
-    const std::vector<Variation> variations = FeaturesLevelsAndMap(effort);
-    std::vector<TrackedCase> cases;
-    for (const Variation& variation : variations) {
-      const auto some =
-          CasesOf(variation, recording, effort.quick,
-                  effort.Of(recording == "simulator" ? 60 : 120, recording == "simulator" ? 200 : 100000));
-      cases.insert(cases.end(), some.begin(), some.end());
-    }
-    const std::vector<TrackedRun> runs = TrackRuns(cases);
-    ChartPanel panel{recording,
-                     {"a frame [times cv::ORB with 1,000 features, CPU]"},
-                     {"centres, live, RMS [mm]", true},
-                     {}};
-    const std::size_t each = runs.size() / variations.size();
-    for (std::size_t v = 0; v < variations.size(); ++v) {
-      std::vector<double> cost, error;
-      for (std::size_t i = v * each; i < (v + 1) * each; ++i) {
-        cost.push_back(runs[i].cpu_over_orb);
-        error.push_back(runs[i].live_mm);
-      }
-      panel.points.push_back({variations[v].series, variations[v].name, Spread::Of(cost), Spread::Of(error),
-                              variations[v].in_use});
-    }
-    chart.panels.push_back(panel);
-  }
+      "Simulator: studio, row_deg=4, seeds 51 to 53, 150 frames, every choice with every other; names are "
+      "features. handheld_kitchen: all of it, the default changed in one respect at a time, with 10 features "
+      "more and fewer (it was tuned on, the simulator's seeds were not). CPU of the tracking thread, mapping "
+      "apart, over cv::ORB with 1,000 features in the same run. Bars: lowest to highest.";
+  chart.panels = TrackVariations(Grid(effort), "simulator", effort.Of(60, 150), effort);
+  if (const std::string kitchen = "handheld_kitchen"; HasRecording(kitchen))
+    for (const ChartPanel& panel :
+         TrackVariations(OneAtATime(kitchen, effort), kitchen, effort.Of(120, 100000), effort))
+      chart.panels.push_back(panel);
   return chart;
 }
 

@@ -3,9 +3,11 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <thread>
+#include <tuple>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
@@ -19,35 +21,42 @@
 namespace ulf::test {
 namespace {
 
+constexpr char kSimulator[] = "simulator";
 constexpr int kOrbEvery = 10;  // frames
 
-// A recording with its camera and its true poses.
-struct Opened {
-  std::unique_ptr<Device> device;
+// A recording in memory, with its camera and its true poses.
+struct Recording {
   CameraModel camera;
-  std::vector<TimedPose> truth;  // empty: frames bring their own
+  std::vector<Frame> frames;
+  std::vector<TimedPose> truth;
 };
 
-Opened OpenRecording(const std::string& recording, unsigned seed) {
-  Opened opened;
-  if (recording == "simulator") {
-    opened.device = OpenDevice(fmt::format("sim:studio?row_deg=4&seed={}", seed));
-    opened.camera = ResolveIntrinsics(*opened.device, {}, 640, 480);
-    return opened;
-  }
-  const auto folder = TestData(recording);
-  if (!folder) throw Error("{}: not in the test data; set ULF_TEST_DATA", recording);
-  const bool colmap = std::filesystem::exists(*folder / "colmap_reference.txt");
-  opened.device = OpenDevice("replay:" + folder->string() + (colmap ? "?glob=*.color.jpg" : "?glob=*.jpg"));
-  opened.camera = ReadCalibration(*folder / "intrinsics.txt");
-  opened.truth = ReadTum(*folder / (colmap ? "colmap_reference.txt" : "groundtruth.txt"));
-  return opened;
+std::vector<Frame> FirstFrames(Device& device, int count) {
+  std::vector<Frame> frames;
+  device.Start();
+  while (static_cast<int>(frames.size()) < count && !IsOver(device.State()))
+    if (auto frame = device.Next(std::chrono::milliseconds(1000))) frames.push_back(std::move(*frame));
+  return frames;
 }
 
-std::optional<Frame> NextOf(Device& device) {
-  while (!IsOver(device.State()))
-    if (auto frame = device.Next(std::chrono::milliseconds(1000))) return frame;
-  return std::nullopt;
+Recording ReadRecording(const std::string& name, unsigned seed, int frames) {
+  Recording recording;
+  if (name == kSimulator) {
+    const auto device = OpenDevice(fmt::format("sim:studio?row_deg=4&seed={}", seed));
+    recording.camera = ResolveIntrinsics(*device, {}, 640, 480);
+    recording.frames = FirstFrames(*device, frames);
+    for (const Frame& frame : recording.frames)
+      recording.truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
+    return recording;
+  }
+  const auto folder = TestData(name);
+  if (!folder) throw Error("{}: not in the test data; set ULF_TEST_DATA", name);
+  const bool colmap = std::filesystem::exists(*folder / "colmap_reference.txt");
+  recording.camera = ReadCalibration(*folder / "intrinsics.txt");
+  recording.frames = FirstFrames(
+      *OpenDevice("replay:" + folder->string() + (colmap ? "?glob=*.color.jpg" : "?glob=*.jpg")), frames);
+  recording.truth = ReadTum(*folder / (colmap ? "colmap_reference.txt" : "groundtruth.txt"));
+  return recording;
 }
 
 double OrbSeconds(const cv::Ptr<cv::ORB>& orb, const cv::Mat& pixels) {
@@ -63,36 +72,25 @@ double OrbSeconds(const cv::Ptr<cv::ORB>& orb, const cv::Mat& pixels) {
   return ThreadCpuSeconds() - start;
 }
 
-}  // namespace
-
-bool HasRecording(const std::string& recording) {
-  return recording == "simulator" || TestData(recording).has_value();
-}
-
-TrackedRun TrackRun(const std::string& recording, const TrackerOptions& options, int frames) {
-  Opened opened = OpenRecording(recording, options.seed);
-  opened.device->Start();
-  Tracker tracker(opened.camera, options);
+TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options) {
+  Tracker tracker(recording.camera, options);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   std::vector<TimedPose> live, after;
   std::vector<std::pair<double, Anchored>> anchors;
   std::vector<double> cpu_s, orb_s;
-  for (int i = 0; i < frames; ++i) {
-    const auto frame = NextOf(*opened.device);
-    if (!frame) break;
-    if (frame->known_cam_from_world && recording == "simulator")
-      opened.truth.push_back({frame->device_time_s, *frame->known_cam_from_world});
-    if (i % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame->image.pixels));
-    const Track track = tracker.Step(*frame);
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+    const Frame& frame = recording.frames[i];
+    if (i % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame.image.pixels));
+    const Track track = tracker.Step(frame);
     if (!track.cam_from_world) continue;
     cpu_s.push_back(track.cpu_s);
-    live.push_back({frame->device_time_s, *track.cam_from_world});
-    anchors.emplace_back(frame->device_time_s, *track.anchor);
+    live.push_back({frame.device_time_s, *track.cam_from_world});
+    anchors.emplace_back(frame.device_time_s, *track.anchor);
   }
   tracker.Finish();
   for (const auto& [time_s, anchor] : anchors) after.push_back({time_s, tracker.PoseOf(anchor)});
   const auto error_mm = [&](const std::vector<TimedPose>& poses) {
-    const auto error = CompareTrajectories(poses, opened.truth, 1.0 / 60);
+    const auto error = CompareTrajectories(poses, recording.truth, 1.0 / 60);
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();
   };
   const TrackerStatistics map = tracker.Statistics();
@@ -100,12 +98,27 @@ TrackedRun TrackRun(const std::string& recording, const TrackerOptions& options,
           map.map_points};
 }
 
+}  // namespace
+
+bool HasRecording(const std::string& recording) {
+  return recording == kSimulator || TestData(recording).has_value();
+}
+
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases) {
+  using Key = std::tuple<std::string, unsigned, int>;
+  const auto key_of = [](const TrackedCase& one) {
+    return Key{one.recording, one.recording == kSimulator ? one.options.seed : 0, one.frames};
+  };
+  std::map<Key, Recording> recordings;
+  for (const TrackedCase& one : cases)
+    if (const Key key = key_of(one); !recordings.contains(key))
+      recordings.emplace(key, ReadRecording(one.recording, one.options.seed, one.frames));
+
   std::vector<TrackedRun> runs(cases.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++)
-      runs[i] = TrackRun(cases[i].recording, cases[i].options, cases[i].frames);
+      runs[i] = TrackRun(recordings.at(key_of(cases[i])), cases[i].options);
   };
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads.emplace_back(work);

@@ -1,7 +1,6 @@
 // Whole runs of the tracker, deterministic, for charts: what a frame costs and how far off poses are.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,15 +16,13 @@ struct TrackedRun {
 };
 
 // `recording`: "simulator" (the studio, `frames` at 15 a second, its scene and hand by the options' seed) or
-// the name of a folder of the test data.
-TrackedRun TrackRun(const std::string& recording, const TrackerOptions& options, int frames);
-
-// The same for many, on as many threads as there are processors, in order.
+// the name of a folder of the test data, its first `frames`.
 struct TrackedCase {
   std::string recording;
   TrackerOptions options;
   int frames = 0;
 };
+// On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);
 
 // Whether the recording is to be had.

@@ -281,7 +281,7 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
   std::vector<Vector3d> positions;
   std::vector<Triangle> triangles;
   for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, 0.9 * y, 0);
+    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
   for (int y = 0; y + 1 < kSide; ++y)
     for (int x = 0; x + 1 < kSide; ++x) {
       const int a = y * kSide + x;
@@ -319,7 +319,8 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
 
 // The weights of the original vertices at each vertex, `levels` of subdivision beyond the third.
 SubdividedMesh SubdividedFurther(const SubdividedMesh& third, int levels) {
-  SubdividedMesh fine = SubdivideWeights(third.positions, third.outward, third.triangles, levels);
+  SubdividedMesh fine =
+      SubdivideWeights(third.positions, third.outward, third.triangles, levels, Diagonals::kGiven);
   for (SparseWeights& weights : fine.weights) {
     std::map<int, double> sum;
     for (const auto& [between, share] : weights)
@@ -384,7 +385,7 @@ TEST(LoopSubdivision, LimitsByHand) {
   std::vector<Vector3d> positions;
   std::vector<Triangle> triangles;
   for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, 0.9 * y, 0);
+    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
   for (int y = 0; y + 1 < kSide; ++y)
     for (int x = 0; x + 1 < kSide; ++x) {
       const int a = y * kSide + x;
@@ -398,6 +399,38 @@ TEST(LoopSubdivision, LimitsByHand) {
   for (const auto& [of, weight] : limit.weights[At(middle)])
     EXPECT_NEAR(weight, of == middle ? 0.5 : 1.0 / 12, 1e-12);
   EXPECT_EQ(limit.weights[3], SparseWeights({{3, 1.0}}));
+}
+
+// On a square grid the diagonals are chance: the middle of a square is a quarter of each corner whichever
+// was taken, and nothing jumps as a viewpoint moves over the circle of the other three.
+TEST(LoopSubdivision, DoesNotPreferTheDiagonalThatDelaunayHappenedToTake) {
+  const std::vector<Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const auto middle = [&](const Vector3d& moved, bool other_diagonal, double& largest_share) {
+    std::vector<Vector3d> positions = corners;
+    positions[2] = moved;
+    const std::vector<Triangle> triangles = other_diagonal ? std::vector<Triangle>{{0, 1, 3}, {1, 2, 3}}
+                                                           : std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}};
+    const SubdividedMesh fine =
+        SubdivideWeights(positions, std::vector<Vector3d>(4, Vector3d::Zero()), triangles, 1);
+    for (std::size_t v = 4; v < fine.positions.size(); ++v)
+      if (fine.weights[v].size() == 4) {
+        largest_share = 0;
+        for (const auto& [of, weight] : fine.weights[v]) largest_share = std::max(largest_share, weight);
+        return fine.weights[v];
+      }
+    return SparseWeights();
+  };
+  double largest = 0;
+  const SparseWeights one = middle(corners[2], false, largest);
+  ASSERT_EQ(one.size(), 4u);
+  EXPECT_NEAR(largest, 0.25, 1e-12);
+  EXPECT_LT(Difference(one, middle(corners[2], true, largest)), 1e-12);
+  // Inside the circle Delaunay joins 0 and 2, outside it joins 1 and 3.
+  EXPECT_LT(Difference(middle({0.99, 0.99, 0}, false, largest), middle({1.01, 1.01, 0}, true, largest)),
+            0.01);
+  // Far from the circle the edge is no chance.
+  middle({0.6, 0.6, 0}, false, largest);
+  EXPECT_GT(largest, 0.3);
 }
 
 TEST(LoopSubdivision, RulesByHand) {

@@ -14,10 +14,7 @@
 #include "render/display/key_names.h"
 #include "render/path_files.h"
 #include "render/picture_files.h"
-#include "render/viewer/mesh_view.h"
-#include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_files.h"
-#include "render/viewer/viewer_words.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
@@ -221,37 +218,6 @@ TEST(Viewer, PicturesToFilesAreInFullWhileItMoves) {
   EXPECT_EQ(cv::norm(cv::imread(scratch / "ulf_view_000.png"), stage.Now(), cv::NORM_INF), 0);
 }
 
-TEST(MovingSize, KeepsUpInSteps) {
-  const cv::Size screen(1280, 720);
-  const auto settle = [&](MovingSize& size, double ms_a_megapixel, int frames) {
-    for (int i = 0; i < frames; ++i)
-      size.Took(ms_a_megapixel * 1e-6 * size.For(screen).area(), size.For(screen), screen);
-    return size.For(screen).width;
-  };
-  MovingSize size;
-  EXPECT_EQ(settle(size, 20, 5), 1280);
-  size.Took(3000, screen, screen);
-  EXPECT_EQ(size.For(screen), screen) << "one slow frame says nothing";
-  EXPECT_EQ(settle(size, 20, 1), 1280);
-  EXPECT_EQ(settle(size, 270, 2), 454) << "at once";
-  EXPECT_EQ(settle(size, 270, 20), 454) << "and stays";
-  EXPECT_EQ(settle(size, 5000, 20), 320) << "no smaller";
-  EXPECT_EQ(settle(size, 50, 20), 905);
-  EXPECT_EQ(settle(size, 5, 20), 1280);
-}
-
-TEST(ViewerWords, SayTheSizeOfWhatIsSmaller) {
-  const auto words = [](const ViewerFigures& figures) {
-    std::string all;
-    for (const StatusItem& item : StatusLine({}, figures)) all += item.text + "; ";
-    return all;
-  };
-  ViewerFigures figures;
-  EXPECT_THAT(words(figures), ::testing::Not(::testing::HasSubstr("drawn")));
-  figures.drawn_size = {640, 360};
-  EXPECT_THAT(words(figures), ::testing::HasSubstr("640x360"));
-}
-
 // Pixels of the colour of warnings in the lower half.
 int CarefulPixels(const cv::Mat& screen) {
   cv::Mat mask;
@@ -269,55 +235,6 @@ TEST(Viewer, WarnsOutsideTheRecordedViews) {
   EXPECT_EQ(CarefulPixels(stage.Stand({0.3, 0.2, 2})), 0);
 }
 
-TEST(WhereAmI, WarnsByTheHullAndTheDistances) {
-  const WhereAmI cap(*MakeScene({.viewpoints = CapViewpoints(80, 0.5, 2.0), .width = 8, .height = 6}));
-  const Vector3d inside(0.3, 0.2, 1.96);
-  EXPECT_EQ(cap.Warning(inside), "");
-  EXPECT_THAT(cap.Warning({1.6, 0, 1.2}), ::testing::HasSubstr("outside"));
-  EXPECT_THAT(cap.Warning(0.5 * inside), ::testing::HasSubstr("2.0 times nearer"));
-  EXPECT_THAT(cap.Warning(3 * inside), ::testing::HasSubstr("3.0 times farther"));
-  EXPECT_THAT(cap.Warning(0.1 * inside), ::testing::HasSubstr("inside the subject"));
-  // A ring has no hull: beside its views is outside.
-  const WhereAmI ring(*MakeScene({.viewpoints = RingViewpoints(40, 0.2, 2.0), .width = 8, .height = 6}));
-  EXPECT_EQ(ring.Warning(RingViewpoints(80, 0.2, 2.0)[1]), "");
-  EXPECT_THAT(ring.Warning(RingViewpoints(80, 0.7, 2.0)[1]), ::testing::HasSubstr("outside"));
-}
-
-TEST(WhereAmI, SaysWhatItCanAboutFewViews) {
-  for (const std::vector<Vector3d>& viewpoints :
-       {std::vector<Vector3d>{{0, 0, 2}, {0, 0, 2}}, std::vector<Vector3d>{{0, 0, 2}}}) {
-    auto scene = *MakeScene({.viewpoints = {{0, 0, 2}, {0.1, 0, 2}}, .width = 8, .height = 6});
-    scene.views.resize(viewpoints.size());
-    for (std::size_t i = 0; i < viewpoints.size(); ++i) scene.views[i].center_in_world = viewpoints[i];
-    scene.MakeMesh();
-    const WhereAmI where(scene);
-    EXPECT_GT(where.Spacing(), 0);
-    EXPECT_THAT(where.Warning({2, 0, 0}), ::testing::HasSubstr("outside"));
-    EXPECT_FALSE(where.Draw({2, 0, 0}, 100).empty());
-  }
-}
-
-TEST(WhereAmI, TheDotGoesWhereTheCameraGoes) {
-  const auto scene = MakeScene({.viewpoints = CapViewpoints(60, 0.4, 2.0), .width = 8, .height = 6});
-  const WhereAmI where(*scene);
-  const ViewerCamera start = StartingCamera(*scene);
-  const auto place = [&](const ViewerCamera& camera) { return where.Of(camera.eye_in_world, 100); };
-  EXPECT_LT((place(start).img - Vector2d(50, 50)).norm(), 2);
-  EXPECT_GT(place(Orbited(start, 0.5, 0)).img.x(), 65);
-  EXPECT_LT(place(Orbited(start, -0.5, 0)).img.x(), 35);
-  EXPECT_LT(place(Orbited(start, 0, 0.5)).img.y(), 35);
-  EXPECT_TRUE(place(Orbited(start, 1.4, 0)).front);
-  EXPECT_FALSE(place(Orbited(start, 2, 0)).front);
-  // In the picture: a filled dot before, a ring behind.
-  const auto spots = [&](const ViewerCamera& camera) {
-    int count = 0;
-    for (const OverlayShape& shape : where.Draw(camera.eye_in_world, 100))
-      count += std::holds_alternative<Spot>(shape);
-    return count;
-  };
-  EXPECT_GT(spots(start), spots(Orbited(start, 2, 0)));
-}
-
 TEST(Viewer, TheSphereIsInACornerUntilSwitchedOff) {
   Stage stage({640, 480});
   const cv::Mat without = stage.Now(), with = stage.Press("w");
@@ -327,40 +244,6 @@ TEST(Viewer, TheSphereIsInACornerUntilSwitchedOff) {
   EXPECT_GT(where.x, 480) << where;
   EXPECT_LT(where.br().y, 200) << where;
   EXPECT_GT(where.area(), 60 * 60) << where;
-}
-
-TEST(MeshView, LinesMeetTheProjectedViewpoints) {
-  const auto scene = MakeScene(kSpec);
-  const MeshField coarse(scene, 0), fine(scene, 1);
-  for (const double distance :
-       {4.0, 1.2}) {  // outside the shell, and past it: then they are behind the camera
-    ViewerCamera from = StartingCamera(*scene);
-    from.eye_in_world *= distance / from.Distance();
-    const CameraModel camera = from.For({640, 480});
-    std::vector<Vector2d> projected;
-    for (const SceneView& view : scene->views) {
-      Vector3d p = from.CamFromWorld() * view.center_in_world;
-      if (p.z() < 0) p = -p;
-      if (std::abs(p.z()) > 0.05 * p.norm())
-        projected.push_back({camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy});
-    }
-    const auto meets = [&](const Vector2d& end) {
-      return std::any_of(projected.begin(), projected.end(),
-                         [&](const Vector2d& view) { return (view - end).norm() < 0.01; });
-    };
-    int thick = 0, thin = 0, ends_met = 0, viewpoints = 0;
-    for (const OverlayShape& shape : MeshView(coarse, &fine, *scene, camera, from.CamFromWorld())) {
-      if (const auto* spot = std::get_if<Spot>(&shape)) viewpoints += meets(spot->img);
-      const auto* line = std::get_if<Polyline>(&shape);
-      if (!line || (line->width < 2 && ++thin)) continue;
-      ++thick;
-      ends_met += meets(line->img.front()) + meets(line->img.back());
-    }
-    EXPECT_GT(thick, 90) << distance;
-    EXPECT_GT(thin, 3 * thick) << distance;
-    EXPECT_GT(ends_met, 1.9 * thick) << distance << ": but where an edge is cut off beside the camera";
-    EXPECT_EQ(viewpoints, 2 * static_cast<int>(scene->views.size())) << distance;
-  }
 }
 
 TEST(Viewer, TheMeshMeetsTheFieldsColours) {
