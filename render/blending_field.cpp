@@ -54,6 +54,16 @@ FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mes
   return serves;
 }
 
+void FieldSample::Add(int view, double weight) {
+  if (weight <= 0) return;
+  for (ViewWeight& entry : weights)
+    if (entry.view == view) {
+      entry.weight += weight;
+      return;
+    }
+  weights.push_back({view, weight});
+}
+
 std::vector<int> FieldFromHere::CandidatesInCone(const Eigen::Vector3d& /*axis*/,
                                                  double /*half_angle*/) const {
   return {};

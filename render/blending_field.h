@@ -21,7 +21,7 @@ namespace ulf {
 enum class FieldKind {
   kLinear,
   kSubdivision,
-  kLumigraph,          // weights at the vertices of an image triangulation where the renderer is fast (GL)
+  kLumigraph,          // weights at the vertices of an image triangulation (render/image_triangulation.h)
   kLumigraphPerPixel,  // weights over all views at every pixel
   kNearest,
 };
@@ -56,6 +56,7 @@ struct FieldSample {
   std::vector<ViewWeight> weights;
   double confidence = 0;      // 1 where views stand all around; less in wide triangles and outside the hull
   bool extrapolated = false;  // outside the hull
+  void Add(int view, double weight);  // to what the view has; nothing of nothing
 };
 
 struct RayQuery {

@@ -8,7 +8,6 @@
 #include "acquisition/error.h"
 #include "render/at.h"
 #include "render/gl_renderer_state.h"
-#include "render/image_triangulation.h"
 
 namespace ulf {
 namespace {
@@ -144,9 +143,14 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
   if (!rings.fans.empty()) AddRings(std::move(rings), camera, plane);
 }
 
-// The field that the processor computes.
-std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const Rigid3& cam_from_world) const {
+// The field that the processor computes; of the picture that has just been drawn.
+std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
+                                                            const Rigid3& cam_from_world) const {
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
+  if (options.field.kind == FieldKind::kLumigraph)
+    return LumigraphAtVertices(*scene, camera, cam_from_world,
+                               DepthOfVertices(camera, scene->proxy->Background(cam_from_world)),
+                               options.field);
   return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
 }
 
@@ -186,31 +190,22 @@ TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const C
   return batch;
 }
 
+DepthAt GlRenderer::State::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
+  return DepthFromPicture(has_triangles ? proxy.ReadDepth() : cv::Mat(), plane, camera);
+}
+
 TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                                     const PlaneInCamera& plane) const {
-  const cv::Mat drawn_depth = has_triangles ? proxy.ReadDepth() : cv::Mat();
-  const auto depth_at = [&](const Eigen::Vector2d& img) -> double {
-    if (has_triangles) {
-      const float depth =
-          drawn_depth.at<float>(std::clamp(static_cast<int>(img.y()), 0, drawn_depth.rows - 1),
-                                std::clamp(static_cast<int>(img.x()), 0, drawn_depth.cols - 1));
-      if (depth > 0) return depth;
-    }
-    return plane.DepthOf({(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0});
-  };
-  const auto image = TriangulateLumigraph(*scene, camera, cam_from_world, depth_at, options.field);
+  const auto image =
+      TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(camera, plane), options.field);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
     for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
   });
   const double count = static_cast<double>(image.triangles.size());
   TriangleBatch batch;
   for (std::size_t t = 0; t < image.triangles.size(); ++t) {
-    // Rays with unit z as corners: what the shader normalises is then linear in the image.
     Matrix3d corners;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector2d& img = image.img[At(image.triangles[t][At(k)])];
-      corners.col(k) = Vector3d((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
-    }
+    for (int k = 0; k < 3; ++k) corners.col(k) = CornerRay(camera, image.img[At(image.triangles[t][At(k)])]);
     AddTriangle(corners, corners.inverse(), camera, 1.0, static_cast<double>(t) / count, table, t, {}, batch);
   }
   return batch;

@@ -261,7 +261,7 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   const cv::Mat depth = state_->Depth(camera, cam_from_world);
   if (options.depth) picture.depth = depth;
   if (options.weights)
-    picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(cam_from_world), camera,
+    picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(camera, cam_from_world), camera,
                                      cam_from_world, depth, options);
   return picture;
 }

@@ -17,6 +17,7 @@
 #include "render/gl_sights.h"
 #include "render/gl_triangles.h"
 #include "render/gl_views.h"
+#include "render/image_triangulation.h"
 #include "render/mesh_field.h"
 #include "render/view_tiles.h"
 
@@ -72,7 +73,8 @@ struct GlRenderer::State {
                               const Rigid3& cam_from_world) const;
   TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;
-  std::unique_ptr<FieldFromHere> FieldFrom(const Rigid3& cam_from_world) const;
+  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                    const PlaneInCamera& plane) const;
   bool ProvideSights(std::span<const int> of_views);

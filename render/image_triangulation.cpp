@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "render/at.h"
 #include "render/planar_delaunay.h"
+#include "render/ray_cone.h"
 
 namespace ulf {
 namespace {
@@ -89,7 +91,69 @@ class WeightsAtPoint {
   std::vector<int> order_;
 };
 
+class FieldOfTriangulation : public FieldFromHere {
+ public:
+  FieldOfTriangulation(WeightedImageTriangulation image, const CameraModel& camera,
+                       const Rigid3& cam_from_world)
+      : image_(std::move(image)) {
+    const Eigen::Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
+    for (const Triangle& t : image_.triangles) {
+      Eigen::Matrix3d corners;
+      for (int k = 0; k < 3; ++k) corners.col(k) = CornerRay(camera, image_.img[At(t[At(k)])]);
+      cone_from_ray_.push_back(ConeFromRay(corners) * cam_from_world_r);
+    }
+  }
+
+  std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
+    std::vector<int> candidates;
+    for (std::size_t t = 0; t < cone_from_ray_.size(); ++t)
+      if (MayMeet(cone_from_ray_[t], axis, half_angle)) candidates.push_back(static_cast<int>(t));
+    return candidates;
+  }
+
+  void Weights(const RayQuery& query, FieldSample& sample) const override {
+    sample = {};
+    const std::size_t count = query.candidates ? query.candidates->size() : cone_from_ray_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t t = query.candidates ? At((*query.candidates)[i]) : i;
+      const auto barycentric = Barycentric(cone_from_ray_[t], query.ray_in_world);
+      if (!barycentric) continue;
+      for (int k = 0; k < 3; ++k)
+        for (const auto& [view, weight] : image_.weights[At(image_.triangles[t][At(k)])])
+          sample.Add(view, (*barycentric)(k)*weight);
+      sample.confidence = 1;
+      return;
+    }
+  }
+
+ private:
+  WeightedImageTriangulation image_;
+  std::vector<Eigen::Matrix3d> cone_from_ray_;  // in world axes
+};
+
 }  // namespace
+
+Vector3d CornerRay(const CameraModel& camera, const Vector2d& img) {
+  return {(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0};
+}
+
+DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera) {
+  return [=](const Vector2d& img) -> double {
+    if (!drawn.empty()) {
+      const float depth = drawn.at<float>(std::clamp(static_cast<int>(img.y()), 0, drawn.rows - 1),
+                                          std::clamp(static_cast<int>(img.x()), 0, drawn.cols - 1));
+      if (depth > 0) return depth;
+    }
+    return plane.DepthOf(CornerRay(camera, img));
+  };
+}
+
+std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
+                                                   const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                   const FieldOptions& options) {
+  return std::make_unique<FieldOfTriangulation>(
+      TriangulateLumigraph(scene, camera, cam_from_world, depth_at, options), camera, cam_from_world);
+}
 
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
@@ -100,8 +164,7 @@ WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const 
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), options);
   for (const Vector2d& img : result.img) {
-    const Vector3d ray((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0);
-    result.weights.push_back(weights_at.At(world_from_cam * (ray * depth_at(img))));
+    result.weights.push_back(weights_at.At(world_from_cam * (CornerRay(camera, img) * depth_at(img))));
   }
   return result;
 }

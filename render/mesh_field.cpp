@@ -42,7 +42,7 @@ class MeshFieldFromHere : public FieldFromHere {
       if (!barycentric) continue;
       for (int k = 0; k < 3; ++k)
         for (const auto& [vertex, weight] : mesh_->weights[At(mesh_->triangles[t][At(k)])])
-          Add(sample, placed_.view_of_vertex[At(vertex)], (*barycentric)(k)*weight);
+          sample.Add(placed_.view_of_vertex[At(vertex)], (*barycentric)(k)*weight);
       sample.confidence = mesh_->confidence[t];
       sample.extrapolated = t < mesh_->strips;
       return;
@@ -50,16 +50,6 @@ class MeshFieldFromHere : public FieldFromHere {
   }
 
  private:
-  static void Add(FieldSample& sample, int view, double weight) {
-    if (weight <= 0) return;
-    for (ViewWeight& entry : sample.weights)
-      if (entry.view == view) {
-        entry.weight += weight;
-        return;
-      }
-    sample.weights.push_back({view, weight});
-  }
-
   std::shared_ptr<const FieldMesh> mesh_;
   PlacedMesh placed_;
 };

@@ -9,6 +9,7 @@
 
 #include "acquisition/available_memory.h"
 #include "acquisition/error.h"
+#include "render/image_triangulation.h"
 #include "render/lumigraph_field.h"
 
 namespace ulf {
@@ -197,9 +198,17 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
         std::make_unique<ApertureField>(std::make_shared<MeshField>(scene_, options_.field.level));
 }
 
-std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const Rigid3& cam_from_world) const {
-  return aperture_field_ ? aperture_field_->From(cam_from_world, *options_.aperture)
-                         : field_->From(cam_from_world.OriginInSource());
+std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,
+                                                            const Rigid3& cam_from_world,
+                                                            const cv::Mat& depth) const {
+  if (aperture_field_) return aperture_field_->From(cam_from_world, *options_.aperture);
+  if (options_.field.kind != FieldKind::kLumigraph) return field_->From(cam_from_world.OriginInSource());
+  const RenderScene& scene = focused_ ? *focused_ : *scene_;
+  const bool has_triangles = scene.proxy->Triangles(camera, cam_from_world) != nullptr;
+  return LumigraphAtVertices(
+      scene, camera, cam_from_world,
+      DepthFromPicture(has_triangles ? depth : cv::Mat(), scene.proxy->Background(cam_from_world), camera),
+      options_.field);
 }
 
 namespace {
@@ -311,8 +320,8 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
   picture.drawn = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   WeightLayers layers(scene, depth.size());
   ForEachPixel(
-      SetUp(scene, camera, cam_from_world, options_.show_field), *FieldFrom(cam_from_world), depth,
-      FillingOf(options_),
+      SetUp(scene, camera, cam_from_world, options_.show_field), *FieldFrom(camera, cam_from_world, depth),
+      depth, FillingOf(options_),
       [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
         if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
         if (contributions.empty()) return;

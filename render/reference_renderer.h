@@ -19,7 +19,8 @@ class ReferenceRenderer : public Renderer {
   const RenderScene& scene() const override { return *scene_; }
 
  private:
-  std::unique_ptr<FieldFromHere> FieldFrom(const Rigid3& cam_from_world) const;
+  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
+                                           const cv::Mat& depth) const;
 
   std::shared_ptr<const RenderScene> scene_;    // with its own proxy
   std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture

@@ -112,17 +112,22 @@ TEST(GlRenderer, ConfidenceEqualsTheReference) {
   }
 }
 
-TEST(GlRenderer, LumigraphAtVerticesIsCloseToPerPixel) {
+TEST(GlRenderer, LumigraphAtVerticesEqualsTheReferenceAndIsCloseToPerPixel) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(70, 0.7, 2.0, 0.03)});
-  const auto gl = MakeRenderer(scene, {.field = {.kind = FieldKind::kLumigraph}});
-  const auto reference = MakeRenderer(
+  const FieldOptions at_vertices{.kind = FieldKind::kLumigraph};
+  const auto gl = MakeRenderer(scene, {.field = at_vertices});
+  const auto reference =
+      MakeRenderer(scene, {.field = at_vertices, .renderer = RendererKind::kReference, .weights = true});
+  const auto per_pixel = MakeRenderer(
       scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}, .renderer = RendererKind::kReference});
   const Rigid3 pose = LookAt({0.2, 0.1, 2.9}, Vector3d::Zero(), Vector3d::UnitY());
-  const Rendering fast = gl->Render(kCamera, pose);
-  const Agreement agreement =
-      Compare(fast, reference->Render(kCamera, pose), cv::Mat::zeros(kCamera.height, kCamera.width, CV_8U));
-  EXPECT_LT(agreement.mean_abs, 1.5);
+  const Rendering fast = gl->Render(kCamera, pose), plain = reference->Render(kCamera, pose);
+  EXPECT_GE(Compare(fast, plain, VisibilityBand(*scene, at_vertices, kCamera, pose)).within_share, 0.999);
   EXPECT_LT(fast.filled_px, 50);
+  const Rendering everywhere = per_pixel->Render(kCamera, pose);
+  const cv::Mat nowhere = cv::Mat::zeros(kCamera.height, kCamera.width, CV_8U);
+  EXPECT_LT(Compare(fast, everywhere, nowhere).mean_abs, 1.5);
+  EXPECT_GT(Compare(fast, everywhere, nowhere).mean_abs, 0.01) << "the same field twice";
 }
 
 TEST(Renderers, APhotographReturnsFromItsOwnViewpoint) {
@@ -362,7 +367,8 @@ TEST(PyramidLevel, FollowsTheFootprint) {
   EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 1e-6), 8);  // nor coarser than one pixel
 }
 
-// The check on real photographs: a recorded view comes back, and OpenGL equals the reference.
+// The check on real photographs: a recorded view comes back, and OpenGL equals the reference, there and where
+// several views make the picture, with every field that blends.
 TEST(Renderers, RealGridReturnsItsPhotographs) {
   ULF_NEED_TEST_DATA(dir, "shop_grid_even");
   LightField light_field = ReadLightField(dir);
@@ -375,16 +381,32 @@ TEST(Renderers, RealGridReturnsItsPhotographs) {
   const auto gl = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}});
   const auto reference =
       MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = RendererKind::kReference});
+  const auto expect_equal = [&](const SceneView& view, const Rigid3& pose) {
+    const Rendering picture = gl->Render(view.camera, pose);
+    const cv::Mat band = VisibilityBand(*scene, gl->field(), view.camera, pose);
+    const Agreement agreement = Compare(picture, reference->Render(view.camera, pose), band);
+    EXPECT_GE(agreement.within_share, 0.999) << FieldName(gl->field().kind) << ", view " << view.id;
+    EXPECT_LT(agreement.band_share, 0.3) << "nothing is compared";
+    return picture;
+  };
   for (const std::size_t i : {0u, 24u, 31u}) {
     const SceneView& view = scene->views[i];
-    const Rendering picture = gl->Render(view.camera, view.cam_from_world);
+    const Rendering picture = expect_equal(view, view.cam_from_world);
     cv::Mat difference;
     cv::absdiff(Srgb8FromLinear(picture.linear), view.photograph->Level(0), difference);
     const cv::Scalar mean = cv::mean(difference);
     EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << "view " << view.id;
-    const cv::Mat band = VisibilityBand(*scene, gl->field(), view.camera, view.cam_from_world);
-    const Agreement agreement = Compare(picture, reference->Render(view.camera, view.cam_from_world), band);
-    EXPECT_GE(agreement.within_share, 0.999) << "view " << view.id;
+  }
+  const SceneView& view = scene->views[24];
+  Rigid3 between = view.cam_from_world;  // two fifths of the way to the next, and a little forward
+  between.translation +=
+      view.cam_from_world.rotation * (0.4 * (view.center_in_world - scene->views[25].center_in_world));
+  between.translation.z() -= 0.3;
+  for (const FieldKind kind :
+       {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraph, FieldKind::kLumigraphPerPixel}) {
+    gl->SetField({.kind = kind});
+    reference->SetField({.kind = kind});
+    expect_equal(view, between);
   }
 }
 
