@@ -92,6 +92,11 @@ GlContext::GlContext(GlDoor door) {
       "install libegl-mesa0 libgl1-mesa-dri, or do without: --renderer reference");
 }
 
+bool GlContext::IsSoftware() const {
+  const auto is = [&](const char* name) { return device_.find(name) != std::string::npos; };
+  return is("llvmpipe") || is("softpipe") || is("SwiftShader");
+}
+
 GlContext::~GlContext() {
   // The display stays initialised: other contexts of this process may be on it.
   if (context_) eglDestroyContext(display_, context_);

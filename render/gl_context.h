@@ -32,6 +32,7 @@ class GlContext {
   };
 
   const std::string& device() const { return device_; }  // GL_RENDERER
+  bool IsSoftware() const;                               // and no GPU
 
  private:
   void* display_ = nullptr;

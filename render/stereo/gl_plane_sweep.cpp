@@ -73,10 +73,7 @@ GlPlaneSweep::~GlPlaneSweep() {
   costs_.Release();
 }
 
-bool GlPlaneSweep::IsSoftware() const {
-  return device().find("llvmpipe") != std::string::npos || device().find("softpipe") != std::string::npos ||
-         device().find("SwiftShader") != std::string::npos;
-}
+bool GlPlaneSweep::IsSoftware() const { return context_.IsSoftware(); }
 
 CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
                                        const std::vector<const StereoView*>& neighbours,
