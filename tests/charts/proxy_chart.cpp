@@ -100,7 +100,7 @@ Chart ProxyChart(const ChartEffort& effort) {
     for (const double edge_m : effort.Of(std::vector{0.02}, {0.2, 0.05, 0.0125, 0.0})) {
       const auto coarse =
           std::make_shared<TriangleMesh>(edge_m > 0 ? Clustered(mesh, static_cast<float>(edge_m)) : mesh);
-      measure("mesh of `ulf proxy`, clustered", Thousands(coarse->triangles.size()), edge_m == 0,
+      measure("mesh of ulf proxy, clustered", Thousands(coarse->triangles.size()), edge_m == 0,
               std::make_shared<MeshProxy>(scene->subject, coarse));
     }
     rows.Choose(*scene);

@@ -2,6 +2,7 @@
 // light field's own mesh, at two sizes.
 #include <map>
 
+#include "render/points_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
@@ -58,25 +59,30 @@ Chart RenderingChart(const ChartEffort& effort) {
     const auto scene = StudioScene(with_seed(large));
     const auto mesh =
         std::make_shared<TriangleMesh>(BuildProxy(*scene, {.depth_maps = effort.Of(8, 24)}).mesh);
+    const std::vector<std::pair<const char*, std::shared_ptr<const Proxy>>> proxies{
+        {"over the plane", scene->proxy},
+        {"over 3,000 points",
+         std::make_shared<PointsProxy>(scene->subject, StudioPoints(with_seed(large), 3000))},
+        {"over the mesh of ulf proxy", std::make_shared<MeshProxy>(scene->subject, mesh)}};
     const std::vector<TruePicture> path = StudioPath(with_seed(small), effort.Of(8, 48));
     for (const StudioOptions& size : {small, large}) {
       std::vector<Row>& rows = by_size[fmt::format("{} x {}", size.width, size.height)];
       std::size_t next = 0;
       const auto truth = StudioTruth(with_seed(size), effort.Of(3, 12));
       const auto renderer = MakeRenderer(scene, {});
-      for (const bool over_mesh : {false, true}) {
-        if (over_mesh) renderer->SetProxy(std::make_shared<MeshProxy>(scene->subject, mesh));
+      for (const auto& [series, proxy] : proxies) {
+        renderer->SetProxy(proxy);
         for (const auto& [name, field] : Fields(effort)) {
           renderer->SetField(field);
           const RenderedQuality quality = MeasureRendering(*renderer, truth);
           if (next == rows.size())
-            rows.push_back({over_mesh ? "over the mesh of `ulf proxy`" : "over the plane", name,
-                            field.kind == FieldKind::kSubdivision && field.level == 1});
+            rows.push_back({series, name, field.kind == FieldKind::kSubdivision && field.level == 1});
           Row& row = rows[next++];
           row.ms.push_back(quality.cpu_ms);
           row.psnr_db.push_back(quality.psnr_db);
           row.ssim.push_back(quality.ssim);
-          if (size.width == small.width) row.restless.push_back(TemporalErrorAlong(*renderer, path));
+          const bool in_motion = size.width == small.width && field.kind != FieldKind::kLumigraphPerPixel;
+          if (in_motion) row.restless.push_back(TemporalErrorAlong(*renderer, path));
         }
       }
     }
@@ -89,7 +95,7 @@ Chart RenderingChart(const ChartEffort& effort) {
       "or what there is; {} pictures of each seed from places that were not recorded, whole frames. Temporal "
       "error: {} pictures of a hand's way, root mean square of the second difference of (rendering - truth). "
       "Processor time, reading the picture back included; bars: lowest to highest seed. Ringed: without "
-      "being asked for another field.",
+      "being asked for another field; weights per pixel are too slow to be looked at in motion.",
       effort.Of(24, 12), effort.Of(3, 12), effort.Of(8, 48));
   for (const auto& [size, rows] : by_size)
     chart.panels.push_back(PanelOf(size, {"PSNR [dB]", false, true}, rows, &Row::psnr_db));
