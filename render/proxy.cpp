@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/depth_raster.h"
+#include "render/fingerprint.h"
 
 namespace ulf {
 
@@ -43,6 +44,8 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
   return plane;
 }
 
+void Proxy::AddTo(Fingerprint& /*fingerprint*/) const {}
+
 std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
                                                      const Rigid3& /*cam_from_world*/) const {
   return nullptr;
@@ -61,6 +64,17 @@ cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) co
       if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;
   FillWithPlane(plane, camera, depth);
   return depth;
+}
+
+void PlaneProxy::AddTo(Fingerprint& fingerprint) const {
+  if (!plane_) return;
+  for (const double value : plane_->normal) fingerprint.Add(value);
+  fingerprint.Add(plane_->offset);
+}
+
+void MeshProxy::AddTo(Fingerprint& fingerprint) const {
+  fingerprint.AddAll(mesh_->vertices);
+  fingerprint.AddAll(mesh_->triangles);
 }
 
 PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
