@@ -24,7 +24,8 @@ struct SceneArgs {
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
-// "gl", "reference", or "auto": the reference renderer where there is no OpenGL, which is said once.
+// "gl" (Error where there is no OpenGL), "reference", or "auto": the reference renderer where there is no
+// OpenGL, which is said once.
 RendererKind RendererFromName(const std::string& name);
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);

@@ -13,6 +13,7 @@
 #include "render/evaluate.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/without_opengl.h"
 
 namespace ulf {
 namespace {
@@ -145,17 +146,28 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
 TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
   const std::string render = "render " + dir_.string() + " --field linear --proxy plane --width 48 -o ";
   ASSERT_EQ(RunUlf(render + Out("gl.png")).exit_code, 0);
-  // No driver is found from here on.
-  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere", 1);
+  const test::WithoutOpenGl here;
   const auto without = RunUlf(render + Out("cpu.png"));
   const auto wanted = RunUlf(render + Out("none.png") + " --renderer gl");
-  unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_THAT(without.errors,
               AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("reference renderer, on the processor")));
   EXPECT_LE(cv::norm(cv::imread(Out("gl.png")), cv::imread(Out("cpu.png")), cv::NORM_INF), 2);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, HasSubstr("--renderer reference"));
+}
+
+TEST_F(RenderCommand, EvaluateWorksWithoutOpenGl) {
+  const std::string evaluate = "evaluate " + dir_.string() + " --fields linear --proxy plane --json";
+  const test::WithoutOpenGl here;
+  const auto without = RunUlf(evaluate);
+  const auto wanted = RunUlf(evaluate + " --renderer gl");
+  ASSERT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_THAT(without.errors, HasSubstr("reference renderer, on the processor"));
+  EXPECT_GT(nlohmann::json::parse(without.output)["results"][0]["psnr_db"], 20);
+  EXPECT_EQ(wanted.exit_code, 1);
+  EXPECT_THAT(wanted.errors,
+              AllOf(HasSubstr("libegl-mesa0"), HasSubstr("or do without: --renderer reference")));
 }
 
 TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
