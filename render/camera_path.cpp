@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "render/path_files.h"
 
@@ -227,6 +228,15 @@ double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraMod
 
 bool IsNamedPath(const std::string& path) {
   return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral";
+}
+
+void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
+  const std::size_t poses = path.cam_from_world.size();
+  if (asked > 0 && static_cast<std::size_t>(asked) != poses)
+    throw UsageError(
+        "--frames {}: the path gives {}, a picture each; only named paths and keyframes have as many as they "
+        "are asked for. Leave the number out, or give a part, A:B",
+        option, Counted(poses, "pose"));
 }
 
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {

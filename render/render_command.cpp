@@ -260,6 +260,7 @@ int RunRender(const RenderArgs& args) {
   const auto renderer = RendererOf(args, encoding);
   const bool single = IsSinglePicture(args.out);
   CameraPath path = PathOf(args, renderer->scene(), single && args.frames.empty() ? 1 : range.count);
+  RequireFrames(path, range.count, args.frames);
   const int all = static_cast<int>(path.cam_from_world.size());
   if (range.first >= all)
     throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
@@ -327,7 +328,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--frames", args->frames,
       "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "
-      "say); A:B: only pictures A to B - 1 of the path, A:B/N: of a path of N");
+      "say), as many as another path has poses; A:B: only pictures A to B - 1 of the path, A:B/N: of a "
+      "path of N");
   sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
   sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")

@@ -36,6 +36,7 @@ CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
     camera = camera.ScaledTo(args.width, std::max(1, camera.height * args.width / camera.width));
   CameraPath path = MakePath(
       {.path = args.path, .frames = args.frames, .camera = camera, .light_field = scene_args.dir}, scene);
+  RequireFrames(path, args.frames, std::to_string(args.frames));
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
   double zoom = 1;
   if (IsNamedPath(args.path) && truth.TakesAnyCamera())
@@ -101,7 +102,7 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
                  "What the path's pictures should look like: the simulator that was captured "
                  "(sim:studio?seed=7, as without), or a folder of frame_00000.png or .exr")
       ->needs(path);
-  sub.add_option("--frames", args.frames, "Pictures of a named path (120)")
+  sub.add_option("--frames", args.frames, "Pictures of a named path (120) or through keyframes")
       ->check(CLI::Range(3, 100000))
       ->needs(path);
   sub.add_option("--width", args.width, "Of the pictures; they keep their shape")

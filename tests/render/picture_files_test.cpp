@@ -377,6 +377,42 @@ TEST_F(RenderToFiles, FormatsAndSizes) {
   EXPECT_FALSE(fs::exists(Out("huge.png")));
 }
 
+TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
+  const Rigid3 world_from_cam = kPose.Inverse();
+  const auto& c = world_from_cam.translation;
+  const auto& q = world_from_cam.rotation;
+  std::string lines;
+  for (int i = 0; i < 3; ++i)
+    lines += fmt::format("{} {} {} {} {} {} {} {}\n", i, c.x(), c.y(), c.z(), q.x(), q.y(), q.z(), q.w());
+  WriteFileAtomically(scratch_ / "poses.txt", lines);
+  nlohmann::json nerfstudio{{"render_width", 24}, {"render_height", 18}, {"camera_type", "perspective"}};
+  for (int i = 0; i < 3; ++i)
+    nerfstudio["camera_path"].push_back(
+        {{"fov", 50}, {"camera_to_world", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2, 0, 0, 0, 1}}});
+  WriteFileAtomically(scratch_ / "nerfstudio.json", nerfstudio.dump());
+  const std::string with = " --field linear --proxy plane --width 24 ";
+  for (const auto& [path, poses] : {std::pair{Out("poses.txt"), "3 poses"},
+                                    {Out("nerfstudio.json"), "3 poses"},
+                                    {dir_.string(), "20 poses"}})
+    for (const char* frames : {"7", "0:2/7"}) {
+      const auto refused =
+          RunUlf(Render("--path " + path + with + "--frames " + frames + " -o " + Out("refused")));
+      EXPECT_EQ(refused.exit_code, 2) << path;
+      EXPECT_THAT(refused.errors, HasSubstr(fmt::format("--frames {}", frames)));
+      EXPECT_THAT(refused.errors, HasSubstr(poses));
+    }
+  const auto temporal =
+      RunUlf("evaluate " + dir_.string() + " --fields linear --proxy plane --renderer reference --truth " +
+             scratch_.path().string() + " --frames 7 --temporal " + Out("poses.txt"));
+  EXPECT_EQ(temporal.exit_code, 2);
+  EXPECT_THAT(temporal.errors, HasSubstr("3 poses"));
+
+  const std::string poses = "--path " + Out("poses.txt") + with;
+  EXPECT_EQ(RunUlf(Render(poses + "--frames 1:3/3 -o " + Out("part"))).exit_code, 0);
+  EXPECT_EQ(Pictures(scratch_ / "part").size(), 2u);
+  EXPECT_EQ(RunUlf(Render(poses + "-o " + Out("one.png"))).exit_code, 0) << "the first one";
+}
+
 TEST_F(RenderToFiles, LensesAndPathsByName) {
   for (const char* path : {"vertigo", "spiral"}) {
     const auto run = RunUlf(Render(std::string("--path ") + path + " --frames 3 -o " + Out(path)));
