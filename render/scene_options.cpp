@@ -55,6 +55,7 @@ std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
 }
 
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
+  if (args.proxies.empty()) return EveryProxyOf(args.dir, subject);
   std::vector<std::shared_ptr<const Proxy>> proxies;
   for (const std::string& name : args.proxies) proxies.push_back(ProxyFromName(name, subject, args.dir));
   return proxies;

@@ -17,7 +17,7 @@ struct SceneArgs {
   double memory_mb = 2048;
   double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
   std::string renderer = "auto";
-  std::vector<std::string> proxies{"plane"};
+  std::vector<std::string> proxies = {};  // to compare; none: every one there is
   std::string viewpoint_mesh = "sphere";
   PhotographForm form = PhotographForm::kAuto;
 };

@@ -9,7 +9,6 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/command_line.h"
 #include "acquisition/error.h"
-#include "acquisition/gnuplot.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
 
@@ -110,8 +109,6 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
       ->needs(path);
   sub.add_option("--strips", args.strips, "Picture to write: the middle column of the image over time (PNG)")
       ->needs(path);
-  sub.add_option("--plot", args.plot, "Chart to write: the temporal error over time (.png, .svg, .pdf)")
-      ->needs(path);
 }
 
 void CheckTemporalOptions(const TemporalArgs& args) {
@@ -121,11 +118,10 @@ void CheckTemporalOptions(const TemporalArgs& args) {
       throw UsageError("--strips {}: the picture is written as .png", args.strips);
     RequireWritable(args.strips);
   }
-  if (!args.plot.empty()) RequireChart(args.plot);
 }
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<FieldOptions>& fields, bool json) {
+                const std::vector<FieldOptions>& fields, const std::string& plot, bool json) {
   const std::string truth_name = TruthNameOf(args, scene_args.dir);
   const auto truth = TruthFromName(truth_name);
   const auto scene = Load(scene_args);
@@ -142,7 +138,7 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
       throw Error("--strips {}: the picture cannot be encoded", args.strips);
     WriteFileAtomically(args.strips, std::string(bytes.begin(), bytes.end()));
   }
-  if (!args.plot.empty()) DrawTemporalChart(summary, args.plot);
+  if (!plot.empty()) DrawTemporalChart(summary, plot);
   if (json)
     fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));
   else
