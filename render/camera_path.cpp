@@ -7,6 +7,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "render/path_files.h"
+#include "render/subject_center.h"
 
 namespace ulf {
 namespace {
@@ -67,7 +68,7 @@ Spread SpreadOf(const RenderScene& scene) {
   Vector3d sum = Vector3d::Zero();
   for (const SceneView& view : scene.views) {
     const Vector3d arm = view.center_in_world - scene.subject.center_in_world;
-    if (!(arm.norm() > 0)) continue;
+    if (IsAtCenter(scene.subject, view.center_in_world)) continue;
     directions.push_back(arm.normalized());
     distances.push_back(arm.norm());
     sum += directions.back();

@@ -5,6 +5,7 @@
 
 #include "render/depth_raster.h"
 #include "render/fingerprint.h"
+#include "render/subject_center.h"
 
 namespace ulf {
 
@@ -34,7 +35,7 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
   const Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const double distance = center_in_cam.norm();
   PlaneInCamera plane;
-  if (distance > 1e-9 * std::max(1.0, subject.radius)) {
+  if (!IsAtCenter(subject, cam_from_world.OriginInSource())) {
     plane.normal = center_in_cam / distance;
     plane.offset = distance;
   } else {
