@@ -17,7 +17,7 @@ struct ModelCandidate {
 struct ModelChoice {
   std::string question;                    // "blending field"
   std::string criterion;                   // what decides, as a clause
-  std::vector<ModelCandidate> candidates;  // the simplest first
+  std::vector<ModelCandidate> candidates;  // in order of preference, mostly the simplest first
 };
 
 std::string ToText(const ModelChoice& choice);  // a heading, and a line for each candidate

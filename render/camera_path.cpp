@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "render/path_files.h"
+#include "render/subject_center.h"
 
 namespace ulf {
 namespace {
@@ -66,7 +68,7 @@ Spread SpreadOf(const RenderScene& scene) {
   Vector3d sum = Vector3d::Zero();
   for (const SceneView& view : scene.views) {
     const Vector3d arm = view.center_in_world - scene.subject.center_in_world;
-    if (!(arm.norm() > 0)) continue;
+    if (IsAtCenter(scene.subject, view.center_in_world)) continue;
     directions.push_back(arm.normalized());
     distances.push_back(arm.norm());
     sum += directions.back();
@@ -227,6 +229,15 @@ double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraMod
 
 bool IsNamedPath(const std::string& path) {
   return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral";
+}
+
+void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
+  const std::size_t poses = path.cam_from_world.size();
+  if (asked > 0 && static_cast<std::size_t>(asked) != poses)
+    throw UsageError(
+        "--frames {}: the path gives {}, a picture each; only named paths and keyframes have as many as they "
+        "are asked for. Leave the number out, or give a part, A:B",
+        option, Counted(poses, "pose"));
 }
 
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {

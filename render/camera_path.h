@@ -54,6 +54,9 @@ struct PathRequest {
 };
 
 bool IsNamedPath(const std::string& path);
+// UsageError where a number of pictures was asked for (0: it was not) that the path has not: it gives as many
+// poses as it gives. `option`: as it stood on the command line.
+void RequireFrames(const CameraPath& path, int asked, const std::string& option);
 // Throws PathFromFile()'s errors.
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 

@@ -3,14 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "acquisition/counted.h"
 #include "render/evaluate.h"
 #include "render/proxy_choice.h"
 
 namespace ulf {
 namespace {
-
-constexpr std::size_t kLeastViews = 10;
 
 std::string NameOf(const FieldOptions& field) {
   return field.kind == FieldKind::kSubdivision ? "subdivision " + LevelName(field.level)
@@ -33,15 +33,6 @@ RenderScene Small(const RenderScene& scene) {
   return small;
 }
 
-// The first candidate that is within the margin of the best.
-const ScoredChoice& SimplestOf(const std::vector<ScoredChoice>& candidates) {
-  const auto best = std::max_element(candidates.begin(), candidates.end(),
-                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
-  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
-    return candidate.psnr_db >= best->psnr_db - kSimplerWithinDb;
-  });
-}
-
 std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                               const std::vector<std::shared_ptr<const Proxy>>& proxies,
                               RendererKind renderer) {
@@ -51,8 +42,7 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
-    const MeanScore& mean = result.inside.views > 0 ? result.inside : result.all;
-    candidates.push_back({result.used, proxies[i / fields.size()], mean.psnr_db});
+    candidates.push_back({result.used, proxies[i / fields.size()], result.Main().psnr_db});
   }
   return candidates;
 }
@@ -69,7 +59,8 @@ ModelChoice Explained(const std::string& question, const std::vector<ScoredChoic
                       const ScoredChoice& chosen, bool by_proxy) {
   ModelChoice explained{
       question,
-      fmt::format("the simplest within {} dB of the best on views that were left out", kSimplerWithinDb),
+      fmt::format("the first within {} dB of the best on views that were left out, in this order",
+                  kPreferredWithinDb),
       {}};
   for (const ScoredChoice& candidate : tried)
     explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : NameOf(candidate.field),
@@ -81,11 +72,28 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
   return {question, "nothing was compared", {{model, why, true}}};
 }
 
+// What shows few views, or views on a line, best.
+std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [](const FieldOptions& field) {
+    return field.kind == FieldKind::kLumigraph;
+  });
+  return found == fields.end() ? std::nullopt : std::optional(*found);
+}
+
 }  // namespace
+
+const ScoredChoice& FirstNearTheBest(const std::vector<ScoredChoice>& candidates) {
+  const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
+    return candidate.psnr_db >= best->psnr_db - kPreferredWithinDb;
+  });
+}
 
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
   Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}, {}};
+  const bool few = static_cast<int>(scene.views.size()) < kLeastViewsToCompare;
   const auto untried = [&](const std::string& why) {
     choice.explained = {Untried("proxy", choice.proxy->Name(), why),
                         Untried("blending field", NameOf(choice.field), why)};
@@ -96,11 +104,15 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                  " weights are used, the others are not to be had from these viewpoints";
     if (proxies.size() == 1) return untried("the viewpoints span no surface");
   }
-  if (scene.views.size() < kLeastViews) {
-    if (choice.why.empty())
-      choice.why = fmt::format("{} with the {} proxy: too few views to leave some out and compare",
-                               NameOf(choice.field), choice.proxy->Name());
-    return untried(fmt::format("{} views, and {} or more are compared", scene.views.size(), kLeastViews));
+  const bool open = fields.size() > 1 || proxies.size() > 1;
+  if (few && open) {
+    if (const auto lumigraph = LumigraphAmong(fields)) choice.field = FieldThatServes(*lumigraph, scene.mesh);
+    choice.proxy = proxies.back();
+    choice.why += fmt::format("{}{} with the {} proxy: {}, too few to leave some out and compare",
+                              choice.why.empty() ? "" : "; ", NameOf(choice.field), choice.proxy->Name(),
+                              Counted(scene.views.size(), "view"));
+    return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
+                               kLeastViewsToCompare));
   }
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
@@ -108,21 +120,22 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const RenderScene small = Small(scene);
   if (proxies.size() > 1) {
     const auto tried = Try(small, {fields.front()}, proxies, renderer);
-    choice.proxy = SimplestOf(tried).proxy;
-    choice.explained.push_back(Explained("proxy", tried, SimplestOf(tried), true));
+    choice.proxy = FirstNearTheBest(tried).proxy;
+    choice.explained.push_back(Explained("proxy", tried, FirstNearTheBest(tried), true));
     choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
                               Listed(tried, true));
     choice.candidates = tried;
   }
   if (fields_differ) {
     const auto tried = Try(small, fields, {choice.proxy}, renderer);
-    choice.field = SimplestOf(tried).field;
-    choice.explained.push_back(Explained("blending field", tried, SimplestOf(tried), false));
+    choice.field = FirstNearTheBest(tried).field;
+    choice.explained.push_back(Explained("blending field", tried, FirstNearTheBest(tried), false));
     choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
                               Listed(tried, false));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
   }
-  choice.why += fmt::format(" on left-out views; the first within {} dB of the best", kSimplerWithinDb);
+  choice.why += fmt::format(" on left-out views; the first within {} dB of the best, in this order",
+                            kPreferredWithinDb);
   return choice;
 }
 
@@ -144,9 +157,7 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
   if (proxy != kAuto) {
     proxies = {ProxyFromName(proxy, scene.subject, light_field)};
   } else {
-    proxies = {ProxyFromName("plane", scene.subject, light_field)};
-    for (const std::string& name : ProxiesOfItsOwn(light_field))
-      proxies.push_back(ProxyFromName(name, scene.subject, light_field));
+    proxies = EveryProxyOf(light_field, scene.subject);
   }
   return ChooseByEvidence(scene, fields, proxies, renderer);
 }

@@ -45,6 +45,9 @@ struct FieldScore {
   double ms_per_frame = 0;  // median
   long filled_px = 0, empty_px = 0;
   std::vector<ViewScore> views = {};
+
+  // The figures that count: of the views inside the hull, of all where none is inside.
+  const MeanScore& Main() const { return inside.views > 0 ? inside : all; }
 };
 
 struct EvaluateSummary {

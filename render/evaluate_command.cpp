@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/error.h"
+#include "acquisition/gnuplot.h"
 #include "render/evaluate.h"
+#include "render/quality_chart.h"
 #include "render/scene_options.h"
 #include "render/temporal_command.h"
 
@@ -21,6 +23,7 @@ struct EvaluateArgs : SceneArgs {
   std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
   FieldArgs field_details;
   TemporalArgs temporal;
+  std::string plot;
   bool json = false;
 };
 
@@ -34,8 +37,7 @@ nlohmann::json JsonOf(const MeanScore& mean) {
 }
 
 nlohmann::json JsonOf(const FieldScore& result) {
-  // The main figures are those of the views inside the hull, of all where none is inside.
-  const MeanScore& main = result.inside.views > 0 ? result.inside : result.all;
+  const MeanScore& main = result.Main();
   nlohmann::json views = nlohmann::json::array();
   for (const ViewScore& score : result.views)
     views.push_back({{"id", score.view_id},
@@ -64,13 +66,19 @@ nlohmann::json JsonOf(const FieldScore& result) {
           {"per_view", views}};
 }
 
+// "vase" of "captures/vase/".
+std::string NameOfFolder(const std::string& dir) {
+  const std::filesystem::path path = std::filesystem::absolute(dir).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 void PrintTable(const EvaluateSummary& summary) {
   fmt::print("{} views, {} left out, {}x{}, {}\n{}\n\n", summary.views, summary.held_out, summary.width,
              summary.height, summary.renderer, summary.viewpoints);
   fmt::print("{:<22} {:<6} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",
              "proxy", "level", "PSNR", "SSIM", "disc", "SSIM", "rim", "SSIM", "ms", "filled px", "empty");
   for (const FieldScore& result : summary.results) {
-    const MeanScore& main = result.inside.views > 0 ? result.inside : result.all;
+    const MeanScore& main = result.Main();
     const std::string rim = result.rim.views > 0
                                 ? fmt::format("{:7.2f} {:6.4f}", result.rim.psnr_db, result.rim.ssim)
                                 : fmt::format("{:>7} {:>6}", "-", "-");
@@ -99,11 +107,20 @@ int RunEvaluate(const EvaluateArgs& args) {
     options.fields.back().kind = FieldFromName(name);
   }
   CheckTemporalOptions(args.temporal);
-  if (!args.temporal.path.empty()) return RunTemporal(args.temporal, args, options.fields, args.json);
+  if (!args.plot.empty()) RequireChart(args.plot);
+  if (!args.temporal.path.empty())
+    return RunTemporal(args.temporal, args, options.fields, args.plot, args.json);
   const auto scene = Load(args);
   options.proxies = Proxies(args, scene->subject);
+  if (args.proxies.empty() && options.proxies.size() > 1)
+    spdlog::info(
+        "compared are all proxies that {} has; those that know the left-out views score a little too well "
+        "(ulf "
+        "proxy --leave-out-every {} makes a mesh that does not)",
+        args.dir, args.every);
   Progress progress("evaluating");
   const EvaluateSummary summary = Evaluate(*scene, options, &progress);
+  if (!args.plot.empty()) DrawChartFile(args.plot, QualityChart(summary, NameOfFolder(args.dir)));
   if (!args.json) {
     PrintTable(summary);
     return kOk;
@@ -134,9 +151,13 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
          "--proxy", args->proxies,
          "Geometry; several are compared: plane, plane:x,y,z,d, points (tracked ones), mesh (DIR/proxy.ply), "
-         "PLY or OBJ files. A mesh should not have seen the left-out views (ulf proxy --leave-out-every)")
+         "PLY or OBJ files; without, plane and whichever of points and mesh there are. A mesh should not "
+         "have seen the left-out views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
+  sub->add_option("--plot", args->plot,
+                  "Chart to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the "
+                  "temporal error over time");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });

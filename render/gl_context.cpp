@@ -88,8 +88,7 @@ GlContext::GlContext(GlDoor door) {
   }
   throw Error(
       "OpenGL 4.5 without a window is not to be had from EGL (neither a GPU nor Mesa's software rasteriser "
-      "answered); "
-      "install libegl-mesa0 libgl1-mesa-dri, or do without: --renderer reference");
+      "answered); install libegl-mesa0 libgl1-mesa-dri");
 }
 
 bool GlContext::IsSoftware() const {

@@ -14,7 +14,8 @@ enum class GlDoor {
 
 class GlContext {
  public:
-  explicit GlContext(GlDoor door = GlDoor::kOwn);  // throws Error that says what was tried
+  explicit GlContext(
+      GlDoor door = GlDoor::kOwn);  // throws Error that says what was tried and what to install
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;

@@ -21,8 +21,9 @@ unsigned CompileShader(unsigned type, const std::string& name, const std::string
     GLsizei length = 0;
     glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
     log.resize(static_cast<std::size_t>(length));
-    throw Error("OpenGL: shader {} does not compile on this driver: {}; render with --renderer reference",
-                name, log);
+    throw Error(
+        "OpenGL: shader {} does not compile on this driver: {}; ulf render --renderer reference does without",
+        name, log);
   }
   return shader;
 }
@@ -52,7 +53,8 @@ void GlProgram::Build(const std::string& name, const std::string& vertex_source,
   GLint ok = 0;
   glGetProgramiv(program_, GL_LINK_STATUS, &ok);
   if (!ok)
-    throw Error("OpenGL: shader {} does not link on this driver; render with --renderer reference", name);
+    throw Error(
+        "OpenGL: shader {} does not link on this driver; ulf render --renderer reference does without", name);
   // Texture units follow the array's index whatever the driver makes of a binding on an array of samplers.
   for (int n = 0; n < 16; ++n) {
     const int location = glGetUniformLocation(program_, ("photographs[" + std::to_string(n) + "]").c_str());

@@ -52,8 +52,8 @@ void GlSights::Grow(int least) {
   const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   if (layers < least)
     throw Error(
-        "OpenGL: this driver can say for {} views what the proxy hides from them, not for more; render with "
-        "--proxy plane or --renderer reference",
+        "OpenGL: this driver can say for {} views what the proxy hides from them, not for more; take "
+        "--proxy plane, or ulf render --renderer reference",
         most_layers);
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);

@@ -1,14 +1,18 @@
 #include "render/picture_files.h"
 
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
+#include <vector>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 
 namespace ulf {
@@ -72,11 +76,21 @@ std::string FirstDifference(const std::map<std::string, std::string>& there,
   return {};
 }
 
-bool HoldsPictures(const fs::path& folder) {
-  return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), [](const auto& entry) {
-    const std::string ending = entry.path().extension().string();
-    return entry.path().filename().string().starts_with("frame_") && (ending == ".png" || ending == ".exr");
-  });
+std::vector<fs::path> PicturesIn(const fs::path& folder) {
+  static const std::regex numbered("frame_[0-9]{5,}\\.(png|exr)");
+  std::vector<fs::path> pictures;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), numbered))
+      pictures.push_back(entry.path());
+  return pictures;
+}
+
+// Before the new settings are written: whoever is killed in between has made nothing wrong.
+void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
+                  const std::string& difference) {
+  for (const fs::path& picture : pictures) fs::remove(picture);
+  spdlog::warn("-o {}: {} of another render removed ({})", folder.string(),
+               Counted(pictures.size(), "picture"), difference);
 }
 
 // Of a process that was killed while it wrote this picture; whoever else writes it now has just begun.
@@ -136,10 +150,19 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
   MakeFolder(out_);
   const fs::path file = out_ / kSettingsFile;
   const bool known = fs::is_regular_file(file);
+  const std::vector<fs::path> pictures = PicturesIn(out_);
+  if (!known && !pictures.empty())
+    throw UsageError(
+        "-o {}: holds pictures (frame_...) but no render.json, so that nobody knows what they are of, and "
+        "they are not replaced; choose another folder, or remove them yourself",
+        out_.string());
   const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
-  if (!overwrite && HoldsPictures(out_) && (!known || !difference.empty()))
-    throw UsageError("-o {}: holds pictures of another render ({}); choose another folder, or --overwrite",
-                     out_.string(), known ? difference : "it has no render.json");
+  if (!difference.empty() && !pictures.empty()) {
+    if (!overwrite)
+      throw UsageError("-o {}: holds pictures of another render ({}); choose another folder, or --overwrite",
+                       out_.string(), difference);
+    RemoveFormer(out_, pictures, difference);
+  }
   if (!known || !difference.empty()) WriteFileAtomically(file, nlohmann::json(settings).dump(1) + "\n");
 }
 

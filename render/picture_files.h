@@ -41,7 +41,8 @@ cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops);
 class PictureFiles {
  public:
   // Makes the folder. Throws UsageError when it holds pictures that were rendered with other `settings` (name
-  // and value), or by something else; `overwrite`: they are replaced.
+  // and value); `overwrite`: all of them are removed, which is said, for render.json speaks for every picture
+  // of its folder. UsageError, too, for pictures without a render.json: they are not ours to remove.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
   // Whether the picture is there already and is to stay.

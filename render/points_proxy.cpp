@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "acquisition/error.h"
+#include "render/fingerprint.h"
 #include "render/planar_delaunay.h"
 #include "render/visible_points.h"
 
@@ -104,6 +105,8 @@ PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& 
     throw Error("--proxy points: the light field has {} tracked points; take another proxy (plane, mesh)",
                 points_.size());
 }
+
+void PointsProxy::AddTo(Fingerprint& fingerprint) const { fingerprint.AddAll(points_); }
 
 std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& camera,
                                                            const Rigid3& cam_from_world) const {

@@ -15,6 +15,7 @@ class PointsProxy : public Proxy {
   // World points; those that are not finite are left out. Error for fewer than four.
   PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points);
   std::string Name() const override { return "points"; }
+  void AddTo(Fingerprint& fingerprint) const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
     return PlaneThroughSubject(subject_, cam_from_world);
   }

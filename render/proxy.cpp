@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "render/depth_raster.h"
+#include "render/fingerprint.h"
+#include "render/subject_center.h"
 
 namespace ulf {
 
@@ -33,7 +35,7 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
   const Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const double distance = center_in_cam.norm();
   PlaneInCamera plane;
-  if (distance > 1e-9 * std::max(1.0, subject.radius)) {
+  if (!IsAtCenter(subject, cam_from_world.OriginInSource())) {
     plane.normal = center_in_cam / distance;
     plane.offset = distance;
   } else {
@@ -42,6 +44,8 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
   plane.far_depth = kFarOverDistance * plane.offset;
   return plane;
 }
+
+void Proxy::AddTo(Fingerprint& /*fingerprint*/) const {}
 
 std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
                                                      const Rigid3& /*cam_from_world*/) const {
@@ -61,6 +65,17 @@ cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) co
       if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;
   FillWithPlane(plane, camera, depth);
   return depth;
+}
+
+void PlaneProxy::AddTo(Fingerprint& fingerprint) const {
+  if (!plane_) return;
+  for (const double value : plane_->normal) fingerprint.Add(value);
+  fingerprint.Add(plane_->offset);
+}
+
+void MeshProxy::AddTo(Fingerprint& fingerprint) const {
+  fingerprint.AddAll(mesh_->vertices);
+  fingerprint.AddAll(mesh_->triangles);
 }
 
 PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {

@@ -32,10 +32,14 @@ void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Ma
 // The plane through the subject's centre that faces the camera.
 PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world);
 
+class Fingerprint;
+
 class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
+  // What distinguishes it from others of its name; nothing where the subject says all.
+  virtual void AddTo(Fingerprint& fingerprint) const;
   // What pictures show that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
   // World triangles for this camera, both of their sides; null: none. The same pointer is the same mesh.
@@ -58,6 +62,7 @@ class PlaneProxy : public Proxy {
   explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
       : subject_(subject), plane_(plane) {}
   std::string Name() const override { return "plane"; }
+  void AddTo(Fingerprint& fingerprint) const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override;
 
  private:
@@ -71,6 +76,7 @@ class MeshProxy : public Proxy {
   MeshProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, std::string name = "mesh")
       : subject_(subject), mesh_(std::move(mesh)), name_(std::move(name)) {}
   std::string Name() const override { return name_; }
+  void AddTo(Fingerprint& fingerprint) const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
     return PlaneThroughSubject(subject_, cam_from_world);
   }

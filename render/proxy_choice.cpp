@@ -67,4 +67,12 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
       "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, and PLY or OBJ files", name);
 }
 
+std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
+                                                       const Subject& subject) {
+  std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", subject, light_field)};
+  for (const std::string& name : ProxiesOfItsOwn(light_field))
+    proxies.push_back(ProxyFromName(name, subject, light_field));
+  return proxies;
+}
+
 }  // namespace ulf

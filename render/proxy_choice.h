@@ -25,4 +25,8 @@ std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_fiel
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
+// The plane and what the light field brings itself, simplest first. Throws as ProxyFromName().
+std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
+                                                       const Subject& subject);
+
 }  // namespace ulf

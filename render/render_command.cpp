@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -14,10 +13,12 @@
 #include "acquisition/available_memory.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "render/aperture_options.h"
 #include "render/camera_path.h"
 #include "render/choice.h"
+#include "render/fingerprint.h"
 #include "render/frame_range.h"
 #include "render/picture_files.h"
 #include "render/picture_memory.h"
@@ -105,39 +106,49 @@ void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
   }
 }
 
-// FNV-1a over what numbers are made of.
-class Fingerprint {
- public:
-  void Add(double value) {
-    std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
-    for (int n = 0; n < 8; ++n, bits >>= 8) hash_ = (hash_ ^ (bits & 0xff)) * 0x100000001b3;
+// Only what its weights depend on.
+std::string FieldText(const FieldOptions& field) {
+  const std::string name = FieldName(field.kind);
+  switch (field.kind) {
+    case FieldKind::kSubdivision:
+      return fmt::format("{}, level {}", name, LevelName(field.level));
+    case FieldKind::kLumigraph:
+    case FieldKind::kLumigraphPerPixel:
+      return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
+                         field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
+    default:
+      return name;
   }
-  void Add(const Rigid3& pose) {
-    for (const double value : pose.rotation.coeffs()) Add(value);
-    for (const double value : pose.translation) Add(value);
-  }
-  void Add(const CameraModel& camera) {
-    for (const double value :
-         {1.0 * camera.width, 1.0 * camera.height, camera.fx, camera.fy, camera.cx, camera.cy})
-      Add(value);
-  }
-  std::string Text() const { return fmt::format("{:016x}", hash_); }
+}
 
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325;
-};
+// A photograph that was made anew has the same number and pose, hardly ever the same size on disk. Its time
+// is not asked: copies on several machines may fill one folder.
+void AddPhotographs(const std::string& dir, Fingerprint& views) {
+  const LightField light_field = ReadLightField(dir);
+  const auto add = [&](const std::string& file) {
+    std::error_code missing;
+    views.Add(static_cast<double>(std::filesystem::file_size(light_field.root / file, missing)));
+  };
+  for (const View& view : light_field.views) {
+    add(view.image_path);
+    if (!view.master_path.empty()) add(view.master_path);
+  }
+}
 
 // All that a picture of the path depends on: pictures of one folder have it in common.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
                                               const CameraPath& path) {
   const RenderScene& scene = renderer.scene();
-  Fingerprint views, poses, lenses;
+  Fingerprint views, poses, lenses, proxy;
+  scene.proxy->AddTo(proxy);
   for (const SceneView& view : scene.views) {
     views.Add(view.id);
     views.Add(view.cam_from_world);
     views.Add(view.camera);
+    views.Add(view.black);
     views.Add(view.scale);
   }
+  AddPhotographs(args.dir, views);
   for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
     poses.Add(path.cam_from_world[i]);
     poses.Add(path.cameras[i]);
@@ -152,10 +163,11 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
                                   subject.center_in_world.z(), subject.radius)},
           {"path", fmt::format("{}, {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
                                poses.Text())},
-          {"field", fmt::format("{}, level {}", FieldName(renderer.field().kind), renderer.field().level)},
-          {"proxy", args.proxy == kAuto ? scene.proxy->Name() : args.proxy},
+          {"viewpoint mesh", args.viewpoint_mesh},
+          {"field", FieldText(renderer.field())},
+          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
           {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
-          {"renderer", args.renderer},
+          {"renderer", RendererFromName(args.renderer) == RendererKind::kGl ? "gl" : "reference"},
           {"fill", args.no_fill ? "none" : "nearest view"},
           {"shows", args.show_field ? "blending field" : "light"},
           {"format", args.format.empty() ? "png" : args.format},
@@ -248,6 +260,7 @@ int RunRender(const RenderArgs& args) {
   const auto renderer = RendererOf(args, encoding);
   const bool single = IsSinglePicture(args.out);
   CameraPath path = PathOf(args, renderer->scene(), single && args.frames.empty() ? 1 : range.count);
+  RequireFrames(path, range.count, args.frames);
   const int all = static_cast<int>(path.cam_from_world.size());
   if (range.first >= all)
     throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
@@ -315,7 +328,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--frames", args->frames,
       "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "
-      "say); A:B: only pictures A to B - 1 of the path, A:B/N: of a path of N");
+      "say), as many as another path has poses; A:B: only pictures A to B - 1 of the path, A:B/N: of a "
+      "path of N");
   sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
   sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
@@ -345,7 +359,9 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--exposure", args->exposure_stops, "Brighter by so many stops, for a display: not in EXR")
       ->check(CLI::Range(-100.0, 100.0));
   sub->add_flag("--weights", args->weights, "EXR with a layer for each view: its weight (slow)");
-  sub->add_flag("--overwrite", args->overwrite, "Replace the pictures that are in the folder");
+  sub->add_flag("--overwrite", args->overwrite,
+                "Replace the pictures that are in the folder; all of them go if they were rendered with "
+                "other settings");
   sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");
   sub->add_flag("--no-fill", args->no_fill, "Leave black what no weighted view covers");
   sub->add_flag("--explain", args->explain, "Why this proxy and this blending field: what was tried");

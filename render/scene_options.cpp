@@ -24,11 +24,23 @@ RendererKind WhatThereIs() {
   }
 }
 
+RendererKind Insisted() {
+  try {
+    const GlContext context;
+    return RendererKind::kGl;
+  } catch (const Error& error) {
+    throw Error("{}, or do without: --renderer reference", error.what());
+  }
+}
+
 }  // namespace
 
 RendererKind RendererFromName(const std::string& name) {
   if (name == "reference") return RendererKind::kReference;
-  if (name == "gl") return RendererKind::kGl;
+  if (name == "gl") {
+    static const RendererKind insisted = Insisted();
+    return insisted;
+  }
   static const RendererKind what_there_is = WhatThereIs();
   return what_there_is;
 }
@@ -43,6 +55,7 @@ std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
 }
 
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
+  if (args.proxies.empty()) return EveryProxyOf(args.dir, subject);
   std::vector<std::shared_ptr<const Proxy>> proxies;
   for (const std::string& name : args.proxies) proxies.push_back(ProxyFromName(name, subject, args.dir));
   return proxies;

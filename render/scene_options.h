@@ -17,14 +17,15 @@ struct SceneArgs {
   double memory_mb = 2048;
   double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
   std::string renderer = "auto";
-  std::vector<std::string> proxies{"plane"};
+  std::vector<std::string> proxies = {};  // to compare; none: every one there is
   std::string viewpoint_mesh = "sphere";
   PhotographForm form = PhotographForm::kAuto;
 };
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
-// "gl", "reference", or "auto": the reference renderer where there is no OpenGL, which is said once.
+// "gl" (Error where there is no OpenGL), "reference", or "auto": the reference renderer where there is no
+// OpenGL, which is said once.
 RendererKind RendererFromName(const std::string& name);
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
 std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);

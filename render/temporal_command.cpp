@@ -9,7 +9,6 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/command_line.h"
 #include "acquisition/error.h"
-#include "acquisition/gnuplot.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
 
@@ -36,6 +35,7 @@ CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
     camera = camera.ScaledTo(args.width, std::max(1, camera.height * args.width / camera.width));
   CameraPath path = MakePath(
       {.path = args.path, .frames = args.frames, .camera = camera, .light_field = scene_args.dir}, scene);
+  RequireFrames(path, args.frames, std::to_string(args.frames));
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
   double zoom = 1;
   if (IsNamedPath(args.path) && truth.TakesAnyCamera())
@@ -101,15 +101,13 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
                  "What the path's pictures should look like: the simulator that was captured "
                  "(sim:studio?seed=7, as without), or a folder of frame_00000.png or .exr")
       ->needs(path);
-  sub.add_option("--frames", args.frames, "Pictures of a named path (120)")
+  sub.add_option("--frames", args.frames, "Pictures of a named path (120) or through keyframes")
       ->check(CLI::Range(3, 100000))
       ->needs(path);
   sub.add_option("--width", args.width, "Of the pictures; they keep their shape")
       ->check(CLI::Range(16, 8192))
       ->needs(path);
   sub.add_option("--strips", args.strips, "Picture to write: the middle column of the image over time (PNG)")
-      ->needs(path);
-  sub.add_option("--plot", args.plot, "Chart to write: the temporal error over time (.png, .svg, .pdf)")
       ->needs(path);
 }
 
@@ -120,11 +118,10 @@ void CheckTemporalOptions(const TemporalArgs& args) {
       throw UsageError("--strips {}: the picture is written as .png", args.strips);
     RequireWritable(args.strips);
   }
-  if (!args.plot.empty()) RequireChart(args.plot);
 }
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<FieldOptions>& fields, bool json) {
+                const std::vector<FieldOptions>& fields, const std::string& plot, bool json) {
   const std::string truth_name = TruthNameOf(args, scene_args.dir);
   const auto truth = TruthFromName(truth_name);
   const auto scene = Load(scene_args);
@@ -141,7 +138,7 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
       throw Error("--strips {}: the picture cannot be encoded", args.strips);
     WriteFileAtomically(args.strips, std::string(bytes.begin(), bytes.end()));
   }
-  if (!args.plot.empty()) DrawTemporalChart(summary, args.plot);
+  if (!plot.empty()) DrawTemporalChart(summary, plot);
   if (json)
     fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));
   else

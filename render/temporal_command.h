@@ -14,7 +14,7 @@ struct TemporalArgs {
   std::string path;   // empty: not asked for
   std::string truth;  // empty: the light field's own device, where that is the simulator
   int frames = 0, width = 0;
-  std::string strips, plot;  // pictures to write
+  std::string strips;  // picture to write
 };
 
 void AddTemporalOptions(CLI::App& sub, TemporalArgs& args);
@@ -23,6 +23,6 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args);
 void CheckTemporalOptions(const TemporalArgs& args);
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<FieldOptions>& fields, bool json);
+                const std::vector<FieldOptions>& fields, const std::string& plot, bool json);
 
 }  // namespace ulf

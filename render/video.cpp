@@ -1,6 +1,7 @@
 #include "render/video.h"
 
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <cstdint>
@@ -50,7 +51,14 @@ class Video : public PictureSink {
   void Add(const cv::Mat& srgb8) override {
     const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // half-resolution colour asks for it
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
-    if (!writer_.isOpened()) Open(even);
+    if (!writer_.isOpened()) {
+      if (even != srgb8.size())
+        spdlog::warn(
+            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height "
+            "give others",
+            path_.string(), srgb8.cols, srgb8.rows, even.width, even.height);
+      Open(even);
+    }
     if (even != size_)
       throw UsageError(
           "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
@@ -84,19 +92,25 @@ class Video : public PictureSink {
  private:
   void Open(const cv::Size& size) {
     size_ = size;
-    // A codec that is not there is tried and passed over without OpenCV's own messages.
+    if (Opens(fps_)) return;
+    if (constexpr double kUsual = 30; Opens(kUsual))
+      throw UsageError("--fps {}: no codec here takes this rate; give a rounder one", fps_);
+    throw Error(
+        "{}: no video can be written here (neither H.264 nor MPEG-4, or no permission); give a folder to "
+        "get "
+        "pictures",
+        path_.string());
+  }
+
+  // A codec that is not there is tried and passed over without OpenCV's own messages.
+  bool Opens(double fps) {
     const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     for (const char* codec : {"avc1", "mp4v"}) {
       const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-      if (writer_.open(unfinished_.string(), cv::CAP_FFMPEG, fourcc, fps_, size)) break;
+      if (writer_.open(unfinished_.string(), cv::CAP_FFMPEG, fourcc, fps, size_)) break;
     }
     cv::utils::logging::setLogLevel(level);
-    if (!writer_.isOpened())
-      throw Error(
-          "{}: no video can be written here (neither H.264 nor MPEG-4, or no permission); give a folder to "
-          "get "
-          "pictures",
-          path_.string());
+    return writer_.isOpened();
   }
 
   static constexpr std::uint64_t kReserve = 1 << 20;
@@ -115,7 +129,16 @@ class Video : public PictureSink {
 }  // namespace
 
 std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
-  if (out.extension() == ".mp4") return std::make_unique<Video>(out, fps);
+  if (out.extension() == ".mp4") {
+    // Past these OpenCV rounds the rate to none, or codecs have no number for it.
+    constexpr double kLeast = 0.01, kMost = 1000;
+    if (!(fps >= kLeast && fps <= kMost))
+      throw UsageError(
+          "--fps {}: a video has {} to {} pictures a second; give -o a folder for pictures without a "
+          "rate",
+          fps, kLeast, kMost);
+    return std::make_unique<Video>(out, fps);
+  }
   if (out.has_extension() && out.extension() != ".png" && !fs::is_directory(out))
     throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png or into a folder", out.string());
   return std::make_unique<Pictures>(out);

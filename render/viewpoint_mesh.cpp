@@ -11,6 +11,7 @@
 #include "render/at.h"
 #include "render/planar_delaunay.h"
 #include "render/spherical_delaunay.h"
+#include "render/subject_center.h"
 
 namespace ulf {
 namespace {
@@ -273,6 +274,39 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   for (const double ratio : cap_ratio) mesh.confidence.push_back(std::min(1.0, kWideTriangle / ratio));
 }
 
+// Pieces of what is left when directions farther apart than the widest opening are not joined.
+int GroupsFarApart(const ViewpointMesh& mesh) {
+  std::vector<Vector3d> directions;
+  for (const auto& vertex : mesh.vertices)
+    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+  const double least_cosine = std::cos(kOpeningRad);
+  std::vector<bool> reached(directions.size(), false);
+  int groups = 0;
+  for (std::size_t first = 0; first < directions.size(); ++first) {
+    if (reached[first]) continue;
+    ++groups;
+    reached[first] = true;
+    for (std::vector<std::size_t> next{first}; !next.empty();) {
+      const std::size_t from = next.back();
+      next.pop_back();
+      for (std::size_t to = 0; to < directions.size(); ++to)
+        if (!reached[to] && directions[from].dot(directions[to]) > least_cosine) {
+          reached[to] = true;
+          next.push_back(to);
+        }
+    }
+  }
+  return groups;
+}
+
+std::string InGroups(int groups) {
+  if (groups < 2) return {};
+  return fmt::format(
+      "; they stand in {} groups, {:.0f} deg or more apart: what a picture from between them shows is a "
+      "guess",
+      groups, kOpeningRad * 180 / M_PI);
+}
+
 }  // namespace
 
 int ViewpointMesh::ViewAt(int vertex, double distance, const std::vector<Vector3d>& centers_in_world) const {
@@ -287,19 +321,22 @@ int ViewpointMesh::ViewAt(int vertex, double distance, const std::vector<Vector3
 bool ViewpointMesh::OnBoundary(int vertex) const { return !vertices[At(vertex)].outward_in_world.isZero(0); }
 
 std::string ViewpointMesh::Description() const {
+  if (vertices.empty()) return "no view stands off the subject's centre: the nearest view is shown";
   std::size_t views = 0;
   for (const Vertex& vertex : vertices) views += vertex.views.size();
   switch (span) {
     case Span::kPlace:
       return Counted(views, "view") + " in one place: the nearest view is shown";
     case Span::kLine:
-      return Counted(views, "view") + " that span no surface (a row, a ring, or too few): lumigraph weights";
+      return Counted(views, "view") + " that span no surface (a row, a ring, or too few): lumigraph weights" +
+             InGroups(groups);
     default:
-      return fmt::format("{} viewpoints, {} triangles, {} on the rim, {:.2f} deg apart{}", vertices.size(),
+      return fmt::format("{} viewpoints, {} triangles, {} on the rim, {:.2f} deg apart{}{}", vertices.size(),
                          triangles.size(), boundary_vertices, mean_edge_rad * 180 / M_PI,
                          smoothing_rounds == 0 ? std::string()
                                                : fmt::format(", {} rounds of smoothing{}", smoothing_rounds,
-                                                             folds_remain ? " and still folding" : ""));
+                                                             folds_remain ? " and still folding" : ""),
+                         InGroups(groups));
   }
 }
 
@@ -327,7 +364,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   std::vector<double> distances;
   for (std::size_t i = 0; i < centers_in_world.size(); ++i) {
     const Vector3d arm = centers_in_world[i] - subject.center_in_world;
-    if (arm.norm() <= 1e-9 * std::max(1.0, subject.radius)) continue;
+    if (IsAtCenter(subject, centers_in_world[i])) continue;
     views.push_back(static_cast<int>(i));
     directions.push_back(arm.normalized());
     distances.push_back(arm.norm());
@@ -340,6 +377,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
+  mesh.groups = GroupsFarApart(mesh);
 
   mesh.span = Span::kLine;
   const std::size_t viewpoints = mesh.vertices.size();

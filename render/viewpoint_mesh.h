@@ -50,6 +50,8 @@ struct ViewpointMesh {
   int boundary_vertices = 0;
   int smoothing_rounds = 0;
   bool folds_remain = false;
+  int groups =
+      0;  // of views, with directions kOpeningRad or farther from group to group; 0: none has a direction
   double median_distance = 0;
   double mean_edge_rad = 0;  // mean angle of an edge as seen from the subject's centre
 

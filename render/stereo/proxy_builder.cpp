@@ -70,11 +70,11 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
 // Null: the processor itself.
 std::unique_ptr<GlPlaneSweep> OpenGlFor(SweepDevice device) {
   if (device == SweepDevice::kProcessor) return nullptr;
-  if (device == SweepDevice::kGl) return std::make_unique<GlPlaneSweep>();
   try {
     auto sweep = std::make_unique<GlPlaneSweep>();
-    return sweep->IsSoftware() ? nullptr : std::move(sweep);
+    return device != SweepDevice::kGl && sweep->IsSoftware() ? nullptr : std::move(sweep);
   } catch (const Error& error) {
+    if (device == SweepDevice::kGl) throw Error("{}, or do without: --renderer reference", error.what());
     spdlog::debug("pictures are compared by the processor: {}", error.what());
     return nullptr;
   }

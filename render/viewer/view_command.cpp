@@ -17,6 +17,7 @@
 #include "render/choice.h"
 #include "render/display/key_names.h"
 #include "render/display/surface.h"
+#include "render/gl_context.h"
 #include "render/proxy_choice.h"
 #include "render/scene_options.h"
 #include "render/viewer/viewer.h"
@@ -73,9 +74,23 @@ void Open(const ApertureArgs& args, const cv::Size& screen, Viewer& viewer) {
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
+// Whatever is drawn by OpenGL here can be had without it from another command only.
+template <typename Opens>
+auto OrSaysWhatDoesWithout(Opens&& opens) {
+  try {
+    return opens();
+  } catch (const Error& error) {
+    throw Error(
+        "{}; ulf view draws by OpenGL only, pictures are to be had without it from ulf render --renderer "
+        "reference",
+        error.what());
+  }
+}
+
 std::unique_ptr<Surface> OpenSurface(const ViewArgs& args) {
   const cv::Size size(args.width, args.height);
-  if (!args.screenshot.empty()) return std::make_unique<OffscreenSurface>(size);
+  if (!args.screenshot.empty())
+    return OrSaysWhatDoesWithout([&] { return std::make_unique<OffscreenSurface>(size); });
   try {
     auto window = OpenWindow("ulf view " + args.dir, size);
     if (args.full_screen) window->ToggleFullScreen();
@@ -83,6 +98,7 @@ std::unique_ptr<Surface> OpenSurface(const ViewArgs& args) {
   } catch (const SurfaceGone&) {
     throw;
   } catch (const Error& error) {
+    OrSaysWhatDoesWithout([] { return std::make_unique<GlContext>(); });  // else no screenshot either
     throw Error(
         "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
         "a window",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/subject_center.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf {
@@ -62,7 +63,7 @@ WhereAmI::WhereAmI(const RenderScene& scene) : subject_(scene.subject), mesh_(sc
   int behind = 0;
   for (const SceneView& view : scene.views) {
     const Vector3d arm = view.center_in_world - subject_.center_in_world;
-    if (!(arm.norm() > 0)) continue;
+    if (IsAtCenter(subject_, view.center_in_world)) continue;
     distances.push_back(arm.norm());
     directions_.push_back(arm.normalized());
     behind += arm.dot(start.eye_in_world - start.target_in_world) < 0;

@@ -5,17 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <thread>
 
 #include "acquisition/error.h"
-#include "tracking/quantile.h"
 
 namespace ulf::test {
 namespace {
@@ -84,35 +80,7 @@ std::vector<std::string> Fields(const std::string& line) {
   return fields;
 }
 
-bool Counts(const ChartPoint& point) {
-  return std::isfinite(point.cost.median) && std::isfinite(point.error.median);
-}
-
 }  // namespace
-
-Spread Spread::Of(const std::vector<double>& values) {
-  if (values.empty()) return Exactly(std::numeric_limits<double>::quiet_NaN());
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {Median(values), *low, *high};
-}
-
-std::vector<std::size_t> ParetoFront(const ChartPanel& panel) {
-  std::vector<std::size_t> front;
-  if (!panel.compared) return front;
-  const auto error = [&](std::size_t i) {
-    return (panel.error.more_is_better ? -1 : 1) * panel.points[i].error.median;
-  };
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < panel.points.size(); ++i)
-    if (Counts(panel.points[i])) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const double cost_a = panel.points[a].cost.median, cost_b = panel.points[b].cost.median;
-    return cost_a != cost_b ? cost_a < cost_b : error(a) < error(b);
-  });
-  for (const std::size_t i : order)
-    if (front.empty() || error(i) < error(front.back())) front.push_back(i);
-  return front;
-}
 
 std::string ChartCaption(const std::string& command) {
   const std::string changed = OutputOf("git status --porcelain --untracked-files=no -- . ':!docs'");
@@ -127,7 +95,7 @@ void WriteChart(const std::filesystem::path& table, const Chart& chart) {
   for (const ChartPanel& panel : chart.panels) {
     const auto front = ParetoFront(panel);
     for (std::size_t i = 0; i < panel.points.size(); ++i) {
-      const ChartPoint& p = panel.points[i];
+      const ChartRow& p = panel.points[i];
       file << fmt::format("{},{},{},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:d},{:d}\n",
                           Quoted(panel.title), Quoted(p.series), Quoted(p.name), p.cost.median, p.cost.low,
                           p.cost.high, p.error.median, p.error.low, p.error.high, p.is_default,
@@ -166,6 +134,10 @@ Chart ReadChart(const std::filesystem::path& table) {
                              fields[9] == "1"});
   }
   return chart;
+}
+
+void DrawChart(const std::filesystem::path& folder, const Chart& chart) {
+  for (const char* ending : {".svg", ".png"}) DrawChartFile((folder / (chart.name + ending)).string(), chart);
 }
 
 }  // namespace ulf::test

@@ -1,56 +1,14 @@
-// Charts of what a method costs against how wrong it is: rows in; a table (CSV), a drawing in SVG and PNG
-// out.
-//
-// Every panel has a cost to the right (time, memory, a count) and an error upwards (or a quality, where more
-// is better). What the program uses without being asked is ringed; the Pareto front, which no other row
-// beats in both, is dashed. A row is the median over seeds or repetitions, its bars reach from the lowest to
-// the highest.
+// The charts of ./run charts: a table (CSV) beside a drawing in SVG and PNG, with what made them.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string>
-#include <vector>
+
+#include "acquisition/chart.h"
 
 namespace ulf::test {
 
-struct Spread {
-  double median = 0, low = 0, high = 0;
-  static Spread Of(const std::vector<double>& values);  // not a number for none
-  static Spread Exactly(double value) { return {value, value, value}; }
-};
-
-struct ChartPoint {
-  std::string series;  // one colour, joined by a line in the order of rows
-  std::string name;    // beside the point
-  Spread cost, error;  // those that are not finite are in the table only
-  bool is_default = false;
-};
-
-struct ChartAxis {
-  std::string label;
-  bool logarithmic = false;
-  bool more_is_better = false;  // of an error axis
-};
-
-struct ChartPanel {
-  std::string title;
-  ChartAxis cost, error;
-  std::vector<ChartPoint> points;
-  bool compared = true;  // false: rows are not rivals, and have no front
-  bool joined = true;    // by a line
-};
-
-struct Chart {
-  std::string name;     // of its files
-  std::string title;    // a sentence
-  std::string about;    // seeds and sets, which of them for tuning; what a row is
-  std::string caption;  // command, machine, date, commit
-  std::vector<ChartPanel> panels;
-};
-
-// Indices of the rows that no other row beats in both, the cheapest first; of equal ones the first.
-std::vector<std::size_t> ParetoFront(const ChartPanel& panel);
+using Spread = ChartSpread;
 
 // What made it: command, processors, date (UTC), commit of the working directory, "+" where sources differ.
 std::string ChartCaption(const std::string& command);
@@ -58,13 +16,6 @@ std::string ChartCaption(const std::string& command);
 // All there is to a chart; `ReadChart` gives it back. Throw Error.
 void WriteChart(const std::filesystem::path& table, const Chart& chart);
 Chart ReadChart(const std::filesystem::path& table);
-
-// What gnuplot is told.
-struct ChartPicture {
-  int width = 0, height = 0;  // px
-  std::string script;
-};
-ChartPicture PictureOf(const Chart& chart);
 
 // To FOLDER/name.svg and .png.
 void DrawChart(const std::filesystem::path& folder, const Chart& chart);

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <random>
 
+#include "acquisition/chart_layout.h"
 #include "acquisition/error.h"
-#include "tests/charts/chart_layout.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -19,11 +19,11 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-ChartPoint Row(double cost, double error, bool is_default = false) {
+ChartRow Row(double cost, double error, bool is_default = false) {
   return {"series", "", Spread::Exactly(cost), Spread::Exactly(error), is_default};
 }
 
-ChartPanel PanelOf(std::vector<ChartPoint> rows) { return {"panel", {"ms"}, {"error"}, std::move(rows)}; }
+ChartPanel PanelOf(std::vector<ChartRow> rows) { return {"panel", {"ms"}, {"error"}, std::move(rows)}; }
 
 TEST(ChartFront, HoldsWhatNoOtherRowBeatsInBoth) {
   //                            0          1           2          3          4
@@ -123,7 +123,7 @@ TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
       EXPECT_FALSE(names[a].box.Overlaps(names[b].box)) << names[a].point << " and " << names[b].point;
     EXPECT_GE(names[a].box.left, inside.left);
     EXPECT_LE(names[a].box.right, inside.right);
-    for (const ChartPoint& point : panel.points) {
+    for (const ChartRow& point : panel.points) {
       const double x = 100 + 600 * point.cost.median, y = 450 - 400 * point.error.median;
       EXPECT_FALSE(names[a].box.Overlaps({x - 3, y - 3, x + 3, y + 3})) << names[a].point;
     }
@@ -131,6 +131,23 @@ TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
 }
 
 // x, y and the ends of their bars.
+// At the end of the axis, with another point and its name to the left: above, pushed to the left.
+TEST(ChartNames, OfAPointAtTheEndOfTheAxisIsPushedInside) {
+  const auto panel = [] {
+    auto made = PanelOf({Row(8, 5), Row(1, 5)});
+    made.points[0].name = "a name of twenty-two..";
+    made.points[1].name = "another that is as long";
+    return made;
+  }();
+  const ChartBox inside{0, 0, 200, 100};
+  const auto placed = PlaceNames(panel, ChartScale{0, 8.2, false, {}}, ChartScale{0, 10, false, {}}, inside);
+  ASSERT_EQ(placed.size(), 2u);
+  for (const PlacedName& name : placed) {
+    EXPECT_GE(name.box.left, inside.left);
+    EXPECT_LE(name.box.right, inside.right);
+  }
+}
+
 TEST(ChartDrawing, RingsTheDefaultAndDashesTheFront) {
   const std::string script = PictureOf(Sample()).script;
   EXPECT_THAT(script, HasSubstr("$ringed0 << EOD\n2 30 1 4 29 31\nNaN"));

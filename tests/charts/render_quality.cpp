@@ -5,29 +5,27 @@
 //
 // A set is `simulator`, or shop_grid_even, fox_half and temple_ring of the test data; without any, all that
 // are found (photographs of shop_grid_even at two thirds of their size). FOLDER gets the meshes (one that is
-// there already is taken as it is), quality.json, and quality.svg: PSNR over time per picture. The table and,
-// a line each, what the figures are to be (and whether they are) go to standard output. Lumigraph weights are
-// those per pixel, of four and of eight views.
+// there already is taken as it is), quality.json, and quality.svg: PSNR over the time of a picture. The table
+// and, a line each, what the figures are to be (and whether they are) go to standard output. Lumigraph
+// weights are those per pixel, of four and of eight views.
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "acquisition/error.h"
-#include "acquisition/gnuplot.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "render/choice.h"
 #include "render/evaluate.h"
 #include "render/mesh_file.h"
+#include "render/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
@@ -149,10 +147,12 @@ void MarkChoices(const Set& set, const RenderScene& scene,
   for (int i = 0; i < static_cast<int>(set.light_field.views.size()); i += kEvery) left_out.push_back(i);
   const auto rest = Without(scene, left_out);
   for (const auto& proxy : proxies) {
-    const Choice choice = ChooseByEvidence(
-        *rest,
-        {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}, {.kind = FieldKind::kLumigraph}},
-        {proxy}, RendererKind::kGl);
+    const Choice choice = ChooseByEvidence(*rest,
+                                           {{.kind = FieldKind::kSubdivision},
+                                            {.kind = FieldKind::kLinear},
+                                            {.kind = FieldKind::kSubdivision, .level = kLimitLevel},
+                                            {.kind = FieldKind::kLumigraph}},
+                                           {proxy}, RendererKind::kGl);
     for (const auto& [name, field] : Fields())
       if (field.kind == choice.field.kind && field.level == choice.field.level)
         table[proxy->Name()][name].chosen = true;
@@ -245,32 +245,21 @@ void PrintTargets(const std::string& set, const Table& table) {
            0);
 }
 
-// PSNR over time per picture, each set its colour, each proxy its sign.
+// Each set over each proxy a colour, what is chosen by --field auto ringed.
 void DrawQuality(const std::vector<std::pair<std::string, Table>>& tables, const std::string& path) {
-  std::string script =
-      "set logscale x\nset grid lc rgb '#e4e4e4' lt 1\nset key outside right\n"
-      "set xlabel 'milliseconds a picture'\nset ylabel 'PSNR of left-out views, dB'\n";
-  std::string plots;
-  int color = 0;
-  constexpr std::array kColors{"#1f63b4", "#d95f02", "#4d8c15", "#c2185b"};
-  for (const auto& [set, table] : tables) {
-    for (const auto& [proxy, row] : table) {
-      script += fmt::format("${}_{} << EOD\n", set, proxy);
+  std::vector<ChartRow> points;
+  for (const auto& [set, table] : tables)
+    for (const auto& [proxy, row] : table)
       for (const auto& [name, field] : Fields())
-        if (row.at(name).asked)
-          fmt::format_to(std::back_inserter(script), "{:.4g} {:.4g} \"{}\"\n", row.at(name).ms,
-                         row.at(name).all_db, name);
-      script += "EOD\n";
-      plots += fmt::format(
-          "{}${}_{} using 1:2 with points pt {} ps 1.2 lc rgb '{}' title {}, ${}_{} using 1:2:3 with labels "
-          "offset 0,0.6 font ',8' notitle",
-          plots.empty() ? "" : ", ", set, proxy, proxy == "plane" ? 6 : 7,
-          kColors[static_cast<std::size_t>(color) % kColors.size()], QuotedForGnuplot(set + ", " + proxy),
-          set, proxy);
-    }
-    ++color;
-  }
-  DrawChart(path, 1100, 800, script + "plot " + plots + "\n");
+        if (const Cell& cell = row.at(name); cell.asked) {
+          points.push_back(QualityRow(set + ", " + proxy, name, cell.ms, cell.all_db));
+          points.back().is_default = cell.chosen;
+        }
+  Chart chart = QualityChart("How good pictures of left-out views are, and what they cost",
+                             "Means over all left-out views; the default is what --field auto takes.",
+                             std::move(points));
+  chart.panels.front().compared = tables.size() == 1;
+  DrawChartFile(path, chart);
 }
 
 int Run(int argc, char** argv) {

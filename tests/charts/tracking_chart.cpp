@@ -134,7 +134,7 @@ Chart MapSizeChart(const ChartEffort& effort) {
   for (const std::string recording : {"handheld_kitchen", "scan_synthetic"}) {
     if (!HasRecording(recording)) continue;
     std::vector<TrackedCase> cases{{recording, {.deterministic = true}, effort.Of(60, 100000)}};
-    std::vector<ChartPoint> points{{"as in use", "", {}, {}, true}};
+    std::vector<ChartRow> points{{"as in use", "", {}, {}, true}};
     for (const Threshold& threshold : Thresholds())
       for (const double value : effort.Of(threshold.tried_quickly, threshold.tried)) {
         if (value == MapperOptions{}.*threshold.value) continue;

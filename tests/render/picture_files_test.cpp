@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -21,6 +22,8 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/available_memory.h"
 #include "acquisition/error.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/point_ply.h"
 #include "render/frame_range.h"
 #include "render/picture_memory.h"
 #include "render/reference_renderer.h"
@@ -241,6 +244,77 @@ TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
   EXPECT_THAT(past.errors, HasSubstr("9 pictures"));
 }
 
+// render.json speaks for every picture of its folder: none of the former settings may stay.
+TEST_F(RenderToFiles, OverwritingAPartLeavesNoPictureOfOtherSettings) {
+  const auto render = [&](const std::string& rest) { return RunUlf(Render(rest + " -o " + Out("d"))); };
+  ASSERT_EQ(render("--field nearest --frames 4").exit_code, 0);
+  std::ofstream(scratch_ / "d/frame_notes.png") << "not a picture of ours";
+  const auto part = render("--field linear --frames 0:2/4 --overwrite");
+  ASSERT_EQ(part.exit_code, 0) << part.errors;
+  EXPECT_THAT(part.errors, HasSubstr("4 pictures of another render removed (field was nearest, now linear)"));
+  EXPECT_THAT(Pictures(scratch_ / "d"), ElementsAre("frame_00000.png", "frame_00001.png", "frame_notes.png"));
+  const auto rest = render("--field linear --frames 4 --json");
+  ASSERT_EQ(rest.exit_code, 0) << rest.errors;
+  EXPECT_EQ(nlohmann::json::parse(rest.output)["frames"], 2);
+  ASSERT_EQ(RunUlf(Render("--field linear --frames 4 -o " + Out("whole"))).exit_code, 0);
+  for (const std::string& name : Pictures(scratch_ / "whole"))
+    EXPECT_EQ(ReadWholeFile(scratch_ / "d" / name), ReadWholeFile(scratch_ / "whole" / name)) << name;
+
+  // The same settings: only what is asked for is made again.
+  const auto again = render("--field linear --frames 3:/4 --overwrite --json");
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(nlohmann::json::parse(again.output)["frames"], 1);
+  EXPECT_EQ(Pictures(scratch_ / "d").size(), 5u);
+
+  // Whose they are nobody knows: true pictures of a path have such names, too.
+  fs::remove(scratch_ / "d/render.json");
+  const auto unknown = render("--field linear --frames 1 --overwrite");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("no render.json"));
+  EXPECT_EQ(Pictures(scratch_ / "d").size(), 5u);
+}
+
+TEST_F(RenderToFiles, GoesOnOnlyWithTheSettingsThatMadeThePicturesThere) {
+  const auto corners = [&](double z) {
+    std::ofstream(scratch_ / "wall.obj")
+        << fmt::format("v -50 -50 {0}\nv 50 -50 {0}\nv 50 50 {0}\nf 1 2 3\n", z);
+  };
+  const auto points = [&](double z) {
+    std::vector<ScenePoint> scattered;
+    for (int i = 0; i < 49; ++i) scattered.push_back({{0.2 * (i % 7) - 0.6, 0.2 * (i / 7) - 0.6, z}});
+    WriteFileAtomically(dir_ / "points.ply", PointPlyBytes(scattered));
+  };
+  corners(0);
+  points(0);
+  struct Case {
+    std::string begun, goes_on, differs;
+    std::function<void()> meanwhile = {};
+  };
+  const std::string mesh = "--field linear --proxy " + Out("wall.obj"), lumigraph = "--field lumigraph";
+  const std::string tracked = "--field linear --proxy points", plane = "--field linear --proxy plane";
+  int count = 0;
+  for (const Case& c :
+       {Case{lumigraph, lumigraph + " --lumigraph-views 3", "field was"},
+        Case{lumigraph, lumigraph + " --lumigraph-resolution 0.3", "field was"},
+        Case{lumigraph, lumigraph + " --lumigraph-triangles 500", "field was"},
+        Case{plane, plane + " --viewpoint-mesh plane", "viewpoint mesh was sphere, now plane"},
+        Case{plane, "--field linear --proxy plane:0,0,1,0.1", "proxy was"},
+        Case{mesh, mesh, "proxy was", [&] { corners(0.2); }},
+        Case{tracked, tracked, "proxy was", [&] { points(0.2); }},
+        Case{plane, plane, "views was", [&] {
+               std::ofstream(dir_ / ReadLightField(dir_).views[2].image_path, std::ios::app) << "retouched";
+             }}}) {
+    const std::string out = " --zoom 1 --width 24 --frames 2 -o " + Out(fmt::format("on{}", count++));
+    ASSERT_EQ(RunUlf(Render(c.begun + out)).exit_code, 0) << c.begun;
+    const auto same = RunUlf(Render(c.begun + out));
+    EXPECT_EQ(same.exit_code, 0) << same.errors;
+    if (c.meanwhile) c.meanwhile();
+    const auto other = RunUlf(Render(c.goes_on + out));
+    EXPECT_EQ(other.exit_code, 2) << c.goes_on;
+    EXPECT_THAT(other.errors, HasSubstr(c.differs)) << c.goes_on;
+  }
+}
+
 TEST_F(RenderToFiles, AKilledRenderGoesOn) {
   const std::vector<std::string> command{std::getenv("ULF_BINARY"),
                                          "render",
@@ -301,6 +375,42 @@ TEST_F(RenderToFiles, FormatsAndSizes) {
   EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 1);
   EXPECT_THAT(ReadWholeFile(Out("says.txt")), HasSubstr("16384x16384 takes about"));
   EXPECT_FALSE(fs::exists(Out("huge.png")));
+}
+
+TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
+  const Rigid3 world_from_cam = kPose.Inverse();
+  const auto& c = world_from_cam.translation;
+  const auto& q = world_from_cam.rotation;
+  std::string lines;
+  for (int i = 0; i < 3; ++i)
+    lines += fmt::format("{} {} {} {} {} {} {} {}\n", i, c.x(), c.y(), c.z(), q.x(), q.y(), q.z(), q.w());
+  WriteFileAtomically(scratch_ / "poses.txt", lines);
+  nlohmann::json nerfstudio{{"render_width", 24}, {"render_height", 18}, {"camera_type", "perspective"}};
+  for (int i = 0; i < 3; ++i)
+    nerfstudio["camera_path"].push_back(
+        {{"fov", 50}, {"camera_to_world", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2, 0, 0, 0, 1}}});
+  WriteFileAtomically(scratch_ / "nerfstudio.json", nerfstudio.dump());
+  const std::string with = " --field linear --proxy plane --width 24 ";
+  for (const auto& [path, poses] : {std::pair{Out("poses.txt"), "3 poses"},
+                                    {Out("nerfstudio.json"), "3 poses"},
+                                    {dir_.string(), "20 poses"}})
+    for (const char* frames : {"7", "0:2/7"}) {
+      const auto refused =
+          RunUlf(Render("--path " + path + with + "--frames " + frames + " -o " + Out("refused")));
+      EXPECT_EQ(refused.exit_code, 2) << path;
+      EXPECT_THAT(refused.errors, HasSubstr(fmt::format("--frames {}", frames)));
+      EXPECT_THAT(refused.errors, HasSubstr(poses));
+    }
+  const auto temporal =
+      RunUlf("evaluate " + dir_.string() + " --fields linear --proxy plane --renderer reference --truth " +
+             scratch_.path().string() + " --frames 7 --temporal " + Out("poses.txt"));
+  EXPECT_EQ(temporal.exit_code, 2);
+  EXPECT_THAT(temporal.errors, HasSubstr("3 poses"));
+
+  const std::string poses = "--path " + Out("poses.txt") + with;
+  EXPECT_EQ(RunUlf(Render(poses + "--frames 1:3/3 -o " + Out("part"))).exit_code, 0);
+  EXPECT_EQ(Pictures(scratch_ / "part").size(), 2u);
+  EXPECT_EQ(RunUlf(Render(poses + "-o " + Out("one.png"))).exit_code, 0) << "the first one";
 }
 
 TEST_F(RenderToFiles, LensesAndPathsByName) {

@@ -11,6 +11,7 @@
 #include "tests/render/stereo_scenes.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/without_opengl.h"
 
 namespace ulf {
 namespace {
@@ -77,6 +78,19 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   // The wall stays where it is, the plane turns with the camera.
   EXPECT_THAT(again.errors, ::testing::ContainsRegex("\n  plane +[0-9.]+ dB\n\\* again.ply +[0-9.]+ dB\n"));
   EXPECT_THAT(again.errors, HasSubstr("a little too well"));
+}
+
+TEST(ProxyCommand, WorksWithoutOpenGl) {
+  const test::ScratchFolder scratch;
+  WriteWall(scratch / "field");
+  const std::string proxy = "proxy " + (scratch / "field").string();
+  const test::WithoutOpenGl here;
+  const auto wanted = RunUlf(proxy + " --renderer gl");
+  const auto without = RunUlf(proxy);
+  EXPECT_EQ(wanted.exit_code, 1);
+  EXPECT_THAT(wanted.errors, HasSubstr("or do without: --renderer reference"));
+  EXPECT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_FALSE(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.empty());
 }
 
 TEST(ProxyCommand, SaysThatViewsStandTooCloseTogether) {

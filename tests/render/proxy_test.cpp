@@ -244,7 +244,7 @@ TEST(Sight, ASlantedSurfaceDoesNotHideItself) {
 }
 
 // The true surface is worth its triangles where there is relief, and not where all is in the plane.
-TEST(Choice, TakesTheSimplestThatIsNearlyTheBest) {
+TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
   const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}};
   test::SceneSpec spec = SquareSpec();
   spec.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03);
@@ -284,10 +284,62 @@ TEST(Choice, SaysWhyThereIsNone) {
   ASSERT_EQ(around.explained.size(), 2u);
   EXPECT_EQ(around.explained[1].candidates[0].model, "lumigraph");
   EXPECT_THAT(around.explained[1].candidates[0].evidence, testing::HasSubstr("span no surface"));
+}
+
+// Too few to compare: weights that do not smooth over what little there is, and the geometry that knows most.
+TEST(Choice, FewViewsGetTheLumigraphOverTheBestGeometryThereIs) {
   const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
-  const Choice untried = ChooseByEvidence(*few, fields, {few->proxy}, RendererKind::kGl);
-  EXPECT_EQ(untried.field.kind, FieldKind::kSubdivision);
-  EXPECT_THAT(untried.why, testing::HasSubstr("too few"));
+  ASSERT_EQ(few->mesh.span, Span::kSurface);
+  const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLumigraph}};
+  const auto mesh = std::make_shared<MeshProxy>(few->subject, test::PlaneAndSquare());
+  const auto points = std::make_shared<PointsProxy>(few->subject, TrackedPoints(50, 0));
+  const auto choose = [&](const std::vector<FieldOptions>& of,
+                          const std::vector<std::shared_ptr<const Proxy>>& over) {
+    return ChooseByEvidence(*few, of, over, RendererKind::kReference);
+  };
+  const Choice all = choose(fields, {few->proxy, points, mesh});
+  EXPECT_EQ(all.field.kind, FieldKind::kLumigraph);
+  EXPECT_EQ(all.proxy, mesh);
+  EXPECT_EQ(all.why, "lumigraph with the mesh proxy: 9 views, too few to leave some out and compare");
+  ASSERT_EQ(all.explained.size(), 2u);
+  EXPECT_EQ(all.explained[0].candidates[0].model, "mesh");
+  EXPECT_EQ(all.explained[1].candidates[0].model, "lumigraph");
+  EXPECT_EQ(choose(fields, {few->proxy, points}).proxy, points);
+  EXPECT_EQ(choose(fields, {few->proxy}).field.kind, FieldKind::kLumigraph);
+  // What was asked for by name stays.
+  const Choice named = choose({fields[0]}, {few->proxy, mesh});
+  EXPECT_EQ(named.field.kind, FieldKind::kSubdivision);
+  EXPECT_EQ(named.proxy, mesh);
+  EXPECT_TRUE(choose({fields[0]}, {few->proxy}).why.empty()) << "there was nothing to choose";
+}
+
+// Of the candidates in the order in which they are tried.
+TEST(Choice, IsTheFirstNearTheBest) {
+  struct Case {
+    std::vector<double> psnr_db;  // of subdivision 1, linear, subdivision limit, lumigraph
+    std::size_t taken;
+  };
+  for (const Case& c :
+       {Case{{30, 30, 30, 30}, 0}, Case{{30, 30.2, 30.29, 30.25}, 0}, Case{{30, 30.4, 30.5, 30.6}, 1},
+        Case{{30, 29, 30.4, 30.6}, 2}, Case{{30, 30.1, 30.1, 31}, 3}, Case{{30.7, 30.1, 31, 25}, 0}}) {
+    std::vector<ScoredChoice> candidates;
+    for (const double psnr_db : c.psnr_db) candidates.push_back({{}, nullptr, psnr_db});
+    EXPECT_EQ(&FirstNearTheBest(candidates), &candidates[c.taken]) << c.psnr_db[1] << " " << c.psnr_db[3];
+  }
+}
+
+// Viewpoints at very different distances from a surface that is not where the proxy has it: the mesh of the
+// viewpoints blends the far with the near, the lumigraph takes the nearer.
+TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
+  test::SceneSpec spec;
+  spec.viewpoints = test::CapViewpoints(40, 0.5, 2.0, 0.45);
+  spec.subject = {{0, 0, 0.5}, 0.3};
+  const auto scene = test::MakeScene(spec);
+  const Choice choice = ChooseByName(*scene, kAuto, {}, "plane", {}, RendererKind::kGl);
+  ASSERT_EQ(choice.candidates.size(), 4u);
+  EXPECT_EQ(choice.field.kind, FieldKind::kLumigraph) << choice.why;
+  for (const ModelCandidate& candidate : choice.explained.back().candidates)
+    EXPECT_EQ(candidate.chosen, candidate.model == "lumigraph") << ToText(choice.explained.back());
 }
 
 TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {

@@ -11,8 +11,10 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/point_ply.h"
 #include "render/evaluate.h"
+#include "render/mesh_file.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/without_opengl.h"
 
 namespace ulf {
 namespace {
@@ -99,6 +101,7 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
                             Out("b.mp4") + " --json");
   EXPECT_EQ(video.exit_code, 0) << video.errors;
   const auto report = nlohmann::json::parse(video.output);
+  EXPECT_THAT(video.errors, HasSubstr("65x49 are cropped to 64x48"));
   EXPECT_EQ(report["frames"], 5);
   EXPECT_EQ(report["field"], "subdivision");
   EXPECT_LT(report["empty_share"], 0.05);
@@ -108,6 +111,14 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
   while (capture.read(frame)) ++frames;
   EXPECT_EQ(frames, 5);
   EXPECT_EQ(capture.get(cv::CAP_PROP_FRAME_WIDTH), 64);
+
+  for (const std::string fps : {"0.001", "1000000"}) {
+    const auto refused =
+        RunUlf("render " + dir_.string() + " --field linear --proxy plane --frames 2 --fps " + fps + " -o " +
+               Out("e.mp4"));
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("--fps " + fps), testing::Not(HasSubstr("MPEG"))));
+  }
 
   const auto folder = RunUlf("render " + dir_.string() + " --path " + dir_.string() +
                              " --field linear --renderer reference -o " + Out("c"));
@@ -136,7 +147,7 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
       << "the plane turns with the camera, what was photographed does not";
   const auto why = RunUlf("render " + dir_.string() + " --field linear --explain -o " + Out("b.png"));
   EXPECT_THAT(why.errors, testing::ContainsRegex(
-                              "proxy: the simplest within.*\n  plane +[0-9.]+ dB\n\\* points +[0-9.]+ dB"));
+                              "proxy: the first within.*\n  plane +[0-9.]+ dB\n\\* points +[0-9.]+ dB"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
@@ -145,17 +156,28 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
 TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
   const std::string render = "render " + dir_.string() + " --field linear --proxy plane --width 48 -o ";
   ASSERT_EQ(RunUlf(render + Out("gl.png")).exit_code, 0);
-  // No driver is found from here on.
-  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere", 1);
+  const test::WithoutOpenGl here;
   const auto without = RunUlf(render + Out("cpu.png"));
   const auto wanted = RunUlf(render + Out("none.png") + " --renderer gl");
-  unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_THAT(without.errors,
               AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("reference renderer, on the processor")));
   EXPECT_LE(cv::norm(cv::imread(Out("gl.png")), cv::imread(Out("cpu.png")), cv::NORM_INF), 2);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, HasSubstr("--renderer reference"));
+}
+
+TEST_F(RenderCommand, EvaluateWorksWithoutOpenGl) {
+  const std::string evaluate = "evaluate " + dir_.string() + " --fields linear --proxy plane --json";
+  const test::WithoutOpenGl here;
+  const auto without = RunUlf(evaluate);
+  const auto wanted = RunUlf(evaluate + " --renderer gl");
+  ASSERT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_THAT(without.errors, HasSubstr("reference renderer, on the processor"));
+  EXPECT_GT(nlohmann::json::parse(without.output)["results"][0]["psnr_db"], 20);
+  EXPECT_EQ(wanted.exit_code, 1);
+  EXPECT_THAT(wanted.errors,
+              AllOf(HasSubstr("libegl-mesa0"), HasSubstr("or do without: --renderer reference")));
 }
 
 TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
@@ -176,6 +198,29 @@ TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
       RunUlf("evaluate " + dir_.string() + " --every 4 --fields subdivision --renderer reference");
   EXPECT_EQ(table.exit_code, 0) << table.errors;
   EXPECT_THAT(table.output, HasSubstr("subdivision"));
+}
+
+TEST_F(RenderCommand, EvaluateComparesEveryProxyThereIsAndDrawsIt) {
+  std::vector<ScenePoint> points;
+  for (int i = 0; i < 400; ++i) points.push_back({{0.2 * (i % 20) - 1.9, 0.2 * (i / 20) - 1.9, 0}});
+  WriteFileAtomically(dir_ / "points.ply", PointPlyBytes(points));
+  TriangleMesh wall;
+  wall.vertices = {{-50, -50, 0}, {50, -50, 0}, {0, 50, 0}};
+  wall.triangles = {{0, 1, 2}};
+  WriteMeshPly(dir_ / "proxy.ply", wall);
+  const std::string evaluate = "evaluate " + dir_.string() + " --every 4 --fields linear,nearest --json";
+  const auto all = RunUlf(evaluate + " --plot " + Out("chart.svg"));
+  ASSERT_EQ(all.exit_code, 0) << all.errors;
+  EXPECT_THAT(all.errors, HasSubstr("--leave-out-every 4"));
+  const auto report = nlohmann::json::parse(all.output);
+  std::vector<std::string> proxies;
+  for (const auto& result : report["results"]) proxies.push_back(result["proxy"].get<std::string>());
+  EXPECT_THAT(proxies, testing::ElementsAre("plane", "plane", "points", "points", "mesh", "mesh"));
+  const std::string drawn = ReadWholeFile(Out("chart.svg"));
+  for (const char* text : {"lf: how good pictures of left-out views", "plane", "points", "mesh", "linear",
+                           "nearest", "milliseconds a picture", "8 of 30 views left out"})
+    EXPECT_THAT(drawn, HasSubstr(text));
+  EXPECT_EQ(RunUlf(evaluate + " --plot " + Out("chart.gif")).exit_code, 2);
 }
 
 TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
@@ -221,6 +266,45 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   EXPECT_EQ(report["results"][1]["proxy"], "true.obj");
   EXPECT_LT(report["results"][0]["psnr_db"], 25);
   EXPECT_GT(report["results"][1]["psnr_db"], 30);
+}
+
+// ---- Viewpoints that are no use, or little ----
+
+class OddViewpoints : public testing::Test {
+ protected:
+  test::CommandResult Render(const std::vector<Vector3d>& viewpoints, const std::string& rest = "") {
+    const std::filesystem::path dir = scratch_ / fmt::format("lf{}", ++count_);
+    test::WriteLightField(dir, {.viewpoints = viewpoints}, true);
+    return RunUlf("render " + dir.string() + " " + rest + " -o " + Picture());
+  }
+  std::string Picture() const { return (scratch_ / "x.png").string(); }
+  test::ScratchFolder scratch_;
+  int count_ = 0;
+};
+
+// Whatever is too near the centre to have a direction is as good as there.
+TEST_F(OddViewpoints, AtTheSubjectsCentreAnotherSubjectIsAskedFor) {
+  for (const char* subject : {"0,0,2,0.3", "0,0,2.0000000000001,0.3", "0,0,2.0000000009,0.3"}) {
+    const auto result =
+        Render(std::vector<Vector3d>(4, {0, 0, 2}), std::string("--zoom 1 --subject ") + subject);
+    EXPECT_EQ(result.exit_code, 1) << subject;
+    EXPECT_THAT(result.errors, HasSubstr("every view stands at the subject's centre")) << subject;
+    EXPECT_THAT(result.errors, HasSubstr("--subject")) << subject;
+    EXPECT_FALSE(std::filesystem::exists(Picture())) << subject;
+  }
+}
+
+TEST_F(OddViewpoints, InTwoGroupsFarApartItIsSaidAndAPictureComes) {
+  std::vector<Vector3d> antipodal = test::GridViewpoints(4, 4, 0.2, 2.0);
+  for (const Vector3d& center : test::GridViewpoints(4, 4, 0.2, -2.0)) antipodal.push_back(center);
+  const auto result = Render(antipodal, "--field linear --proxy plane --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("they stand in 2 groups, 60 deg or more apart"));
+  EXPECT_EQ(nlohmann::json::parse(result.output)["field"], "linear") << "each group is a surface";
+  // The middle of the path is in a group, not between the two.
+  EXPECT_EQ(nlohmann::json::parse(result.output)["empty_share"], 0);
+  const auto one = Render(test::GridViewpoints(4, 4, 0.2, 2.0), "--field linear --proxy plane");
+  EXPECT_THAT(one.errors, testing::Not(HasSubstr("groups")));
 }
 
 // What a turned light field looks like: the same scene, upside down in its world, cameras with it; or cameras

@@ -10,12 +10,14 @@
 #include "tests/render/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/without_opengl.h"
 #include "tests/support/x11_person.h"
 
 namespace ulf::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ViewCommand : public ::testing::Test {
  protected:
@@ -108,6 +110,22 @@ TEST_F(ViewCommand, WithoutADisplayItSaysWhatToDo) {
                                  std::getenv("ULF_BINARY"), dir_.string())});
   EXPECT_THAT(view.ReadUntil("--screenshot", 30), HasSubstr("--screenshot FILE.png"));
   EXPECT_EQ(view.Wait(30), 1);
+}
+
+TEST_F(ViewCommand, WithoutOpenGlItSaysWhatDoesWithoutIt) {
+  const WithoutOpenGl here;
+  const auto picture = RunUlf("view " + dir_.string() + " --screenshot " + (scratch_ / "a.png").string());
+  ChildProcess window({"/bin/bash", "-c",
+                       fmt::format("env -u DISPLAY -u WAYLAND_DISPLAY {} view {} 2>&1",
+                                   std::getenv("ULF_BINARY"), dir_.string())});
+  const std::string says = window.ReadUntil("reference", 30);
+  EXPECT_EQ(window.Wait(30), 1);
+  EXPECT_EQ(picture.exit_code, 1);
+  for (const std::string& text : {picture.errors, says}) {
+    EXPECT_THAT(text, HasSubstr("libegl-mesa0 libgl1-mesa-dri"));
+    EXPECT_THAT(text, HasSubstr("ulf render --renderer reference"));
+    EXPECT_THAT(text, Not(HasSubstr("--screenshot"))) << "it draws by OpenGL, too";
+  }
 }
 
 // On a display server of its own, which is killed in the end.

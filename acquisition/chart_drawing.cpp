@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 
+#include "acquisition/chart.h"
+#include "acquisition/chart_layout.h"
 #include "acquisition/gnuplot.h"
-#include "tests/charts/chart.h"
-#include "tests/charts/chart_layout.h"
 
-namespace ulf::test {
+namespace ulf {
 namespace {
 
 constexpr std::array kColors{"#1f63b4", "#d95f02", "#4d8c15", "#7a5195", "#c2185b",
@@ -24,7 +24,7 @@ struct LegendEntry {
 std::vector<std::string> SeriesOf(const Chart& chart) {
   std::vector<std::string> series;
   for (const ChartPanel& panel : chart.panels)
-    for (const ChartPoint& point : panel.points)
+    for (const ChartRow& point : panel.points)
       if (std::find(series.begin(), series.end(), point.series) == series.end())
         series.push_back(point.series);
   return series;
@@ -37,7 +37,7 @@ std::vector<LegendEntry> LegendOf(const Chart& chart, const std::vector<std::str
   bool ringed = false, compared = false;
   for (const ChartPanel& panel : chart.panels) {
     compared = compared || panel.compared;
-    for (const ChartPoint& point : panel.points) ringed = ringed || point.is_default;
+    for (const ChartRow& point : panel.points) ringed = ringed || point.is_default;
   }
   if (ringed) legend.push_back({"the default", "pt 6 ps 2.4 lw 2 lc rgb '#000000'"});
   if (compared) legend.push_back({"Pareto front", ""});
@@ -93,7 +93,7 @@ class ChartScript {
 
  private:
   void Axis(char axis, const ChartAxis& described, const ChartScale& scale);
-  void Data(const std::string& name, const std::vector<ChartPoint>& points);
+  void Data(const std::string& name, const std::vector<ChartRow>& points);
 
   const Chart& chart_;
   const ChartLayout& layout_;
@@ -112,9 +112,9 @@ void ChartScript::Axis(char axis, const ChartAxis& described, const ChartScale& 
 }
 
 // x y and the ends of their bars.
-void ChartScript::Data(const std::string& name, const std::vector<ChartPoint>& points) {
+void ChartScript::Data(const std::string& name, const std::vector<ChartRow>& points) {
   script_ += "$" + name + " << EOD\n";
-  for (const ChartPoint& p : points)
+  for (const ChartRow& p : points)
     if (std::isfinite(p.cost.median) && std::isfinite(p.error.median))
       script_ += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}\n", p.cost.median, p.error.median,
                              p.cost.low, p.cost.high, p.error.low, p.error.high);
@@ -124,8 +124,8 @@ void ChartScript::Data(const std::string& name, const std::vector<ChartPoint>& p
 void ChartScript::Panel(std::size_t index, const std::vector<std::string>& series) {
   const ChartPanel& panel = chart_.panels[index];
   const ChartBox& box = layout_.panels[index];
-  std::vector<Spread> costs, errors;
-  for (const ChartPoint& point : panel.points)
+  std::vector<ChartSpread> costs, errors;
+  for (const ChartRow& point : panel.points)
     if (std::isfinite(point.cost.median) && std::isfinite(point.error.median))
       costs.push_back(point.cost), errors.push_back(point.error);
   const ChartScale cost = ScaleOf(costs, panel.cost.logarithmic);
@@ -141,20 +141,20 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
   for (const PlacedName& name : PlaceNames(panel, cost, error, box))
     Text(0.5 * (name.box.left + name.box.right), 0.5 * (name.box.top + name.box.bottom),
          panel.points[name.point].name, "center font ',9' front textcolor rgb '#303030'");
-  std::vector<ChartPoint> front, ringed;
+  std::vector<ChartRow> front, ringed;
   for (const std::size_t i : ParetoFront(panel)) front.push_back(panel.points[i]);
-  for (const ChartPoint& point : panel.points)
+  for (const ChartRow& point : panel.points)
     if (point.is_default) ringed.push_back(point);
   const auto name = [&](const std::string& kind) { return kind + std::to_string(index); };
   Data(name("front"), front);
   Data(name("ringed"), ringed);
   std::string plot = fmt::format("plot ${} with steps dt 2 lw 2 lc rgb '#606060'", name("front"));
   for (std::size_t s = 0; s < series.size(); ++s) {
-    std::vector<ChartPoint> points;
-    for (const ChartPoint& point : panel.points)
+    std::vector<ChartRow> points;
+    for (const ChartRow& point : panel.points)
       if (point.series == series[s]) points.push_back(point);
     if (points.empty()) continue;
-    const std::string data = name("s" + std::to_string(s) + "_");
+    const std::string data = name(fmt::format("s{}_", s));
     Data(data, points);
     plot += fmt::format(
         ", ${0} with xyerrorbars pt 0 lw 1 lc rgb '{1}', ${0} using 1:2 with {2} pt 7 ps 1 lc rgb '{1}'",
@@ -186,10 +186,9 @@ ChartPicture PictureOf(const Chart& chart) {
   return {layout.width, layout.height, script.Finished()};
 }
 
-void DrawChart(const std::filesystem::path& folder, const Chart& chart) {
+void DrawChartFile(const std::string& path, const Chart& chart) {
   const ChartPicture picture = PictureOf(chart);
-  for (const char* ending : {".svg", ".png"})
-    ulf::DrawChart((folder / (chart.name + ending)).string(), picture.width, picture.height, picture.script);
+  DrawChart(path, picture.width, picture.height, picture.script);
 }
 
-}  // namespace ulf::test
+}  // namespace ulf

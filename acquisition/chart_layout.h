@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/charts/chart.h"
+#include "acquisition/chart.h"
 
-namespace ulf::test {
+namespace ulf {
 
 struct ChartBox {
   double left = 0, top = 0, right = 0, bottom = 0;
@@ -24,7 +24,7 @@ struct ChartScale {
   std::vector<double> tics;
 };
 // Holds all values and their bars, with a margin.
-ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic);
+ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic);
 
 struct PlacedName {
   std::size_t point = 0;
@@ -46,4 +46,4 @@ inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px
 // Broken between words.
 std::vector<std::string> Lines(const std::string& text, std::size_t characters);
 
-}  // namespace ulf::test
+}  // namespace ulf

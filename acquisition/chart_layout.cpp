@@ -1,4 +1,4 @@
-#include "tests/charts/chart_layout.h"
+#include "acquisition/chart_layout.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace ulf::test {
+namespace ulf {
 namespace {
 
 constexpr double kPoint = 5;  // half a point's size, px
@@ -59,7 +59,7 @@ struct NamedPlace {
 std::vector<NamedPlace> PlacesOf(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
                                  const ChartBox& inside) {
   std::vector<NamedPlace> places;
-  for (const ChartPoint& point : panel.points)
+  for (const ChartRow& point : panel.points)
     places.push_back({inside.left + cost.Share(point.cost.median) * (inside.right - inside.left),
                       inside.bottom - error.Share(point.error.median) * (inside.bottom - inside.top),
                       point.is_default ? 2 * kPoint : kPoint});
@@ -95,6 +95,13 @@ bool Holds(const ChartBox& outer, const ChartBox& inner) {
          inner.bottom <= outer.bottom;
 }
 
+// From beyond the sides, where it is not too wide.
+void PushInside(const ChartBox& inside, ChartBox& box) {
+  const double by = std::max(0.0, inside.left - box.left) - std::max(0.0, box.right - inside.right);
+  box.left += by;
+  box.right += by;
+}
+
 bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
   return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
 }
@@ -105,9 +112,9 @@ double ChartScale::Share(double value) const {
   return logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
 }
 
-ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic) {
+ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Spread& value : values)
+  for (const ChartSpread& value : values)
     for (const double v : {value.median, value.low, value.high})
       if (std::isfinite(v) && (v > 0 || !logarithmic)) low = std::min(low, v), high = std::max(high, v);
   if (!(low <= high)) low = high = 1;
@@ -137,7 +144,8 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
   for (const std::size_t i : InOrderOfWorth(panel, front)) {
     const std::string& name = panel.points[i].name;
     if (name.empty() || !std::isfinite(places[i].x) || !std::isfinite(places[i].y)) continue;
-    const auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
+    auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
+    for (ChartBox& box : around) PushInside(inside, box);
     const auto fits = [&](const ChartBox& box) { return Holds(inside, box) && Free(box, taken); };
     auto box = std::find_if(around.begin(), around.end(),
                             [&](const ChartBox& b) { return fits(b) && Free(b, line); });
@@ -181,4 +189,4 @@ std::vector<std::string> Lines(const std::string& text, std::size_t characters) 
   return lines;
 }
 
-}  // namespace ulf::test
+}  // namespace ulf
