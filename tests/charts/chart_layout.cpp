@@ -11,6 +11,7 @@ namespace ulf::test {
 namespace {
 
 constexpr double kPoint = 5;  // half a point's size, px
+constexpr double kClear = 3;  // of a name from a line above or below, px
 
 std::vector<double> LinearTics(double low, double high) {
   const double rough = (high - low) / 6, power = std::pow(10, std::floor(std::log10(rough)));
@@ -43,13 +44,13 @@ struct NamedPlace {
     std::array<ChartBox, 8> boxes;
     std::size_t next = 0;
     for (const auto& [dx, dy] : {std::pair{0.0, -above},
-                                 {beside, -0.6 * above},
+                                 {beside, -0.8 * above},
                                  {beside, 0.0},
-                                 {-beside, -0.6 * above},
+                                 {-beside, -0.8 * above},
                                  {0.0, above},
-                                 {beside, 0.6 * above},
+                                 {beside, 0.8 * above},
                                  {-beside, 0.0},
-                                 {-beside, 0.6 * above}})
+                                 {-beside, 0.8 * above}})
       boxes[next++] = {x + dx - 0.5 * width, y + dy - 0.5 * kNameHeight, x + dx + 0.5 * width,
                        y + dy + 0.5 * kNameHeight};
     return boxes;
@@ -91,8 +92,8 @@ std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, c
     const ChartPoint& point = panel.points[i];
     const NamedPlace& at = places[i];
     if (point.cost.high > point.cost.low)
-      strokes.push_back({std::min(x(point.cost.low), x(point.cost.high)), at.y - 1,
-                         std::max(x(point.cost.low), x(point.cost.high)), at.y + 1});
+      strokes.push_back({std::min(x(point.cost.low), x(point.cost.high)), at.y - kClear,
+                         std::max(x(point.cost.low), x(point.cost.high)), at.y + kClear});
     if (point.error.high > point.error.low)
       strokes.push_back({at.x - 1, y(point.error.high), at.x + 1, y(point.error.low)});
     const auto next =
@@ -115,7 +116,7 @@ std::vector<ChartBox> FrontLine(const std::vector<NamedPlace>& places,
   std::vector<ChartBox> line;
   for (std::size_t i = 1; i < front.size(); ++i) {
     const NamedPlace &from = places[front[i - 1]], &to = places[front[i]];
-    line.push_back({from.x, from.y - 1, to.x, from.y + 1});
+    line.push_back({from.x, from.y - kClear, to.x, from.y + kClear});
     line.push_back({to.x - 1, std::min(from.y, to.y), to.x + 1, std::max(from.y, to.y)});
   }
   return line;
@@ -175,11 +176,15 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
     const std::string& name = panel.points[i].name;
     if (name.empty() || !std::isfinite(places[i].x) || !std::isfinite(places[i].y)) continue;
     const auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
-    const auto fits = [&](const ChartBox& box) { return Holds(inside, box) && Free(box, taken); };
-    auto box = std::find_if(around.begin(), around.end(),
-                            [&](const ChartBox& b) { return fits(b) && Free(b, line); });
-    if (box == around.end()) box = std::find_if(around.begin(), around.end(), fits);
-    if (box == around.end()) continue;
+    const ChartBox* box = nullptr;
+    std::ptrdiff_t fewest = 0;  // lines under it; of equal ones the first
+    for (const ChartBox& candidate : around) {
+      if (!Holds(inside, candidate) || !Free(candidate, taken)) continue;
+      const auto crossed = std::count_if(line.begin(), line.end(),
+                                         [&](const ChartBox& other) { return candidate.Overlaps(other); });
+      if (!box || crossed < fewest) box = &candidate, fewest = crossed;
+    }
+    if (!box) continue;
     taken.push_back(*box);
     placed.push_back({i, *box});
   }
