@@ -239,7 +239,7 @@ Trial Adjusted(const Arc& arc, unsigned seed) {
   return JudgeAdjusted(summary, problem.start, problem.truth);
 }
 
-// Nothing, one view or two views are held: but for a similarity the same must come of it.
+// Nothing or one view is held: but for a similarity the same must come of it.
 Trial AdjustedFreely(double away, unsigned seed) {
   constexpr double kSame_pct = 0.03;
   ArcProblem problem = MakeArc({.away = away}, seed);
