@@ -29,6 +29,7 @@ struct ChartAxis {
   std::string label;
   bool logarithmic = false;
   bool more_is_better = false;  // of an error axis
+  bool falls = false;           // the largest stands where the axis begins
 };
 
 struct ChartPanel {
@@ -37,6 +38,8 @@ struct ChartPanel {
   std::vector<ChartRow> points;
   bool compared = true;  // false: rows are not rivals, and have no front
   bool joined = true;    // by a line
+  // Both axes are of one quantity: they reach equally far, and where both are equal a line is drawn.
+  bool diagonal = false;
 };
 
 struct Chart {
@@ -45,6 +48,7 @@ struct Chart {
   std::string about;    // seeds and sets, which of them for tuning; what a row is
   std::string caption;  // command, machine, date, commit
   std::vector<ChartPanel> panels;
+  bool same_costs = false;  // rows without an error take room on the cost axis, so that panels agree
 };
 
 // Indices of the rows that no other row beats in both, the cheapest first; of equal ones the first.

@@ -16,6 +16,12 @@ constexpr std::array kColors{"#1f63b4", "#d95f02", "#4d8c15", "#7a5195", "#c2185
                              "#00838f", "#8d6e1a", "#5c6670", "#e08a8a", "#3aa7a0"};
 constexpr const char* kColor(std::size_t series) { return kColors[series % kColors.size()]; }
 
+// As the page writes it, without what only a page shows.
+std::string Plain(std::string text) {
+  std::erase(text, '`');
+  return text;
+}
+
 struct LegendEntry {
   std::string text;
   std::string mark;  // gnuplot's, of a point; empty: a dashed line
@@ -33,7 +39,8 @@ std::vector<std::string> SeriesOf(const Chart& chart) {
 std::vector<LegendEntry> LegendOf(const Chart& chart, const std::vector<std::string>& series) {
   std::vector<LegendEntry> legend;
   for (std::size_t s = 0; s < series.size(); ++s)
-    if (!series[s].empty()) legend.push_back({series[s], fmt::format("pt 7 ps 1.1 lc rgb '{}'", kColor(s))});
+    if (!series[s].empty())
+      legend.push_back({Plain(series[s]), fmt::format("pt 7 ps 1.1 lc rgb '{}'", kColor(s))});
   bool ringed = false, compared = false;
   for (const ChartPanel& panel : chart.panels) {
     compared = compared || panel.compared;
@@ -68,7 +75,7 @@ class ChartScript {
 
   void Text(double x, double y, const std::string& text, const std::string& style) {
     script_ += fmt::format("set label {} at screen {:.5f}, screen {:.5f} {} noenhanced\n",
-                           QuotedForGnuplot(text), x / layout_.width, 1 - y / layout_.height, style);
+                           QuotedForGnuplot(Plain(text)), x / layout_.width, 1 - y / layout_.height, style);
   }
   void Legend(const std::vector<std::vector<LegendEntry>>& lines) {
     double y = layout_.legend_top;
@@ -101,9 +108,10 @@ class ChartScript {
 };
 
 void ChartScript::Axis(char axis, const ChartAxis& described, const ChartScale& scale) {
-  script_ += fmt::format("{} logscale {}\nset {}range [{:.8g}:{:.8g}]\nset {}label {} noenhanced\n",
-                         scale.logarithmic ? "set" : "unset", axis, axis, scale.low, scale.high, axis,
-                         QuotedForGnuplot(described.label));
+  script_ +=
+      fmt::format("{} logscale {}\nset {}range [{:.8g}:{:.8g}]\nset {}label {} noenhanced\n",
+                  scale.logarithmic ? "set" : "unset", axis, axis, scale.falls ? scale.high : scale.low,
+                  scale.falls ? scale.low : scale.high, axis, QuotedForGnuplot(Plain(described.label)));
   std::string tics;
   for (const double tic : scale.tics)
     tics += fmt::format("{}'{:g}' {:.8g}", tics.empty() ? "" : ", ", tic, tic);
@@ -125,10 +133,18 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
   const ChartPanel& panel = chart_.panels[index];
   const ChartBox& box = layout_.panels[index];
   std::vector<ChartSpread> costs, errors;
-  for (const ChartRow& point : panel.points)
-    if (std::isfinite(point.cost.median) && std::isfinite(point.error.median))
-      costs.push_back(point.cost), errors.push_back(point.error);
-  const ChartScale cost = ScaleOf(costs, panel.cost.logarithmic);
+  for (const ChartRow& point : panel.points) {
+    if (!std::isfinite(point.cost.median)) continue;
+    const bool drawn = std::isfinite(point.error.median);
+    if (drawn || chart_.same_costs) costs.push_back(point.cost);
+    if (drawn) errors.push_back(point.error);
+  }
+  if (panel.diagonal) {
+    costs.insert(costs.end(), errors.begin(), errors.end());
+    errors = costs;
+  }
+  ChartScale cost = ScaleOf(costs, panel.cost.logarithmic);
+  cost.falls = panel.cost.falls;
   const ChartScale error = ScaleOf(errors, panel.error.logarithmic);
   script_ += fmt::format(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
@@ -148,6 +164,8 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
   const auto name = [&](const std::string& kind) { return kind + std::to_string(index); };
   Data(name("front"), front);
   Data(name("ringed"), ringed);
+  if (panel.diagonal)
+    script_ += "set arrow from graph 0, graph 0 to graph 1, graph 1 nohead lw 1 lc rgb '#a0a0a0'\n";
   std::string plot = fmt::format("plot ${} with steps dt 2 lw 2 lc rgb '#606060'", name("front"));
   for (std::size_t s = 0; s < series.size(); ++s) {
     std::vector<ChartRow> points;

@@ -11,6 +11,7 @@ namespace ulf {
 namespace {
 
 constexpr double kPoint = 5;  // half a point's size, px
+constexpr double kClear = 3;  // of a name from a line above or below, px
 
 std::vector<double> LinearTics(double low, double high) {
   const double rough = (high - low) / 6, power = std::pow(10, std::floor(std::log10(rough)));
@@ -43,13 +44,13 @@ struct NamedPlace {
     std::array<ChartBox, 8> boxes;
     std::size_t next = 0;
     for (const auto& [dx, dy] : {std::pair{0.0, -above},
-                                 {beside, -0.6 * above},
+                                 {beside, -0.8 * above},
                                  {beside, 0.0},
-                                 {-beside, -0.6 * above},
+                                 {-beside, -0.8 * above},
                                  {0.0, above},
-                                 {beside, 0.6 * above},
+                                 {beside, 0.8 * above},
                                  {-beside, 0.0},
-                                 {-beside, 0.6 * above}})
+                                 {-beside, 0.8 * above}})
       boxes[next++] = {x + dx - 0.5 * width, y + dy - 0.5 * kNameHeight, x + dx + 0.5 * width,
                        y + dy + 0.5 * kNameHeight};
     return boxes;
@@ -78,13 +79,44 @@ std::vector<std::size_t> InOrderOfWorth(const ChartPanel& panel, const std::vect
   return order;
 }
 
+// Bars and lines between points: what a name is better not put over. Slanted lines by short boxes.
+std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
+                              const ChartBox& inside, const std::vector<NamedPlace>& places) {
+  constexpr double kPiece = 6;  // px
+  const auto x = [&](double value) { return inside.left + cost.Share(value) * (inside.right - inside.left); };
+  const auto y = [&](double value) {
+    return inside.bottom - error.Share(value) * (inside.bottom - inside.top);
+  };
+  std::vector<ChartBox> strokes;
+  for (std::size_t i = 0; i < panel.points.size(); ++i) {
+    const ChartPoint& point = panel.points[i];
+    const NamedPlace& at = places[i];
+    if (point.cost.high > point.cost.low)
+      strokes.push_back({std::min(x(point.cost.low), x(point.cost.high)), at.y - kClear,
+                         std::max(x(point.cost.low), x(point.cost.high)), at.y + kClear});
+    if (point.error.high > point.error.low)
+      strokes.push_back({at.x - 1, y(point.error.high), at.x + 1, y(point.error.low)});
+    const auto next =
+        std::find_if(panel.points.begin() + static_cast<std::ptrdiff_t>(i) + 1, panel.points.end(),
+                     [&](const ChartPoint& other) { return other.series == point.series; });
+    if (!panel.joined || next == panel.points.end()) continue;
+    const NamedPlace& to = places[static_cast<std::size_t>(next - panel.points.begin())];
+    const double length = std::hypot(to.x - at.x, to.y - at.y);
+    for (double along = 0; along < length; along += kPiece) {
+      const double px = at.x + (to.x - at.x) * along / length, py = at.y + (to.y - at.y) * along / length;
+      strokes.push_back({px - 1, py - 1, px + 1, py + 1});
+    }
+  }
+  return strokes;
+}
+
 // The front's line goes along and then up or down.
 std::vector<ChartBox> FrontLine(const std::vector<NamedPlace>& places,
                                 const std::vector<std::size_t>& front) {
   std::vector<ChartBox> line;
   for (std::size_t i = 1; i < front.size(); ++i) {
     const NamedPlace &from = places[front[i - 1]], &to = places[front[i]];
-    line.push_back({from.x, from.y - 1, to.x, from.y + 1});
+    line.push_back({from.x, from.y - kClear, to.x, from.y + kClear});
     line.push_back({to.x - 1, std::min(from.y, to.y), to.x + 1, std::max(from.y, to.y)});
   }
   return line;
@@ -109,7 +141,9 @@ bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
 }  // namespace
 
 double ChartScale::Share(double value) const {
-  return logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+  const double share =
+      logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+  return falls ? 1 - share : share;
 }
 
 ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic) {
@@ -118,14 +152,16 @@ ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic) {
     for (const double v : {value.median, value.low, value.high})
       if (std::isfinite(v) && (v > 0 || !logarithmic)) low = std::min(low, v), high = std::max(high, v);
   if (!(low <= high)) low = high = 1;
-  ChartScale scale{low, high, logarithmic, {}};
+  ChartScale scale{low, high, logarithmic, {}, false};
   if (logarithmic) {
     const double margin = std::max(std::pow(high / low, 0.07), 1.1);
     scale.low /= margin, scale.high *= margin;
     scale.tics = LogarithmicTics(scale.low, scale.high);
   } else {
-    const double margin = high > low ? 0.08 * (high - low) : 0.1 * std::max(1.0, std::abs(high));
-    scale.low = low >= 0 && low < 0.4 * high ? 0 : low - margin;
+    const double margin = high > low  ? 0.08 * (high - low)
+                          : high == 0 ? 1
+                                      : 0.1 * std::max(1.0, std::abs(high));
+    scale.low = low >= 0 && low <= 0.4 * high ? 0 : low - margin;
     scale.high = high + margin;
     scale.tics = LinearTics(scale.low, scale.high);
   }
@@ -139,18 +175,24 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
   std::vector<ChartBox> taken;
   for (const NamedPlace& p : places)
     taken.push_back({p.x - p.half, p.y - p.half, p.x + p.half, p.y + p.half});
-  const std::vector<ChartBox> line = FrontLine(places, front);
+  std::vector<ChartBox> line = FrontLine(places, front);
+  const std::vector<ChartBox> strokes = Strokes(panel, cost, error, inside, places);
+  line.insert(line.end(), strokes.begin(), strokes.end());
   std::vector<PlacedName> placed;
   for (const std::size_t i : InOrderOfWorth(panel, front)) {
     const std::string& name = panel.points[i].name;
     if (name.empty() || !std::isfinite(places[i].x) || !std::isfinite(places[i].y)) continue;
     auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
-    for (ChartBox& box : around) PushInside(inside, box);
-    const auto fits = [&](const ChartBox& box) { return Holds(inside, box) && Free(box, taken); };
-    auto box = std::find_if(around.begin(), around.end(),
-                            [&](const ChartBox& b) { return fits(b) && Free(b, line); });
-    if (box == around.end()) box = std::find_if(around.begin(), around.end(), fits);
-    if (box == around.end()) continue;
+    for (ChartBox& each : around) PushInside(inside, each);
+    const ChartBox* box = nullptr;
+    std::ptrdiff_t fewest = 0;  // lines under it; of equal ones the first
+    for (const ChartBox& candidate : around) {
+      if (!Holds(inside, candidate) || !Free(candidate, taken)) continue;
+      const auto crossed = std::count_if(line.begin(), line.end(),
+                                         [&](const ChartBox& other) { return candidate.Overlaps(other); });
+      if (!box || crossed < fewest) box = &candidate, fewest = crossed;
+    }
+    if (!box) continue;
     taken.push_back(*box);
     placed.push_back({i, *box});
   }

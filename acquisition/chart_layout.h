@@ -22,6 +22,7 @@ struct ChartScale {
   bool logarithmic = false;
   double Share(double value) const;
   std::vector<double> tics;
+  bool falls = false;  // `high` is where the axis begins
 };
 // Holds all values and their bars, with a margin.
 ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic);
@@ -30,8 +31,8 @@ struct PlacedName {
   std::size_t point = 0;
   ChartBox box;
 };
-// Beside their points, over no other name and no point, the ringed one's first; those without room are left
-// out.
+// Beside their points, over no other name and no point, the ringed one's first; over bars and lines where
+// there is no other place. Those without room are left out.
 std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
                                    const ChartBox& inside);
 

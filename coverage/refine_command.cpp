@@ -143,6 +143,9 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
   json["reprojection_before_px"] = {{"rms", result.rms_before_px}, {"median", result.median_before_px}};
   json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
   json["rms_after_sigmas"] = result.rms_after_sigmas;
+  json["settled"] = result.settled;
+  if (result.contradicted >= 0)
+    json["contradicted"] = before.views[static_cast<std::size_t>(result.contradicted)].id;
   json["moved"] = {{"median", result.moved_median}, {"largest", result.moved_max}, {"units", before.units}};
   if (result.moved_most >= 0)
     json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
@@ -234,6 +237,12 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
           "they do not hold together: parts of them share too few points to say how they lie to each "
           "other\n");
   }
+  if (!result.settled)
+    fmt::print(
+        "the adjustment has not settled: more would still change; check the start poses, or refine again\n");
+  if (result.contradicted >= 0)
+    fmt::print("most points of view {} disagree with where it was put\n",
+               before.views[static_cast<std::size_t>(result.contradicted)].id);
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (!result.views[v].registered)
       fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,

@@ -157,6 +157,20 @@ int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem,
   return outliers;
 }
 
+void FindLeastKept(const BundleProblem& problem, BundleSummary& summary) {
+  std::vector<int> all(problem.cam_from_world.size(), 0), kept(all.size(), 0);
+  for (const BundleObservation& seen : problem.observations) {
+    ++all[static_cast<std::size_t>(seen.camera)];
+    kept[static_cast<std::size_t>(seen.camera)] += !seen.outlier;
+  }
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    const double share = all[c] > 0 ? static_cast<double>(kept[c]) / all[c] : 1;
+    if (all[c] == 0 || (summary.least_kept_camera >= 0 && share >= summary.least_kept)) continue;
+    summary.least_kept = share;
+    summary.least_kept_camera = static_cast<int>(c);
+  }
+}
+
 // Scales the world about the only fixed camera so that the farthest other camera is as far as it was.
 void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<Vector3d>& centers_before) {
   std::size_t farthest = anchor;
@@ -233,6 +247,7 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   }
   summary.settled = solution.termination_type == ceres::CONVERGENCE;
   summary.message = solution.message;
+  FindLeastKept(problem, summary);
   if (const auto seen = static_cast<int>(problem.observations.size()); 2 * summary.outliers > seen) {
     summary.usable = false;
     summary.message = fmt::format("only {} of {} observations agree", seen - summary.outliers, seen);

@@ -71,6 +71,10 @@ struct BundleSummary {
   double initial_rms_sigmas = 0;  // root mean square error over sigma
   double final_rms_sigmas = 0;    // of the observations kept
   int outliers = 0;
+  // Of the views that have any observations the one that keeps the smallest share of them: where less than
+  // half agree, what it sees contradicts where it was put. -1: none.
+  int least_kept_camera = -1;
+  double least_kept = 1;
   int iterations = 0;
   std::string message;
 };

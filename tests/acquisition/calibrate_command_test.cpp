@@ -20,6 +20,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Plays frames from a simulated board; with photographs when asked, twice the size.
 class ScriptedDevice : public Device {
@@ -190,7 +191,11 @@ TEST(CalibrateCommand, ImagesWithoutANameForTheFileAreCalibratedIntoThisFolder) 
     EXPECT_THAT(result.output, AllOf(HasSubstr(std::string(name) + ": written"), HasSubstr("not bound"),
                                      HasSubstr("--serial")));
     EXPECT_NEAR(ReadCalibration(scratch / name).fx, 0.875 * 640, 15);
+    EXPECT_THAT(result.output, Not(HasSubstr("Chosen (*)"))) << "not asked";
   }
+  const auto why = test::RunUlf("calibrate " + images.path().string() + " --explain");
+  ASSERT_EQ(why.exit_code, 0) << why.errors;
+  EXPECT_THAT(why.output, AllOf(HasSubstr("left out"), HasSubstr("Chosen (*)"), HasSubstr("\n* ")));
 }
 
 TEST(CalibrateCommand, TheFlatFieldHasAReportAndItsPartOfTheSensor) {

@@ -26,6 +26,7 @@ class Candidates {
   }
   ChartPanel Panel(const std::string& title) const {
     ChartPanel panel{title, {"parameters of the lens model"}, {"error of left-out views [px RMS]", true}, {}};
+    panel.joined = false;  // several candidates are equally large
     int most = 1;
     for (const auto& [name, entry] : entries_) most = std::max(most, entry.chosen);
     for (const bool fisheye : {false, true})

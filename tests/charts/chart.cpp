@@ -37,10 +37,13 @@ std::string Processor() {
 }
 
 Json AxisJson(const ChartAxis& axis) {
-  return {{"label", axis.label}, {"logarithmic", axis.logarithmic}, {"more_is_better", axis.more_is_better}};
+  return {{"label", axis.label},
+          {"logarithmic", axis.logarithmic},
+          {"more_is_better", axis.more_is_better},
+          {"falls", axis.falls}};
 }
 ChartAxis AxisFrom(const Json& json) {
-  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better")};
+  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better"), json.value("falls", false)};
 }
 
 Json HeadJson(const Chart& chart) {
@@ -50,12 +53,10 @@ Json HeadJson(const Chart& chart) {
                       {"cost", AxisJson(panel.cost)},
                       {"error", AxisJson(panel.error)},
                       {"compared", panel.compared},
-                      {"joined", panel.joined}});
-  return {{"name", chart.name},
-          {"title", chart.title},
-          {"about", chart.about},
-          {"caption", chart.caption},
-          {"panels", panels}};
+                      {"joined", panel.joined},
+                      {"diagonal", panel.diagonal}});
+  return {{"name", chart.name},       {"title", chart.title}, {"about", chart.about},
+          {"caption", chart.caption}, {"panels", panels},     {"same_costs", chart.same_costs}};
 }
 
 std::string Quoted(const std::string& text) {
@@ -111,14 +112,20 @@ Chart ReadChart(const std::filesystem::path& table) {
   if (!std::getline(file, line) || !line.starts_with("# {"))
     throw Error("{}: not the table of a chart; draw it anew with ./run charts", table.string());
   const Json head = Json::parse(line.substr(2));
-  Chart chart{head.at("name"), head.at("title"), head.at("about"), head.at("caption"), {}};
+  Chart chart{head.at("name"),
+              head.at("title"),
+              head.at("about"),
+              head.at("caption"),
+              {},
+              head.value("same_costs", false)};
   for (const Json& panel : head.at("panels"))
     chart.panels.push_back({panel.at("title"),
                             AxisFrom(panel.at("cost")),
                             AxisFrom(panel.at("error")),
                             {},
                             panel.at("compared"),
-                            panel.at("joined")});
+                            panel.at("joined"),
+                            panel.value("diagonal", false)});
   std::getline(file, line);
   while (std::getline(file, line)) {
     const auto fields = Fields(line);

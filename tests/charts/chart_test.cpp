@@ -18,6 +18,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 ChartRow Row(double cost, double error, bool is_default = false) {
   return {"series", "", Spread::Exactly(cost), Spread::Exactly(error), is_default};
@@ -103,6 +104,9 @@ TEST(ChartScaleTest, HoldsBarsAndCountsByPowersWhereAsked) {
   const ChartScale linear = ScaleOf({{2, 1, 10}}, false);
   EXPECT_EQ(linear.low, 0) << "errors are seen from nought where that costs no room";
   EXPECT_GT(ScaleOf({{30, 29, 31}}, false).low, 20);
+  const ChartScale nought = ScaleOf({{0, 0, 0}}, false);
+  EXPECT_EQ(nought.low, 0) << "nothing is less than none";
+  EXPECT_GE(nought.high, 1);
 }
 
 TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
@@ -114,7 +118,7 @@ TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
     panel.points.back().name = "name " + std::to_string(i);
   }
   const ChartBox inside{100, 50, 700, 450};
-  const ChartScale scale{0, 1, false, {}};
+  const ChartScale scale{0, 1, false, {}, false};
   const auto names = PlaceNames(panel, scale, scale, inside);
   ASSERT_GT(names.size(), 20u);
   EXPECT_EQ(names[0].point, 17u) << "the default's first";
@@ -128,6 +132,22 @@ TEST(ChartNames, LieOnNoPointAndOnNoOtherName) {
       EXPECT_FALSE(names[a].box.Overlaps({x - 3, y - 3, x + 3, y + 3})) << names[a].point;
     }
   }
+}
+
+TEST(ChartNames, AvoidBarsAndLinesWhereThereIsRoom) {
+  ChartPanel panel = PanelOf({Row(0.5, 0.5), Row(0.9, 0.9)});
+  panel.compared = false;
+  panel.points[0].name = "name";
+  // Above, where a name is best, is where the bar is; to the right and above the line to the other point.
+  panel.points[0].error = {0.5, 0.5, 0.9};
+  const ChartBox inside{0, 0, 600, 400};
+  const ChartScale scale{0, 1, false, {}, false};
+  const auto names = PlaceNames(panel, scale, scale, inside);
+  ASSERT_EQ(names.size(), 1u);
+  EXPECT_FALSE(names[0].box.Overlaps({299, 40, 301, 200})) << "the bar";
+  for (double along = 0; along < 1; along += 0.01)
+    EXPECT_FALSE(names[0].box.Overlaps(
+        {300 + 240 * along, 200 - 160 * along, 300 + 240 * along + 1, 200 - 160 * along + 1}));
 }
 
 // x, y and the ends of their bars.
@@ -156,6 +176,55 @@ TEST(ChartDrawing, RingsTheDefaultAndDashesTheFront) {
   EXPECT_THAT(script, HasSubstr("$front1 << EOD\nNaN"));
   EXPECT_THAT(script, HasSubstr("$front0 with steps"));
   EXPECT_THAT(script, HasSubstr("$ringed0 using 1:2 with points pt 6"));
+}
+
+std::vector<std::string> RangesOf(const std::string& script, const std::string& axis) {
+  std::vector<std::string> ranges;
+  const std::string begin = "set " + axis + "range ";
+  for (std::size_t at = script.find(begin); at != std::string::npos; at = script.find(begin, at + 1))
+    ranges.push_back(script.substr(at + begin.size(), script.find('\n', at) - at - begin.size()));
+  return ranges;
+}
+
+TEST(ChartDrawing, PanelsOfOneCostReachEquallyFarAlsoWhereOneHasNoErrors) {
+  Chart chart = Sample();
+  chart.panels[0].points[2].cost = Spread::Exactly(100);
+  chart.panels[1] = chart.panels[0];
+  for (ChartPoint& point : chart.panels[1].points) point.error = Spread::Exactly(1);
+  const auto apart = RangesOf(PictureOf(chart).script, "x");
+  ASSERT_EQ(apart.size(), 2u);
+  EXPECT_NE(apart[0], apart[1]);
+  chart.same_costs = true;
+  const auto same = RangesOf(PictureOf(chart).script, "x");
+  EXPECT_EQ(same[0], same[1]);
+}
+
+TEST(ChartDrawing, AnAxisMayFall) {
+  Chart chart = Sample();
+  const std::string rises = RangesOf(PictureOf(chart).script, "x")[1];
+  chart.panels[1].cost.falls = true;
+  const std::string falls = RangesOf(PictureOf(chart).script, "x")[1];
+  const std::size_t middle = rises.find(':');
+  EXPECT_EQ(falls, "[" + rises.substr(middle + 1, rises.size() - middle - 2) + ":" +
+                       rises.substr(1, middle - 1) + "]");
+}
+
+TEST(ChartDrawing, TheDiagonalIsOneOfEqualAxes) {
+  Chart chart = Sample();
+  EXPECT_THAT(PictureOf(chart).script, Not(HasSubstr("to graph 1, graph 1")));
+  chart.panels[1].diagonal = true;
+  const std::string script = PictureOf(chart).script;
+  EXPECT_THAT(script, HasSubstr("to graph 1, graph 1"));
+  EXPECT_EQ(RangesOf(script, "x")[1], RangesOf(script, "y")[1]);
+}
+
+TEST(ChartDrawing, WhatOnlyAPageShowsIsNotDrawn) {
+  Chart chart = Sample();
+  chart.about = "the mesh of `ulf proxy`";
+  chart.panels[0].points[0].series = "over `x`";
+  const std::string script = PictureOf(chart).script;
+  EXPECT_THAT(script, Not(HasSubstr("`")));
+  EXPECT_THAT(script, HasSubstr("the mesh of ulf proxy"));
 }
 
 TEST(ChartDrawing, MakesBothPictures) {

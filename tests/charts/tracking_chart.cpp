@@ -185,6 +185,7 @@ Chart PredictedErrorChart(const ChartEffort& effort) {
                    {"true [% of the distance]", true},
                    {},
                    false};
+  panel.diagonal = true;
   for (const auto& [run, of_run] : errors)
     for (const ErrorBin& bin : BinErrors(of_run, 4))
       panel.points.push_back(

@@ -13,9 +13,10 @@ namespace ulf::test {
 namespace {
 
 constexpr int kCannot = 3;
+constexpr double kLeastWhole = 0.6;  // of the frames that a webcam sent whole; a busy machine misses some
 
 struct Outcome {
-  unsigned whole = 0, others = 0, uncounted = 0, damaged = 0, said = 0;  // as lossy_camera tells
+  unsigned whole = 0, could = 0, others = 0, uncounted = 0, damaged = 0, said = 0;  // as lossy_camera tells
 };
 
 std::vector<std::string> Command(const std::string& kind) {
@@ -37,19 +38,18 @@ Outcome Take(const std::string& kind, double how_much, unsigned seed) {
   ChildProcess camera(command);
   const std::string said = camera.ReadUntil("whole", 60);
   Outcome outcome;
-  if (std::sscanf(said.c_str(), "whole %u others %u uncounted %u damaged %u said %u", &outcome.whole,
-                  &outcome.others, &outcome.uncounted, &outcome.damaged, &outcome.said) != 5)
+  if (std::sscanf(said.c_str(), "whole %u could %u others %u uncounted %u damaged %u said %u", &outcome.whole,
+                  &outcome.could, &outcome.others, &outcome.uncounted, &outcome.damaged, &outcome.said) != 6)
     throw Error("lossy_camera {} {}: {}", kind, how_much, said);
   camera.Wait(20);
   return outcome;
 }
 
-// Right: what is given as whole is, all others are counted, and enough are whole.
+// Right: what is given as whole is, all others are counted, and of those that could be whole enough are.
 Verdict Judge(const Outcome& outcome, double least_whole) {
   if (outcome.damaged > 0 || outcome.uncounted > 0 || !outcome.said) return Verdict::kWrong;
-  return outcome.whole > 0 && outcome.whole >= least_whole * (outcome.whole + outcome.others)
-             ? Verdict::kRight
-             : Verdict::kSaidSo;
+  return outcome.whole > 0 && outcome.whole >= least_whole * outcome.could ? Verdict::kRight
+                                                                           : Verdict::kSaidSo;
 }
 
 double NotWhole_pct(const Outcome& outcome) {
@@ -64,7 +64,7 @@ Trial Lossy(const std::string& kind, double share, double least_whole, unsigned 
 
 Trial Holed(double bytes, unsigned seed) {
   const Outcome outcome = Take("holes", bytes, seed);
-  return {Judge(outcome, 0.6), 100.0 * outcome.damaged / std::max(1u, outcome.whole)};
+  return {Judge(outcome, kLeastWhole), 100.0 * outcome.damaged / std::max(1u, outcome.whole)};
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ std::vector<Curve> AcquisitionCurves() {
   std::vector<Curve> curves;
   Curve c;
   c.name = "camera_lossy_link";
-  c.stage = "cameras";
+  c.stage = "Cameras";
   c.title = "GigE Vision over a link that loses packets";
   c.about =
       "A camera of 320x240 pixels, 50 frames a second in 59 packets each, behind a relay that loses packets, "
@@ -86,35 +86,40 @@ std::vector<Curve> AcquisitionCurves() {
   c.hard = 70;
   c.error = "frames that are not whole [%]";
   c.logarithmic_error = false;
-  c.seeds = 3;
+  c.seeds = 5;
   c.trial = [](double percent, unsigned seed) { return Lossy("link", percent / 100, 0.95, seed); };
   curves.push_back(c);
 
   c.name = "camera_lossy_webcam";
-  c.title = "a webcam that loses frames";
+  c.title = "A webcam that loses frames";
   c.about =
       "An emulated webcam, 100 frames a second, of which some never arrive, come marked as damaged or are "
-      "cut in two, a third each. Nothing is sent again. Right: what is given as whole is so to the byte, and "
-      "all others are counted; where nothing is whole, the counts say so.";
+      "cut in two, a third each. Nothing is sent again. Right: 60 % of those that were sent whole come (a "
+      "busy "
+      "machine misses some), whole to the byte, and all others are counted; where nothing is whole, the "
+      "counts "
+      "say so.";
   c.difficulty = "frames lost or damaged [%]";
-  c.values = {1, 3, 10, 30, 50, 70, 90, 100};
+  c.values = {1, 3, 10, 30, 50, 70, 90, 97, 100};
   c.easy = 10;
   c.hard = 100;
-  c.trial = [](double percent, unsigned seed) { return Lossy("webcam", percent / 100, 0, seed); };
+  c.trial = [](double percent, unsigned seed) { return Lossy("webcam", percent / 100, kLeastWhole, seed); };
   curves.push_back(c);
 
   c.name = "camera_jpeg_holes";
-  c.title = "a webcam whose JPEGs have holes";
+  c.title = "A webcam whose JPEGs have holes";
   c.about =
       "640x480 JPEGs of some 45,000 bytes; in every third bytes are missing in the middle, with no mark of "
-      "it, as a lost USB packet leaves it. Right: those are counted as incomplete, and only those. USB "
-      "packets of webcams carry some 180 bytes or more; of holes of some tens of bytes a part goes "
-      "unnoticed.";
+      "it, as a lost USB packet leaves it. Right: those are counted as incomplete, and 60 % of the others "
+      "come.";
   c.difficulty = "bytes that are missing";
-  c.values = {10000, 3000, 2000, 1000, 500, 300, 180};
+  c.values = {10000, 3000, 2000, 1000, 500, 300, 180, 100, 60, 30, 10};
   c.easy = 3000;
   c.hard = 180;
-  c.breaks = false;
+  c.wrong_from = 100;
+  c.why_wrong =
+      "behind a hole the code of a JPEG falls into step again, and where so few bytes are missing that no "
+      "block is left over, nothing in the file tells. USB packets of webcams carry some 180 bytes or more.";
   c.error = "damaged among those given as whole [%]";
   c.trial = [](double bytes, unsigned seed) { return Holed(bytes, seed); };
   curves.push_back(c);

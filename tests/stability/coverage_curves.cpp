@@ -165,13 +165,14 @@ Trial Judge(const Pairing& pairing, const Tolerance& tolerance) {
 }
 
 constexpr const char* kError = "off brute force [%]";
+constexpr const char* kHigher = "higher than need be";
 
 // ---- cameras at the sphere and in it
 
 Curve CandidateAtTheSphere() {
   Curve curve;
   curve.name = "bound_new_view_nears";
-  curve.stage = "coverage bound";
+  curve.stage = "Coverage bound";
   curve.title = "A new view that comes to the subject's sphere and into it";
   curve.about =
       "Two aimed cameras (300 to 2,000 px), the recorded one 2 to 20 radii away, up to 60 degrees apart; "
@@ -182,6 +183,7 @@ Curve CandidateAtTheSphere() {
   curve.easy = 0.33;
   curve.hard = 1.5;
   curve.error = kError;
+  curve.seeds = 20;  // brute force in the sphere takes long
   curve.trial = [](double nearness, unsigned seed) {
     Draw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
@@ -194,25 +196,27 @@ Curve CandidateAtTheSphere() {
 Curve RecordedAtTheSphere() {
   Curve curve;
   curve.name = "bound_recorded_view_nears";
-  curve.stage = "coverage bound";
+  curve.stage = "Coverage bound";
   curve.title = "A recorded view that comes to the subject's sphere and into it";
   curve.about =
       "Two aimed cameras of 640 x 480 px (400 to 800 px of focal length), the new one 2 to 20 radii "
       "away, up to 60 degrees apart; right is not more than 0.1 % below brute force over the pixels in "
-      "the frame, nor more than a quarter above, because a disc stands for the frame. Infinite says so, "
-      "and so does what is higher: it asks for a view more, and hides no gap.";
+      "the frame, nor more than a quarter above, because a disc stands for the frame. What is higher is "
+      "careful: it asks for a view more, and hides no gap. Infinite says so.";
   curve.difficulty = "sphere's radius over the recorded view's distance";
   curve.values = {0.33, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1, 1.1, 1.5, 2};
   curve.easy = 0.33;
   curve.hard = 1.5;
-  curve.breaks = false;
+  curve.careful = kHigher;
+  curve.never_breaks = "from within the sphere a view still sees what lies before it";
   curve.error = kError;
+  curve.seeds = 20;  // brute force in the sphere takes long
   curve.trial = [](double nearness, unsigned seed) {
     Draw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(400, 800), 640, 480);
     const double angle = Radians(draw.LogUniform(0.1, 60)), candidate_distance = draw.LogUniform(2, 20);
     return Judge(Aimed(draw, camera, 1 / nearness, candidate_distance, angle),
-                 {.above = 0.25, .higher = Verdict::kSaidSo});
+                 {.above = 0.25, .higher = Verdict::kCareful});
   };
   return curve;
 }
@@ -222,7 +226,7 @@ Curve RecordedAtTheSphere() {
 Curve SmallBaseline() {
   Curve curve;
   curve.name = "bound_small_baseline";
-  curve.stage = "coverage bound";
+  curve.stage = "Coverage bound";
   curve.title = "Two views that come together";
   curve.about =
       "Two aimed cameras, one beside, before or behind the other, anywhere in a world of any unit; right "
@@ -231,7 +235,7 @@ Curve SmallBaseline() {
   curve.values = {1, 2, 3, 4, 5, 6, 8, 10, 12, 15};
   curve.easy = 1;
   curve.hard = 12;
-  curve.breaks = false;
+  curve.never_breaks = "nearer together is the same place to double precision";
   curve.error = kError;
   curve.trial = [](double decades, unsigned seed) {
     Draw draw(seed);
@@ -249,7 +253,7 @@ Curve SmallBaseline() {
 Curve OppositeSides() {
   Curve curve;
   curve.name = "bound_opposite_sides";
-  curve.stage = "coverage bound";
+  curve.stage = "Coverage bound";
   curve.title = "Two views from ever more different sides";
   curve.about =
       "Two aimed cameras (300 to 2,000 px), 1.6 to 30 radii away, distances in the ratio 0.5 to 2; right "
@@ -258,7 +262,7 @@ Curve OppositeSides() {
   curve.values = {1, 5, 15, 30, 45, 60, 90, 120, 150, 170, 179, 180};
   curve.easy = 15;
   curve.hard = 180;
-  curve.breaks = false;
+  curve.never_breaks = "there is no larger angle";
   curve.error = kError;
   curve.trial = [](double angle_deg, unsigned seed) {
     Draw draw(seed);
@@ -289,17 +293,25 @@ bool InSafetyRectangle(const CriterionView& view, const Subject& subject) {
 Curve OffAim() {
   Curve curve;
   curve.name = "bound_off_aim";
-  curve.stage = "coverage bound";
+  curve.stage = "Coverage bound";
   curve.title = "Cameras that look past the subject until it leaves the picture";
   curve.about =
       "Two cameras of 640 x 480 px, 78 degrees wide, 3 to 20 radii away and up to 40 degrees apart, both "
       "turned off their aim, each its own way; right is at most 8 % below brute force over the pixels in "
-      "the frame, and at most a quarter above. A sphere out of the safety rectangle says so, and so does "
-      "what is higher: it asks for a view more, and hides no gap.";
+      "the frame, and at most a quarter above. What is higher is careful: it asks for a view more, and hides "
+      "no gap. A sphere out of the safety rectangle says so.";
   curve.difficulty = "off aim [deg]";
   curve.values = {0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 80};
   curve.easy = 5;
   curve.hard = 60;
+  curve.careful = kHigher;
+  curve.seeds = 300;
+  curve.rarely_wrong = 0.01;
+  curve.why_wrong =
+      "the pixel that is off the most may lie beside the plane through both cameras and the centre, in which "
+      "the bound looks for it. Of 1,500 other trials at each angle (seeds 1001 to 2500) none was more than 8 "
+      "% "
+      "too low at 15 degrees, 1 at 20, 5 at 25 and 2 at 30, by 17 % at most.";
   curve.error = kError;
   curve.trial = [](double off_deg, unsigned seed) {
     Draw draw(seed);
@@ -311,7 +323,7 @@ Curve OffAim() {
       *view = Turned(*view, Radians(off_deg), {std::cos(way), std::sin(way), 0});
       if (!InSafetyRectangle(*view, pairing.subject)) return Trial{Verdict::kSaidSo, 0};
     }
-    return Judge(pairing, {.below = 0.08, .above = 0.25, .higher = Verdict::kSaidSo});
+    return Judge(pairing, {.below = 0.08, .above = 0.25, .higher = Verdict::kCareful});
   };
   return curve;
 }

@@ -1,11 +1,13 @@
-// Two points of every curve of docs/stability.md: an easy one that must be right, and one beyond the breaking
-// point that must not be wrong without a word. And the measuring itself, on a method whose failures are
-// known.
+// Two points of every curve of docs/stability.md, on the first of the seeds that it reports: an easy one that
+// must be right, and one beyond the breaking point that must not be wrong without a word. And the measuring
+// itself, on a method whose failures are known.
 #include "tests/stability/curve.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <set>
 
 namespace ulf::test {
 namespace {
@@ -21,35 +23,49 @@ class EveryCurve : public testing::TestWithParam<std::size_t> {
 };
 
 TEST_P(EveryCurve, IsRightWhereItIsEasy) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = kFirstSeed; seed < kFirstSeed + kSeeds; ++seed) {
     const Trial trial = curve.trial(curve.easy, seed);
     EXPECT_EQ(trial.verdict, Verdict::kRight) << curve.name << " seed " << seed << ": " << trial.error;
   }
 }
 
 TEST_P(EveryCurve, SaysSoWhereItFails) {
-  unsigned said = 0;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  unsigned not_right = 0, wrong = 0;
+  std::string seen;
+  for (unsigned seed = kFirstSeed; seed < kFirstSeed + kSeeds; ++seed) {
     const Trial trial = curve.trial(curve.hard, seed);
-    EXPECT_NE(trial.verdict, Verdict::kWrong) << curve.name << " seed " << seed << ": " << trial.error;
-    said += trial.verdict == Verdict::kSaidSo;
+    not_right += trial.verdict != Verdict::kRight;
+    wrong += trial.verdict == Verdict::kWrong;
+    seen += " " + std::to_string(trial.error);
   }
-  if (curve.breaks) {
-    EXPECT_GE(2 * said, kSeeds) << curve.name;
+  EXPECT_LE(wrong, curve.rarely_wrong > 0 ? 1u : 0u) << curve.name << ":" << seen;
+  if (curve.never_breaks.empty() && !curve.wrong_from) {
+    EXPECT_GE(not_right, 1u) << curve.name << ":" << seen;
   }
 }
 
 TEST_P(EveryCurve, IsDrivenFromEasyToHard) {
-  EXPECT_NE(std::find(curve.values.begin(), curve.values.end(), curve.easy), curve.values.end());
-  EXPECT_NE(std::find(curve.values.begin(), curve.values.end(), curve.hard), curve.values.end());
-  EXPECT_GE(curve.values.size(), 4u);
+  const auto& values = curve.values;
+  EXPECT_GE(values.size(), 4u);
+  EXPECT_TRUE(std::is_sorted(values.begin(), values.end(), std::less_equal<>()) ||
+              std::is_sorted(values.begin(), values.end(), std::greater_equal<>()))
+      << curve.name;
+  const auto easy = std::find(values.begin(), values.end(), curve.easy),
+             hard = std::find(values.begin(), values.end(), curve.hard);
+  ASSERT_NE(hard, values.end()) << curve.name;
+  EXPECT_LT(easy, hard) << curve.name;
+}
+
+TEST_P(EveryCurve, IsDescribed) {
   EXPECT_FALSE(curve.about.empty());
+  EXPECT_EQ(curve.rarely_wrong > 0 || curve.wrong_from, !curve.why_wrong.empty()) << curve.name;
+  EXPECT_LE(curve.rarely_wrong, 0.1) << curve.name << ": that is not rare";
 }
 
 INSTANTIATE_TEST_SUITE_P(Stability, EveryCurve, testing::Range<std::size_t>(0, AllCurves().size()),
                          [](const auto& info) { return AllCurves()[info.param].name; });
 
-// Right up to 3, silent up to 5, wrong beyond.
+// Right up to 3, says so up to 5, wrong beyond.
 Curve Known() {
   Curve curve;
   curve.name = "known";
@@ -75,13 +91,76 @@ TEST(MeasuredCurve, TellsTheBreakingPointAndWhatIsWrong) {
   EXPECT_EQ(measured.WorstShareWrong(), 1);
   const std::string page = StabilityPage({measured}, "stability");
   EXPECT_NE(page.find("| 3 |"), std::string::npos) << page;
-  EXPECT_NE(page.find("100 % |"), std::string::npos) << page;
+  EXPECT_NE(page.find("| 4 of 4, at 6 |"), std::string::npos) << page;
+}
+
+TEST(MeasuredCurve, IsMeasuredOnOtherSeedsThanItWasSettledOnAndSaysOnWhich) {
+  Curve curve = Known();
+  std::set<unsigned> seeds;
+  curve.trial = [&](double, unsigned seed) {
+    seeds.insert(seed);
+    return Trial{Verdict::kRight, 0};
+  };
+  const MeasuredCurve measured = Measure(curve, false);
+  EXPECT_EQ(seeds, (std::set<unsigned>{101, 102, 103, 104}));
+  EXPECT_NE(StabilityPage({measured}, "stability").find("| 101 to 104 |"), std::string::npos);
+  EXPECT_NE(ChartOf(measured).about.find("Seeds 101 to 104"), std::string::npos);
+}
+
+TEST(MeasuredCurve, ToleratesOnlyWhatIsKnownToBeWrong) {
+  Curve curve = Known();
+  EXPECT_FALSE(Measure(curve, false).WrongAsKnown());
+  curve.wrong_from = 6;
+  EXPECT_TRUE(Measure(curve, false).WrongAsKnown());
+  curve.wrong_from = 7;
+  EXPECT_FALSE(Measure(curve, false).WrongAsKnown());
+  curve.rarely_wrong = 1;
+  EXPECT_TRUE(Measure(curve, false).WrongAsKnown());
+  // Where less is harder.
+  curve = Known();
+  curve.values = {9, 8, 7, 6};
+  curve.wrong_from = 7;
+  EXPECT_FALSE(Measure(curve, false).WrongAsKnown());
+  curve.wrong_from = 9;
+  EXPECT_TRUE(Measure(curve, false).WrongAsKnown());
+}
+
+TEST(MeasuredCurve, WhatThisMachineCannotMeasureIsOnThePageWithItsReason) {
+  Curve curve = Known();
+  curve.why_not = [] { return std::optional<std::string>("no network of its own"); };
+  const MeasuredCurve skipped = Measure(curve, false);
+  EXPECT_TRUE(skipped.points.empty());
+  EXPECT_TRUE(skipped.WrongAsKnown());
+  const std::string page = StabilityPage({skipped, Measure(Known(), false)}, "stability");
+  EXPECT_NE(page.find("not measured: no network of its own"), std::string::npos) << page;
+  EXPECT_NE(page.find("| 3 |"), std::string::npos) << "the other curve is there all the same";
+}
+
+TEST(MeasuredCurve, ACarefulAnswerIsNeitherRightNorSilent) {
+  Curve curve = Known();
+  curve.careful = "higher than need be";
+  curve.trial = [](double difficulty, unsigned) {
+    return Trial{difficulty <= 3 ? Verdict::kRight : Verdict::kCareful, 1};
+  };
+  const MeasuredCurve measured = Measure(curve, false);
+  EXPECT_EQ(measured.BreakingPoint(), 3);
+  EXPECT_EQ(measured.WorstShareWrong(), 0);
+  EXPECT_NE(StabilityPage({measured}, "stability").find("100 % higher than need be"), std::string::npos);
+}
+
+TEST(MeasuredCurve, IsDrawnWithHarderToTheRight) {
+  Curve curve = Known();
+  EXPECT_FALSE(ChartOf(Measure(curve, false)).panels[0].cost.falls);
+  curve.values = {6, 5, 4, 3};
+  const Chart chart = ChartOf(Measure(curve, false));
+  EXPECT_TRUE(chart.panels[0].cost.falls && chart.panels[1].cost.falls && chart.same_costs);
+  EXPECT_NE(PictureOf(chart).script.find("set xrange [6"), std::string::npos);
 }
 
 TEST(MeasuredCurve, IsNotRightAgainAfterItBroke) {
   Curve curve = Known();
   curve.trial = [](double difficulty, unsigned seed) {
-    return Trial{difficulty == 2 && seed == 1 ? Verdict::kSaidSo : Verdict::kRight, 0};
+    return Trial{difficulty == 2 && seed == kFirstSeed ? Verdict::kSaidSo : Verdict::kRight, 0};
   };
   EXPECT_EQ(Measure(curve, false).BreakingPoint(), 1);
 }

@@ -6,9 +6,10 @@
 //   lossy_camera KIND                 says whether this machine can
 //
 // A process of its own each time: the link needs a network of its own, the webcam a library loaded first.
-// Writes `whole W others N uncounted U damaged D`: frames given as complete; between the first and the last
-// of them, frames that were not, and how many of those no statistic counts; complete ones with wrong pixels.
-// Exits with 3 and a reason where the machine cannot.
+// Writes `whole W could C others N uncounted U damaged D said S`: frames given as complete; between the first
+// and the last of them, frames that could have been (of a webcam: that were sent whole), frames that were
+// not, and how many of those no statistic counts; complete ones with wrong pixels; whether anything tells of
+// what is not there. Exits with 3 and a reason where the machine cannot.
 #include <fmt/core.h>
 
 #include <array>
@@ -60,12 +61,15 @@ Taken TakeFor(double seconds, Device& device, const IsRight& is_right) {
   return taken;
 }
 
-void Print(const Taken& taken) {
+template <typename IsSentWhole>
+void Print(const Taken& taken, const IsSentWhole& is_sent_whole) {
   const DeviceStatistics& s = taken.statistics;
   const std::uint64_t all = taken.whole.empty() ? 0 : *taken.whole.rbegin() - *taken.whole.begin() + 1;
   const std::uint64_t others = all - taken.whole.size(), counted = s.incomplete + s.missing + s.dropped;
-  fmt::print("whole {} others {} uncounted {} damaged {} said {}\n", taken.whole.size(), others,
-             others > counted ? others - counted : 0, taken.damaged,
+  std::uint64_t could = 0;
+  for (std::uint64_t i = 0; i < all; ++i) could += is_sent_whole(*taken.whole.begin() + i);
+  fmt::print("whole {} could {} others {} uncounted {} damaged {} said {}\n", taken.whole.size(), could,
+             others, others > counted ? others - counted : 0, taken.damaged,
              int{!taken.whole.empty() || counted > 0 || !taken.events.empty()});
   fmt::print("delivered {} incomplete {} missing {} dropped {}\n", s.delivered, s.incomplete, s.missing,
              s.dropped);
@@ -79,13 +83,14 @@ int TakeOverLink(double lost_share, unsigned seed) {
       {.camera = "127.0.0.1", .address = "127.0.0.5", .faults = {.lost = lost_share}, .seed = seed});
   const auto device =
       OpenDevice("aravis:127.0.0.5?format=Mono8&packet_size=1400&fps=50&roi=320x240+0+0&queue=16");
-  Print(TakeFor(kSeconds, *device, [](const Frame& frame) {
+  const auto is_right = [](const Frame& frame) {
     for (int y = 0; y < frame.image.height(); ++y)
       for (int x = 0; x < frame.image.width(); ++x)
         if (frame.image.pixels.at<std::uint8_t>(y, x) != static_cast<std::uint8_t>(3 * x + 5 * y))
           return false;
     return true;
-  }));
+  };
+  Print(TakeFor(kSeconds, *device, is_right), [](std::uint64_t) { return true; });
   const GigeRelayStatistics r = relay.Statistics();
   fmt::print("link: {} frames, {} packets, {} lost, {} asked for again, {} sent again\n", r.frames, r.packets,
              r.lost, r.resend_requests, r.resent);
@@ -111,11 +116,13 @@ int TakeFromWebcam(double lost_share, unsigned seed) {
                                     : EmulatedFate::kArrives;
        }});
   const auto device = OpenWebcam();
-  Print(TakeFor(kSeconds, *device, [&](const Frame& frame) {
+  const auto is_right = [&](const Frame& frame) {
     const auto bytes = EmulatedV4l2Camera::Ramp(mode, static_cast<std::uint32_t>(frame.id));
     const Image expected = ImageFromBytes(*PixelFormatByName("YUYV"), 160, 120, bytes.data(), bytes.size());
     return cv::norm(frame.image.pixels, expected.pixels, cv::NORM_INF) == 0;
-  }));
+  };
+  Print(TakeFor(kSeconds, *device, is_right),
+        [&](std::uint64_t frame) { return Chance(seed, frame) >= lost_share; });
   return 0;
 }
 
@@ -152,7 +159,8 @@ int TakeJpegsWithHoles(std::size_t missing_bytes, unsigned seed) {
          return sent;
        }});
   const auto device = OpenWebcam();
-  Print(TakeFor(kSeconds, *device, [&](const Frame& frame) { return !is_holed(frame.id); }));
+  Print(TakeFor(kSeconds, *device, [&](const Frame& frame) { return !is_holed(frame.id); }),
+        [&](std::uint64_t frame) { return !is_holed(frame); });
   fmt::print("a JPEG has {} bytes\n", jpeg.size());
   return 0;
 }

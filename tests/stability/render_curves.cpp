@@ -234,7 +234,7 @@ constexpr double kNoticed = 0.02;
 Curve Cocircular() {
   Curve curve;
   curve.name = "viewpoints_on_circles";
-  curve.stage = "viewpoint mesh";
+  curve.stage = "Viewpoint mesh";
   curve.title = "Viewpoints that lie on circles ever more exactly";
   curve.about =
       "Rings about a pole, meridians, grids on a cube, moved by a share of their spacing; right is a "
@@ -245,7 +245,7 @@ Curve Cocircular() {
   curve.values = {1, 2, 3, 4, 6, 8, 10, 12, 14, 16};
   curve.easy = 1;
   curve.hard = 16;
-  curve.breaks = false;
+  curve.never_breaks = "at 16 digits they lie on the circles exactly";
   curve.error = "weights' sum off one, or their jump";
   curve.trial = [](double digits, unsigned seed) {
     constexpr double kDistance = 2;
@@ -287,18 +287,19 @@ Curve Cocircular() {
 Curve RepeatedViews() {
   Curve curve;
   curve.name = "views_repeated";
-  curve.stage = "viewpoint mesh";
+  curve.stage = "Viewpoint mesh";
   curve.title = "Several views from each place";
   curve.about =
       "40 places on a cap, each with so many views that a hand's tremor of a thousandth of the places' "
-      "spacing sets apart; right is when a place weighs what its one view would, within 0.05, and "
+      "spacing sets apart (every third seed: nothing at all); right is when a place weighs what its one view "
+      "would, within 0.05, and "
       "weights sum to one. A mesh that still folds or none at all, in `ulf render`'s words, says so.";
   curve.difficulty = "views at each place";
   curve.logarithmic = true;
   curve.values = {1, 2, 4, 6, 7, 8, 10, 15, 30, 60};
   curve.easy = 2;
   curve.hard = 30;
-  curve.breaks = false;
+  curve.never_breaks = "views within a hand's tremor become one vertex, however many";
   curve.error = "change of a place's weight";
   curve.trial = [](double copies, unsigned seed) {
     constexpr int kPlaces = 40;
@@ -310,7 +311,7 @@ Curve RepeatedViews() {
     std::vector<Vector3d> viewpoints;
     for (const Vector3d& place : places)
       for (std::size_t i = 0; i < each; ++i)
-        viewpoints.push_back(place + (each > 1 ? kTremor * spacing : 0) * draw.Normals());
+        viewpoints.push_back(place + (each > 1 && seed % 3 != 0 ? kTremor * spacing : 0) * draw.Normals());
     const Subject subject{Vector3d::Zero(), 0.1};
     const auto once = SceneOf(places, subject), repeated = SceneOf(viewpoints, subject);
     if (repeated->mesh.span != Span::kSurface || repeated->mesh.folds_remain)
@@ -341,7 +342,7 @@ double RmsDifference(const cv::Mat& a, const cv::Mat& b) {
 Curve TwinViews() {
   Curve curve;
   curve.name = "views_with_twins";
-  curve.stage = "blending";
+  curve.stage = "Blending";
   curve.title = "Pairs of views that come together";
   curve.about =
       "60 views of a painted plane, each with a twin beside it; a picture from between them, by the "
@@ -351,7 +352,7 @@ Curve TwinViews() {
   curve.values = {0.6, 0.9, 0.95, 1, 1.05, 1.2, 2, 4, 6, 9, 12};
   curve.easy = 2;
   curve.hard = 12;
-  curve.breaks = false;
+  curve.never_breaks = "nearer together is the same place to double precision";
   curve.error = "picture's error over that without";
   curve.logarithmic_error = false;
   curve.seeds = 10;
@@ -430,13 +431,25 @@ VectorXd Dense(const SparseWeights& weights, std::size_t vertices) {
 }
 
 // What a vertex's own weights and the sum of its neighbours' become by so many levels of Loop's rules with
-// Warren's weights, which see nothing else: shares of both in the vertex.
-std::pair<double, double> AfterLevels(int valence, int levels) {
+// Warren's weights, which see nothing else: shares of both in the vertex. On the first level the corners
+// beside an edge may have another share in its middle than an eighth.
+std::pair<double, double> AfterLevels(int valence, int levels, double first_beside = 0.125) {
   const double n = valence, beta = valence == 3 ? 3.0 / 16 : 3 / (8 * n);
-  Eigen::Matrix2d level, all = Eigen::Matrix2d::Identity();
-  level << 1 - n * beta, beta, 3 * n / 8, 5.0 / 8;
-  for (int i = 0; i < levels; ++i) all = level * all;
+  Eigen::Matrix2d all = Eigen::Matrix2d::Identity();
+  for (int i = 0; i < levels; ++i) {
+    const double beside = i == 0 ? first_beside : 0.125;
+    Eigen::Matrix2d level;
+    level << 1 - n * beta, beta, n * (0.5 - beside), 0.5 + beside;
+    all = level * all;
+  }
   return {all(0, 0), all(0, 1)};
+}
+
+// Of the corners beside an edge from the hub of a closed fan: an eighth where the angles that face the edge
+// sum to 120 degrees or less, a quarter at 180.
+double FirstBeside(int valence) {
+  const double facing = M_PI - 2 * M_PI / valence;
+  return 0.125 + 0.125 * std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
 }
 
 // How far the weights of the limit are from those of many levels, vertex by vertex of the third level.
@@ -485,7 +498,7 @@ double OffWhatALevelKeeps(const Fan& fan, const SubdividedMesh& fine) {
 Curve Valences() {
   Curve curve;
   curve.name = "subdivision_valence";
-  curve.stage = "blending";
+  curve.stage = "Blending";
   curve.title = "Loop weights at vertices of any valence";
   curve.about =
       "A vertex of this valence, inside (odd seeds) or a corner of the rim, among irregular neighbours; "
@@ -496,7 +509,7 @@ Curve Valences() {
   curve.values = {3, 4, 5, 6, 7, 8, 12, 20, 40};
   curve.easy = 6;
   curve.hard = 20;
-  curve.breaks = false;
+  curve.never_breaks = "the rules hold for any valence";
   curve.error = "weights off the rules";
   curve.seeds = 6;
   curve.trial = [](double valence_as_drawn, unsigned seed) {
@@ -512,7 +525,8 @@ Curve Valences() {
       levels.push_back(SubdivideWeights(fan.positions, outward, fan.triangles, level));
       most = std::max(most, OffWhatALevelKeeps(fan, levels.back()));
       const auto [own, each] =
-          inside ? AfterLevels(valence, level == kLimitLevel ? 60 : level) : std::pair(1.0, 0.0);
+          inside ? AfterLevels(valence, level == kLimitLevel ? 60 : level, FirstBeside(valence))
+                 : std::pair(1.0, 0.0);
       VectorXd expected = VectorXd::Zero(static_cast<Eigen::Index>(vertices));
       expected(0) = own;
       expected.segment(1, valence).setConstant(each);
@@ -526,10 +540,13 @@ Curve Valences() {
 
 // ---- through the shell of viewpoints
 
+constexpr const char* kWhateverTheDistances =
+    "a viewpoint that the camera passes goes on weighing the same, whatever the distances";
+
 Curve ThroughTheShell() {
   Curve curve;
   curve.name = "through_the_shell";
-  curve.stage = "blending";
+  curve.stage = "Blending";
   curve.title = "Moving in through an uneven shell of viewpoints";
   curve.about =
       "120 viewpoints 7 degrees apart, their distances at random between one and this ratio; the virtual "
@@ -541,7 +558,7 @@ Curve ThroughTheShell() {
   curve.values = {1, 1.02, 1.05, 1.1, 1.2, 1.4, 2, 3, 4, 6, 8, 12};
   curve.easy = 1.02;
   curve.hard = 12;
-  curve.breaks = false;
+  curve.never_breaks = kWhateverTheDistances;
   curve.error = "largest jump of a weight (0.005: or less)";
   curve.logarithmic_error = false;
   curve.trial = [](double ratio, unsigned seed) {
@@ -575,6 +592,61 @@ Curve ThroughTheShell() {
       return all;
     };
     const double jump = std::max(LargestJump(weights_at, 100), off < 1e-6 ? 0 : off);
+    return Trial{jump < kNoticed ? Verdict::kRight : Verdict::kWrong, jump};
+  };
+  return curve;
+}
+
+// The picture itself, by the reference renderer. Every photograph is of one brightness, so that nothing
+// changes but what the views weigh.
+Curve PictureThroughTheShell() {
+  Curve curve;
+  curve.name = "picture_through_the_shell";
+  curve.stage = "Blending";
+  curve.title = "A picture while moving in through an uneven shell of viewpoints";
+  curve.about =
+      "60 viewpoints 10 degrees apart, their distances at random between one and this ratio, each photograph "
+      "of "
+      "one brightness; the reference renderer's picture of 8 x 6 px of the subject while the camera moves in "
+      "along a ray, from 1.5 times the farthest to 0.3 of the nearest. Right is that no pixel jumps by 0.02 "
+      "of "
+      "full light, however short the step. A mesh that still folds says so.";
+  curve.difficulty = "farthest over nearest viewpoint";
+  curve.logarithmic = true;
+  curve.values = {1, 1.02, 1.05, 1.1, 1.2, 1.4, 2, 3, 4, 6, 8, 12};
+  curve.easy = 1.1;
+  curve.hard = 12;
+  curve.never_breaks = kWhateverTheDistances;
+  curve.error = "largest jump of a pixel (0.005: or less)";
+  curve.logarithmic_error = false;
+  curve.trial = [](double ratio, unsigned seed) {
+    constexpr int kViews = 60;
+    constexpr double kHalfAngle = 0.8;
+    Draw draw(seed);
+    SceneSpec spec{.viewpoints = CapViewpoints(kViews, kHalfAngle, 1),
+                   .width = 32,
+                   .height = 32,
+                   .focal_px = 32,
+                   .subject = {Vector3d::Zero(), 0.2}};
+    for (Vector3d& viewpoint : spec.viewpoints) viewpoint *= draw.Uniform(1, ratio);
+    const auto scene = MakeScene(spec);
+    if (scene->mesh.span != Span::kSurface || scene->mesh.folds_remain) return Trial{Verdict::kSaidSo, 0};
+    for (SceneView& view : scene->views)
+      view.photograph = HoldPhotograph(
+          MakePyramid(cv::Mat(spec.height, spec.width, CV_8UC3, cv::Scalar::all(draw.Whole(0, 255)))));
+    ReferenceRenderer renderer(scene, {.field = FieldOf(seed)});
+    const Vector3d way = draw.Within(Vector3d::UnitZ(), 0.7 * kHalfAngle);
+    const auto picture_at = [&](double share) -> VectorXd {
+      const double distance = 1.5 * ratio + share * (0.3 - 1.5 * ratio);
+      const CameraModel camera = CameraModel::Pinhole(8, 6, 20 * distance);
+      const cv::Mat light =
+          renderer.Render(camera, LookAt(distance * way, Vector3d::Zero(), Vector3d::UnitY())).linear;
+      VectorXd gray(light.total());
+      for (int i = 0; i < static_cast<int>(light.total()); ++i)
+        gray(i) = light.at<cv::Vec3f>(i / 8, i % 8)[1];
+      return gray;
+    };
+    const double jump = LargestJump(picture_at, 60);
     return Trial{jump < kNoticed ? Verdict::kRight : Verdict::kWrong, jump};
   };
   return curve;
@@ -667,7 +739,7 @@ double MostlyWithin(const TriangleMesh& mesh, const Solid& solid) {
 Curve MissingSides() {
   Curve curve;
   curve.name = "proxy_missing_sides";
-  curve.stage = "proxy";
+  curve.stage = "Proxy";
   curve.title = "A mesh of what was seen from ever fewer sides";
   curve.about =
       "40 views of a ball (odd seeds) or a box, all within a cone around one side of it; depth maps a "
@@ -721,7 +793,8 @@ Curve MissingSides() {
 }  // namespace
 
 std::vector<Curve> RenderCurves() {
-  return {Cocircular(), RepeatedViews(), TwinViews(), Valences(), ThroughTheShell(), MissingSides()};
+  return {Cocircular(),      RepeatedViews(),          TwinViews(),   Valences(),
+          ThroughTheShell(), PictureThroughTheShell(), MissingSides()};
 }
 
 }  // namespace ulf::test

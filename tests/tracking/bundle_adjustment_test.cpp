@@ -206,6 +206,21 @@ TEST(BundleAdjustment, WhatMostObservationsContradictIsNotUsable) {
   }
 }
 
+// All agree but one view, whose observations are another scene's.
+TEST(BundleAdjustment, NamesTheViewThatMostOfItsObservationsContradict) {
+  const CameraModel camera = test::SceneCamera();
+  Scene scene = MakeScene(0.5, 0, 6, camera);
+  BundleProblem right = scene.disturbed;
+  EXPECT_GT(AdjustBundle(camera, right).least_kept, 0.8);
+  Draw draw(6);
+  for (BundleObservation& seen : scene.disturbed.observations)
+    if (seen.camera == 3) seen.img = {draw.Uniform(0, camera.width), draw.Uniform(0, camera.height)};
+  const BundleSummary summary = AdjustBundle(camera, scene.disturbed);
+  ASSERT_TRUE(summary.usable) << summary.message;
+  EXPECT_EQ(summary.least_kept_camera, 3);
+  EXPECT_LT(summary.least_kept, 0.5);
+}
+
 TEST(BundleAdjustment, TellsWhetherItSettled) {
   const CameraModel camera = test::SceneCamera();
   for (const int iterations : {1, 40}) {

@@ -30,6 +30,7 @@ using test::RoomViews;
 using test::TexturedRoom;
 using test::Way;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Refine, PosesThatAreALittleOffComeBack) {
   for (const unsigned seed : {1u}) {
@@ -194,6 +195,22 @@ TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
   }
 }
 
+// Views that would tell, of a lens that is right: nothing is freed, nothing proposed, and asked to take over
+// what the pictures say it stays as it is.
+TEST(CalibrationCheck, RightIntrinsicsAreLeftAlone) {
+  for (const unsigned seed : {10u, 16u, 17u}) {
+    const auto views = MakeViews(12, 0, 0, seed);
+    const RefineResult result = RefineRoom(*views, true);
+    ASSERT_EQ(result.checks.size(), 1u);
+    EXPECT_TRUE(result.checks[0].determined) << "seed " << seed;
+    EXPECT_FALSE(result.checks[0].wrong) << result.checks[0].Text();
+    EXPECT_TRUE(result.lens_fits.empty()) << "seed " << seed;
+    EXPECT_EQ(result.lenses, views->input.lenses) << "seed " << seed;
+    ASSERT_EQ(result.lens_trials.at(0).size(), 4u);
+    for (const LensTrial& trial : result.lens_trials[0]) EXPECT_FALSE(trial.kept) << "seed " << seed;
+  }
+}
+
 // A wall seen while moving past it fits many focal lengths.
 TEST(CalibrationCheck, WhereTheGeometryDoesNotTellNothingIsSaid) {
   const auto views = MakeViews(14, 0, 0, 11, Way::kSideways, false);
@@ -259,6 +276,10 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   const auto report = nlohmann::json::parse(run.output);
   EXPECT_EQ(report["registered"], 12);
   EXPECT_GT(report["peak_memory_mib"], 10.0);
+  EXPECT_TRUE(report["settled"]);
+  EXPECT_FALSE(report.contains("contradicted"));
+  EXPECT_GT(report["predicted_error"]["median"], 0.0);
+  EXPECT_FALSE(report.contains("explain")) << "not asked";
   EXPECT_LT(room.Errors(room.dir).center, 0.002);
   const LightField after = ReadLightField(room.dir);
   EXPECT_EQ(after.subject, before.subject);
@@ -277,6 +298,8 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
       test::RunUlf("refine " + room.dir.string() + " -o " + (room.scratch / "copy").string());
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
+  EXPECT_THAT(imported.output, HasSubstr("they are known to"));
+  EXPECT_THAT(imported.output, Not(HasSubstr("has not settled")));
   EXPECT_LT(room.Errors(room.scratch / "copy").center, 0.002);
 }
 
@@ -358,12 +381,20 @@ TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
   }
   const CameraModel wrong = ReadLightField(room.dir).cameras[0];
   EXPECT_NEAR(wrong.fx, 546, 1e-6);
-  const auto told = test::RunUlf("refine " + room.dir.string());
+  const auto told = test::RunUlf("refine " + room.dir.string() + " --explain");
   ASSERT_EQ(told.exit_code, 0) << told.errors;
+  EXPECT_THAT(told.output, HasSubstr("\n  as given"));
+  EXPECT_THAT(told.output, HasSubstr("\n* focal length free"));
   EXPECT_THAT(told.output, HasSubstr("calibrate, or run ulf refine --intrinsics"));
   EXPECT_EQ(ReadLightField(room.dir).cameras[0], wrong);
-  const auto taken = test::RunUlf("refine " + room.dir.string() + " --intrinsics");
+  const auto taken = test::RunUlf("refine " + room.dir.string() + " --intrinsics --explain --json");
   ASSERT_EQ(taken.exit_code, 0) << taken.errors;
+  const auto candidates = nlohmann::json::parse(taken.output)["explain"][0]["candidates"];
+  ASSERT_EQ(candidates.size(), 5u);
+  EXPECT_EQ(candidates[0]["model"], "as given");
+  EXPECT_FALSE(candidates[0]["chosen"]);
+  EXPECT_EQ(std::count_if(candidates.begin(), candidates.end(), [](const auto& c) { return c["chosen"]; }),
+            1);
   EXPECT_NEAR(ReadLightField(room.dir).cameras[0].fx, 520, 4);
 }
 

@@ -409,7 +409,9 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
     summary = Adjust(scene, 12, Unfit::kWrong, last, "last adjustment");
   }
   DropUnsupported(scene);
+  if (summary.least_kept < 0.5) result.contradicted = summary.least_kept_camera;
   result.rms_after_sigmas = summary.final_rms_sigmas;
+  result.settled = summary.settled;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");

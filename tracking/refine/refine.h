@@ -65,6 +65,8 @@ struct RefineResult {
   double rms_before_px = 0, rms_after_px = 0;
   double median_before_px = 0, median_after_px = 0;
   double rms_after_sigmas = 0;
+  bool settled = false;   // the last adjustment ended by itself: more iterations would change little
+  int contradicted = -1;  // the view most of whose points disagree with where it was put; -1: none
   // How far centres and directions of the registered views moved.
   double moved_median = 0, moved_max = 0;
   double turned_median_deg = 0, turned_max_deg = 0;
