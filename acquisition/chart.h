@@ -35,8 +35,9 @@ struct ChartPanel {
   std::string title;
   ChartAxis cost, error;
   std::vector<ChartRow> points;
-  bool compared = true;  // false: rows are not rivals, and have no front
-  bool joined = true;    // by a line
+  bool compared = true;    // false: rows are not rivals, and have no front
+  bool joined = true;      // by a line
+  bool all_named = false;  // names without room beside their points stand farther off, by a thin line
 };
 
 struct Chart {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
 namespace ulf {
@@ -106,6 +107,21 @@ bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
   return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
 }
 
+// The nearest free place in rings about the point.
+std::optional<ChartBox> FartherOff(const NamedPlace& place, double width, const ChartBox& inside,
+                                   const std::vector<ChartBox>& taken) {
+  constexpr int kRings = 12, kDirections = 16;
+  for (int ring = 2; ring < 2 + kRings; ++ring)
+    for (int d = 0; d < kDirections; ++d) {
+      const double angle = 2 * M_PI * d / kDirections - M_PI / 2, off = ring * kNameHeight;
+      const double x = place.x + (off + 0.5 * width) * std::cos(angle), y = place.y + off * std::sin(angle);
+      ChartBox box{x - 0.5 * width, y - 0.5 * kNameHeight, x + 0.5 * width, y + 0.5 * kNameHeight};
+      PushInside(inside, box);
+      if (Holds(inside, box) && Free(box, taken)) return box;
+    }
+  return std::nullopt;
+}
+
 }  // namespace
 
 double ChartScale::Share(double value) const {
@@ -150,9 +166,15 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
     auto box = std::find_if(around.begin(), around.end(),
                             [&](const ChartBox& b) { return fits(b) && Free(b, line); });
     if (box == around.end()) box = std::find_if(around.begin(), around.end(), fits);
-    if (box == around.end()) continue;
-    taken.push_back(*box);
-    placed.push_back({i, *box});
+    const bool beside = box != around.end();
+    std::optional<ChartBox> where;
+    if (beside)
+      where = *box;
+    else if (panel.all_named)
+      where = FartherOff(places[i], kNameCharacter * static_cast<double>(name.size()), inside, taken);
+    if (!where) continue;
+    taken.push_back(*where);
+    placed.push_back({i, *where, beside, places[i].x, places[i].y});
   }
   return placed;
 }
