@@ -36,8 +36,9 @@ struct ChartPanel {
   std::string title;
   ChartAxis cost, error;
   std::vector<ChartRow> points;
-  bool compared = true;  // false: rows are not rivals, and have no front
-  bool joined = true;    // by a line
+  bool compared = true;    // false: rows are not rivals, and have no front
+  bool joined = true;      // by a line
+  bool all_named = false;  // names without room beside their points stand farther off, by a thin line
   // Both axes are of one quantity: they reach equally far, and where both are equal a line is drawn.
   bool diagonal = false;
 };

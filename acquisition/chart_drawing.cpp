@@ -77,16 +77,18 @@ class ChartScript {
     script_ += fmt::format("set label {} at screen {:.5f}, screen {:.5f} {} noenhanced\n",
                            QuotedForGnuplot(Plain(text)), x / layout_.width, 1 - y / layout_.height, style);
   }
+  void Line(double from_x, double from_y, double to_x, double to_y, const std::string& style) {
+    script_ +=
+        fmt::format("set arrow from screen {:.5f}, screen {:.5f} to screen {:.5f}, screen {:.5f} nohead {}\n",
+                    from_x / layout_.width, 1 - from_y / layout_.height, to_x / layout_.width,
+                    1 - to_y / layout_.height, style);
+  }
   void Legend(const std::vector<std::vector<LegendEntry>>& lines) {
     double y = layout_.legend_top;
     for (const auto& line : lines) {
       double x = 24;
       for (const LegendEntry& entry : line) {
-        if (entry.mark.empty())
-          script_ += fmt::format(
-              "set arrow from screen {0:.5f}, screen {2:.5f} to screen {1:.5f}, screen {2:.5f} nohead dt 2 "
-              "lw 2 lc rgb '#606060'\n",
-              (x - 9) / layout_.width, (x + 11) / layout_.width, 1 - y / layout_.height);
+        if (entry.mark.empty()) Line(x - 9, y, x + 11, y, "dt 2 lw 2 lc rgb '#606060'");
         Text(x + 16, y, entry.text, "left font ',10'");
         if (!entry.mark.empty()) Text(x, y, "", "point " + entry.mark);
         x += LegendWidth(entry);
@@ -154,9 +156,13 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
   Axis('x', panel.cost, cost);
   Axis('y', panel.error, error);
   Text(0.5 * (box.left + box.right), box.top - 16, panel.title, "center font ',11'");
-  for (const PlacedName& name : PlaceNames(panel, cost, error, box))
+  for (const PlacedName& name : PlaceNames(panel, cost, error, box)) {
+    if (!name.beside)
+      Line(name.x, name.y, std::clamp(name.x, name.box.left, name.box.right),
+           std::clamp(name.y, name.box.top, name.box.bottom), "lw 0.7 lc rgb '#909090'");
     Text(0.5 * (name.box.left + name.box.right), 0.5 * (name.box.top + name.box.bottom),
          panel.points[name.point].name, "center font ',9' front textcolor rgb '#303030'");
+  }
   std::vector<ChartRow> front, ringed;
   for (const std::size_t i : ParetoFront(panel)) front.push_back(panel.points[i]);
   for (const ChartRow& point : panel.points)

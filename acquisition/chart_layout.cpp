@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
 namespace ulf {
@@ -89,7 +90,7 @@ std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, c
   };
   std::vector<ChartBox> strokes;
   for (std::size_t i = 0; i < panel.points.size(); ++i) {
-    const ChartPoint& point = panel.points[i];
+    const ChartRow& point = panel.points[i];
     const NamedPlace& at = places[i];
     if (point.cost.high > point.cost.low)
       strokes.push_back({std::min(x(point.cost.low), x(point.cost.high)), at.y - kClear,
@@ -98,7 +99,7 @@ std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, c
       strokes.push_back({at.x - 1, y(point.error.high), at.x + 1, y(point.error.low)});
     const auto next =
         std::find_if(panel.points.begin() + static_cast<std::ptrdiff_t>(i) + 1, panel.points.end(),
-                     [&](const ChartPoint& other) { return other.series == point.series; });
+                     [&](const ChartRow& other) { return other.series == point.series; });
     if (!panel.joined || next == panel.points.end()) continue;
     const NamedPlace& to = places[static_cast<std::size_t>(next - panel.points.begin())];
     const double length = std::hypot(to.x - at.x, to.y - at.y);
@@ -136,6 +137,21 @@ void PushInside(const ChartBox& inside, ChartBox& box) {
 
 bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
   return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
+}
+
+// The nearest free place in rings about the point.
+std::optional<ChartBox> FartherOff(const NamedPlace& place, double width, const ChartBox& inside,
+                                   const std::vector<ChartBox>& taken) {
+  constexpr int kRings = 12, kDirections = 16;
+  for (int ring = 2; ring < 2 + kRings; ++ring)
+    for (int d = 0; d < kDirections; ++d) {
+      const double angle = 2 * M_PI * d / kDirections - M_PI / 2, off = ring * kNameHeight;
+      const double x = place.x + (off + 0.5 * width) * std::cos(angle), y = place.y + off * std::sin(angle);
+      ChartBox box{x - 0.5 * width, y - 0.5 * kNameHeight, x + 0.5 * width, y + 0.5 * kNameHeight};
+      PushInside(inside, box);
+      if (Holds(inside, box) && Free(box, taken)) return box;
+    }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -192,9 +208,15 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
                                          [&](const ChartBox& other) { return candidate.Overlaps(other); });
       if (!box || crossed < fewest) box = &candidate, fewest = crossed;
     }
-    if (!box) continue;
-    taken.push_back(*box);
-    placed.push_back({i, *box});
+    const bool beside = box != nullptr;
+    std::optional<ChartBox> where;
+    if (beside)
+      where = *box;
+    else if (panel.all_named)
+      where = FartherOff(places[i], kNameCharacter * static_cast<double>(name.size()), inside, taken);
+    if (!where) continue;
+    taken.push_back(*where);
+    placed.push_back({i, *where, beside, places[i].x, places[i].y});
   }
   return placed;
 }

@@ -30,9 +30,11 @@ ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic);
 struct PlacedName {
   std::size_t point = 0;
   ChartBox box;
+  bool beside = true;   // its point; else a line leads there
+  double x = 0, y = 0;  // of the point
 };
 // Beside their points, over no other name and no point, the ringed one's first; over bars and lines where
-// there is no other place. Those without room are left out.
+// there is no other place. Those without room are left out, or stand farther off where the panel wants all.
 std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
                                    const ChartBox& inside);
 

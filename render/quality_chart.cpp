@@ -29,7 +29,8 @@ Chart QualityChart(const std::string& title, const std::string& about, std::vect
        .cost = {.label = "milliseconds a picture", .logarithmic = true},
        .error = {.label = "PSNR of left-out views, dB", .logarithmic = false, .more_is_better = true},
        .points = std::move(points),
-       .joined = false});
+       .joined = false,
+       .all_named = true});
   return chart;
 }
 

@@ -168,6 +168,24 @@ TEST(ChartNames, OfAPointAtTheEndOfTheAxisIsPushedInside) {
   }
 }
 
+TEST(ChartNames, WhereAllAreWantedThoseWithoutRoomStandFartherOff) {
+  std::vector<ChartRow> rows;
+  for (int i = 0; i < 9; ++i) {
+    rows.push_back(Row(5 + 0.05 * (i % 3), 5 + 0.05 * (i / 3)));
+    rows.back().name = "a long name, " + std::to_string(i);
+  }
+  auto panel = PanelOf(rows);
+  const auto place = [&] {
+    return PlaceNames(panel, ChartScale{0, 10, false, {}}, ChartScale{0, 10, false, {}}, {0, 0, 700, 400});
+  };
+  EXPECT_LT(place().size(), rows.size());
+  panel.all_named = true;
+  const auto placed = place();
+  ASSERT_EQ(placed.size(), rows.size());
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(placed[i].box.Overlaps(placed[j].box)) << i << " " << j;
+}
+
 TEST(ChartDrawing, RingsTheDefaultAndDashesTheFront) {
   const std::string script = PictureOf(Sample()).script;
   EXPECT_THAT(script, HasSubstr("$ringed0 << EOD\n2 30 1 4 29 31\nNaN"));
@@ -190,7 +208,7 @@ TEST(ChartDrawing, PanelsOfOneCostReachEquallyFarAlsoWhereOneHasNoErrors) {
   Chart chart = Sample();
   chart.panels[0].points[2].cost = Spread::Exactly(100);
   chart.panels[1] = chart.panels[0];
-  for (ChartPoint& point : chart.panels[1].points) point.error = Spread::Exactly(1);
+  for (ChartRow& point : chart.panels[1].points) point.error = Spread::Exactly(1);
   const auto apart = RangesOf(PictureOf(chart).script, "x");
   ASSERT_EQ(apart.size(), 2u);
   EXPECT_NE(apart[0], apart[1]);
