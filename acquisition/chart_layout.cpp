@@ -97,10 +97,11 @@ std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, c
                          std::max(x(point.cost.low), x(point.cost.high)), at.y + kClear});
     if (point.error.high > point.error.low)
       strokes.push_back({at.x - 1, y(point.error.high), at.x + 1, y(point.error.low)});
-    const auto next =
-        std::find_if(panel.points.begin() + static_cast<std::ptrdiff_t>(i) + 1, panel.points.end(),
-                     [&](const ChartRow& other) { return other.series == point.series; });
-    if (!panel.joined || next == panel.points.end()) continue;
+    const auto next = std::find_if(panel.points.begin() + static_cast<std::ptrdiff_t>(i) + 1,
+                                   panel.points.end(), [&](const ChartRow& other) {
+                                     return other.series == point.series && std::isfinite(other.error.median);
+                                   });
+    if (!panel.joined || next == panel.points.end() || !std::isfinite(point.error.median)) continue;
     const NamedPlace& to = places[static_cast<std::size_t>(next - panel.points.begin())];
     const double length = std::hypot(to.x - at.x, to.y - at.y);
     for (double along = 0; along < length; along += kPiece) {

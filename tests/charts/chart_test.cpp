@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include "acquisition/chart_layout.h"
@@ -150,7 +151,15 @@ TEST(ChartNames, AvoidBarsAndLinesWhereThereIsRoom) {
         {300 + 240 * along, 200 - 160 * along, 300 + 240 * along + 1, 200 - 160 * along + 1}));
 }
 
-// x, y and the ends of their bars.
+// A run that failed has no place, and no line leads to it.
+TEST(ChartNames, ALineGoesPastRowsThatFailed) {
+  const double failed = std::numeric_limits<double>::infinity();
+  ChartPanel panel = PanelOf({Row(0.2, 0.5), Row(0.5, failed), Row(0.8, 0.5), Row(0.9, failed)});
+  for (std::size_t i = 0; i < panel.points.size(); ++i) panel.points[i].name = "row " + std::to_string(i);
+  const ChartScale scale{0, 1, false, {}, false};
+  EXPECT_EQ(PlaceNames(panel, scale, scale, {0, 0, 600, 400}).size(), 2u);
+}
+
 // At the end of the axis, with another point and its name to the left: above, pushed to the left.
 TEST(ChartNames, OfAPointAtTheEndOfTheAxisIsPushedInside) {
   const auto panel = [] {
