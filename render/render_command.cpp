@@ -178,6 +178,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
 // What came of a render.
 struct RenderReport {
   int rendered = 0, kept = 0;
+  int blank = 0;  // that show nothing at all
   double ms = 0;  // of all but the first, at which drivers compile
   long filled = 0, empty = 0, pixels = 0;
 
@@ -186,6 +187,7 @@ struct RenderReport {
     ++rendered;
     filled += picture.filled_px;
     empty += picture.empty_px;
+    blank += picture.empty_px == static_cast<long>(picture.linear.total());
     pixels += static_cast<long>(picture.linear.total());
   }
   double MsPerFrame() const { return ms / std::max(1, rendered - 1); }
@@ -195,6 +197,11 @@ struct RenderReport {
 };
 
 void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport& report) {
+  if (report.blank > 0)
+    spdlog::warn(
+        "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
+        "this light field's world, and the subject where the views look (--subject x,y,z,radius)?",
+        report.blank, report.rendered);
   if (args.json) {
     const nlohmann::json json{{"frames", report.rendered},
                               {"kept", report.kept},

@@ -294,6 +294,16 @@ TEST_F(OddViewpoints, AtTheSubjectsCentreAnotherSubjectIsAskedFor) {
   }
 }
 
+TEST_F(OddViewpoints, PicturesThatShowNothingAreSaid) {
+  std::ofstream(scratch_ / "away.txt") << "0 0 0 2 0 0 0 1\n";  // looks along +z, away from the scene
+  const auto away = Render(test::GridViewpoints(4, 4, 0.2, 2.0),
+                           "--proxy plane:0,0,1,0 --field linear --path " + (scratch_ / "away.txt").string());
+  EXPECT_EQ(away.exit_code, 0) << away.errors;
+  EXPECT_THAT(away.errors, HasSubstr("pictures that show nothing: 1 of 1"));
+  const auto towards = Render(test::GridViewpoints(4, 4, 0.2, 2.0), "--proxy plane --field linear");
+  EXPECT_THAT(towards.errors, testing::Not(HasSubstr("show nothing:")));
+}
+
 TEST_F(OddViewpoints, InTwoGroupsFarApartItIsSaidAndAPictureComes) {
   std::vector<Vector3d> antipodal = test::GridViewpoints(4, 4, 0.2, 2.0);
   for (const Vector3d& center : test::GridViewpoints(4, 4, 0.2, -2.0)) antipodal.push_back(center);
