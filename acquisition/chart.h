@@ -30,6 +30,7 @@ struct ChartAxis {
   bool logarithmic = false;
   bool more_is_better = false;  // of an error axis
   bool falls = false;           // the largest stands where the axis begins
+  bool from_zero = false;       // where it is linear
 };
 
 struct ChartPanel {

@@ -147,7 +147,7 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
   }
   ChartScale cost = ScaleOf(costs, panel.cost.logarithmic);
   cost.falls = panel.cost.falls;
-  const ChartScale error = ScaleOf(errors, panel.error.logarithmic);
+  const ChartScale error = ScaleOf(errors, panel.error.logarithmic, panel.error.from_zero);
   script_ += fmt::format(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
       "set bmargin at screen {:.5f}\n",

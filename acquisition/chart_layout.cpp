@@ -30,8 +30,11 @@ std::vector<double> LogarithmicTics(double low, double high) {
   std::vector<double> steps{1};
   if (decades <= 3.2) steps = {1, 2, 5};
   if (decades <= 1.1) steps = {1, 1.5, 2, 3, 4, 5, 7};
+  constexpr double kMostDecades = 7;
+  const int apart = static_cast<int>(std::ceil(decades / kMostDecades));
   std::vector<double> tics;
-  for (double power = std::pow(10, std::floor(std::log10(low))); power <= high; power *= 10)
+  for (double power = std::pow(10, apart * std::floor(std::log10(low) / apart)); power <= high;
+       power *= std::pow(10, apart))
     for (const double step : steps)
       if (step * power >= low && step * power <= high) tics.push_back(step * power);
   return tics;
@@ -163,7 +166,7 @@ double ChartScale::Share(double value) const {
   return falls ? 1 - share : share;
 }
 
-ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic) {
+ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic, bool from_zero) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const ChartSpread& value : values)
     for (const double v : {value.median, value.low, value.high})
@@ -178,7 +181,7 @@ ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic) {
     const double margin = high > low  ? 0.08 * (high - low)
                           : high == 0 ? 1
                                       : 0.1 * std::max(1.0, std::abs(high));
-    scale.low = low >= 0 && low <= 0.4 * high ? 0 : low - margin;
+    scale.low = low >= 0 && (from_zero || low <= 0.4 * high) ? 0 : low - margin;
     scale.high = high + margin;
     scale.tics = LinearTics(scale.low, scale.high);
   }

@@ -25,7 +25,7 @@ struct ChartScale {
   bool falls = false;  // `high` is where the axis begins
 };
 // Holds all values and their bars, with a margin.
-ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic);
+ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic, bool from_zero = false);
 
 struct PlacedName {
   std::size_t point = 0;

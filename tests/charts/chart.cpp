@@ -40,10 +40,12 @@ Json AxisJson(const ChartAxis& axis) {
   return {{"label", axis.label},
           {"logarithmic", axis.logarithmic},
           {"more_is_better", axis.more_is_better},
-          {"falls", axis.falls}};
+          {"falls", axis.falls},
+          {"from_zero", axis.from_zero}};
 }
 ChartAxis AxisFrom(const Json& json) {
-  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better"), json.value("falls", false)};
+  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better"), json.value("falls", false),
+          json.value("from_zero", false)};
 }
 
 Json HeadJson(const Chart& chart) {

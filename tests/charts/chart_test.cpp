@@ -105,6 +105,8 @@ TEST(ChartScaleTest, HoldsBarsAndCountsByPowersWhereAsked) {
   const ChartScale linear = ScaleOf({{2, 1, 10}}, false);
   EXPECT_EQ(linear.low, 0) << "errors are seen from nought where that costs no room";
   EXPECT_GT(ScaleOf({{30, 29, 31}}, false).low, 20);
+  EXPECT_EQ(ScaleOf({{30, 29, 31}}, false, true).low, 0);
+  EXPECT_LE(ScaleOf({{1e5, 1, 1e13}}, true).tics.size(), 8u) << "or their numbers overlap";
   const ChartScale nought = ScaleOf({{0, 0, 0}}, false);
   EXPECT_EQ(nought.low, 0) << "nothing is less than none";
   EXPECT_GE(nought.high, 1);

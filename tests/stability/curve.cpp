@@ -110,8 +110,11 @@ Chart ChartOf(const MeasuredCurve& measured) {
                              .logarithmic = curve.logarithmic,
                              .falls = curve.values.back() < curve.values.front()};
   ChartPanel shares{"What comes of it", difficulty, {"share of the trials [%]"}, {}, false};
-  ChartPanel errors{
-      "Answers given without a doubt", difficulty, {curve.error, curve.logarithmic_error}, {}, false};
+  ChartPanel errors{"Answers given without a doubt",
+                    difficulty,
+                    {.label = curve.error, .logarithmic = curve.logarithmic_error, .from_zero = true},
+                    {},
+                    false};
   for (const auto& [verdict, series] : {std::pair{Verdict::kRight, std::string("right")},
                                         {Verdict::kWrong, "wrong without a word"},
                                         {Verdict::kSaidSo, "says so"},

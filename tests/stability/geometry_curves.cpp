@@ -441,7 +441,7 @@ std::vector<Curve> GeometryCurves() {
         "so far away a double no longer tells places apart to 0.03 % of the distance, and nothing asks how "
         "far "
         "the origin is.";
-    c.error = "centres are off, or apart from those with one view held, by [% of the distance]";
+    c.error = "centres are off by [% of the distance]";
     c.trial = [](double away, unsigned seed) { return AdjustedFreely(away, seed); };
     curves.push_back(c);
   }
