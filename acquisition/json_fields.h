@@ -2,7 +2,9 @@
 // names the file, the place in it, and the key.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -33,6 +35,17 @@ struct JsonPlace {
     return number;
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
+
+  // For files that people write by hand: a key that is misspelt would be missed without a word.
+  void RequireOnly(std::initializer_list<const char*> keys) const {
+    if (!object.is_object()) throw Error("{}: expected an object", where);
+    for (const auto& [key, value] : object.items()) {
+      std::string known;
+      for (const char* each : keys) known += (known.empty() ? "" : ", ") + std::string(each);
+      if (std::none_of(keys.begin(), keys.end(), [&](const char* each) { return key == each; }))
+        throw Error("{}: there is no key '{}'; there are {}", where, key, known);
+    }
+  }
 
   // A whole number that an int holds.
   int Integer(const char* key) const {

@@ -1,6 +1,7 @@
 #include "render/aperture_options.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,6 +93,19 @@ void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh) {
   throw UsageError(
       "--field {}: has no mesh of viewpoints to widen; with an aperture, give subdivision or linear",
       FieldName(field.kind));
+}
+
+void WarnOfNarrow(const std::vector<Aperture>& apertures, const ViewpointMesh& mesh) {
+  const double apart = mesh.mean_edge_rad * mesh.median_distance;
+  const auto widest =
+      std::max_element(apertures.begin(), apertures.end(),
+                       [](const Aperture& a, const Aperture& b) { return a.radius < b.radius; });
+  if (widest == apertures.end() || widest->radius > apart) return;
+  spdlog::warn(
+      "an aperture of {:.3g} (radius) is no wider than the viewpoints are apart ({:.3g}): pictures are "
+      "hardly "
+      "blurred more than without one; give a wider one, or record views closer together",
+      widest->radius, apart);
 }
 
 std::string ApertureText(const std::vector<Aperture>& apertures) {

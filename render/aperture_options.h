@@ -32,6 +32,9 @@ std::vector<Aperture> AperturesAlong(const ApertureArgs& args, const CameraPath&
 // Throws what to do where the blending field in use has no rings to widen.
 void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh);
 
+// Says it where none of them is wide enough to make a difference.
+void WarnOfNarrow(const std::vector<Aperture>& apertures, const ViewpointMesh& mesh);
+
 // For people and for render.json.
 std::string ApertureText(const std::vector<Aperture>& apertures);
 

@@ -179,6 +179,7 @@ Vector3d VectorOf(const JsonPlace& place, const char* key) {
 }
 
 PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const Vector3d& up_in_world) {
+  place.RequireOnly({"time", "eye", "target", "up", "rotation", "fov_deg", "focal_px", "aperture", "focus"});
   PathKeyframe key;
   key.time_s = place.Number("time");
   key.eye_in_world = VectorOf(place, "eye");
@@ -236,6 +237,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
       throw Error("{}: 'width' and 'height' must be positive, not {} and {}", top.where, width, height);
     camera = CameraModel::Pinhole(width, height, camera.fx * width / camera.width);
   }
+  top.RequireOnly({"width", "height", "keyframes"});
   const json& entries = top.Raw("keyframes");
   if (!entries.is_array()) throw Error("{}: 'keyframes' must be a list", top.where);
   std::vector<PathKeyframe> keyframes;

@@ -42,7 +42,7 @@ struct RenderArgs : SceneArgs {
   double zoom = 0;                   // 0: just enough to fill the pictures of a named path
   double fps = 30;
   ApertureArgs aperture;
-  std::string out = "orbit.mp4";
+  std::string out;
   std::string format;
   std::string exr_compression = "zip";
   double exposure_stops = 0;
@@ -135,6 +135,14 @@ void AddPhotographs(const std::string& dir, Fingerprint& views) {
   }
 }
 
+std::string SizesOf(const CameraPath& path) {
+  const auto same = [&](const CameraModel& camera) {
+    return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
+  };
+  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several";
+  return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
+}
+
 // All that a picture of the path depends on: pictures of one folder have it in common.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
                                               const CameraPath& path) {
@@ -163,6 +171,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
                                   subject.center_in_world.z(), subject.radius)},
           {"path", fmt::format("{}, {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
                                poses.Text())},
+          {"size", SizesOf(path)},
           {"viewpoint mesh", args.viewpoint_mesh},
           {"field", FieldText(renderer.field())},
           {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
@@ -271,10 +280,15 @@ int RunRender(const RenderArgs& args) {
   const int all = static_cast<int>(path.cam_from_world.size());
   if (range.first >= all)
     throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
+  if (range.end.value_or(all) > all)
+    spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
-  if (!path.apertures.empty()) RequireRings(renderer->field(), renderer->scene().mesh);
+  if (!path.apertures.empty()) {
+    RequireRings(renderer->field(), renderer->scene().mesh);
+    WarnOfNarrow(path.apertures, renderer->scene().mesh);
+  }
   for (int i = range.first; i < end; ++i) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
     RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
@@ -355,9 +369,10 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
   sub->add_option(
-      "-o,--output", args->out,
-      "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures, in which those "
-      "that are there already are kept: a render that was stopped goes on");
+         "-o,--output", args->out,
+         "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures, in which those "
+         "that are there already are kept: a render that was stopped goes on")
+      ->required();
   sub->add_option("--format", args->format,
                   "Of pictures: png, png16 (16 bits), exr (linear light, depth, confidence)")
       ->check(CLI::IsMember({"png", "png16", "exr"}));

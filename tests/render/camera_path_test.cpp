@@ -304,6 +304,10 @@ TEST_F(PathFiles, FaultyKeyframesAreNamed) {
                                 {"time": 1, "eye": [0,0,-1], "target": [0,0,0]}]})",
               "meets its target");
   ExpectError(R"({"poses": []})", "neither 'keyframes'");
+  ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,0], "fvo_deg": 20}]})",
+              "no key 'fvo_deg'; there are time, eye");
+  ExpectError(R"({"widht": 64, "keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,0]}]})",
+              "no key 'widht'");
 }
 
 // A camera at (1, 2, 3) of nerfstudio's world, its axes turned a quarter about z: OpenGL's x, y and z axes

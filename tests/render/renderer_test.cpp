@@ -367,8 +367,46 @@ TEST(PyramidLevel, FollowsTheFootprint) {
   EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 1e-6), 8);  // nor coarser than one pixel
 }
 
-// The check on real photographs: a recorded view comes back, and OpenGL equals the reference, there and where
-// several views make the picture, with every field that blends.
+// ---- Real photographs: OpenGL equals the reference where several views make the picture
+
+class RealPhotographs {
+ public:
+  explicit RealPhotographs(std::shared_ptr<const RenderScene> scene)
+      : scene_(std::move(scene)),
+        gl_(MakeRenderer(scene_, {.field = {.kind = FieldKind::kLinear}})),
+        reference_(MakeRenderer(
+            scene_, {.field = {.kind = FieldKind::kLinear}, .renderer = RendererKind::kReference})) {}
+
+  Rendering ExpectEqual(const CameraModel& camera, const Rigid3& pose) {
+    const Rendering picture = gl_->Render(camera, pose);
+    const cv::Mat band = VisibilityBand(*scene_, gl_->field(), camera, pose);
+    const Agreement agreement = Compare(picture, reference_->Render(camera, pose), band);
+    EXPECT_GE(agreement.within_share, 0.999) << FieldName(gl_->field().kind);
+    EXPECT_LT(agreement.band_share, 0.4) << "nothing is compared";
+    return picture;
+  }
+
+  // Two fifths of the way from a view to another one, and a little forward, with every field that blends.
+  void ExpectEqualBetween(std::size_t one, std::size_t other) {
+    const SceneView& view = scene_->views[one];
+    const CameraModel camera = CameraModel::Pinhole(view.camera.width, view.camera.height, view.camera.fx);
+    Rigid3 between = view.cam_from_world;
+    between.translation +=
+        view.cam_from_world.rotation * (0.4 * (view.center_in_world - scene_->views[other].center_in_world));
+    between.translation.z() -= 0.03 * (scene_->subject.center_in_world - view.center_in_world).norm();
+    for (const FieldKind kind : {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraph,
+                                 FieldKind::kLumigraphPerPixel}) {
+      gl_->SetField({.kind = kind});
+      reference_->SetField({.kind = kind});
+      ExpectEqual(camera, between);
+    }
+  }
+
+ private:
+  std::shared_ptr<const RenderScene> scene_;
+  std::unique_ptr<Renderer> gl_, reference_;
+};
+
 TEST(Renderers, RealGridReturnsItsPhotographs) {
   ULF_NEED_TEST_DATA(dir, "shop_grid_even");
   LightField light_field = ReadLightField(dir);
@@ -378,36 +416,23 @@ TEST(Renderers, RealGridReturnsItsPhotographs) {
   light_field.views = few;
   const auto scene = LoadScene(light_field, {.subject = Subject{{0, 0, -8.12}, 1.5}, .size_limit_px = 240});
   ASSERT_EQ(scene->mesh.span, Span::kSurface);
-  const auto gl = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}});
-  const auto reference =
-      MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = RendererKind::kReference});
-  const auto expect_equal = [&](const SceneView& view, const Rigid3& pose) {
-    const Rendering picture = gl->Render(view.camera, pose);
-    const cv::Mat band = VisibilityBand(*scene, gl->field(), view.camera, pose);
-    const Agreement agreement = Compare(picture, reference->Render(view.camera, pose), band);
-    EXPECT_GE(agreement.within_share, 0.999) << FieldName(gl->field().kind) << ", view " << view.id;
-    EXPECT_LT(agreement.band_share, 0.3) << "nothing is compared";
-    return picture;
-  };
+  RealPhotographs real(scene);
   for (const std::size_t i : {0u, 24u, 31u}) {
     const SceneView& view = scene->views[i];
-    const Rendering picture = expect_equal(view, view.cam_from_world);
+    const Rendering picture = real.ExpectEqual(view.camera, view.cam_from_world);
     cv::Mat difference;
     cv::absdiff(Srgb8FromLinear(picture.linear), view.photograph->Level(0), difference);
     const cv::Scalar mean = cv::mean(difference);
     EXPECT_LE((mean[0] + mean[1] + mean[2]) / 3, 1.0) << "view " << view.id;
   }
-  const SceneView& view = scene->views[24];
-  Rigid3 between = view.cam_from_world;  // two fifths of the way to the next, and a little forward
-  between.translation +=
-      view.cam_from_world.rotation * (0.4 * (view.center_in_world - scene->views[25].center_in_world));
-  between.translation.z() -= 0.3;
-  for (const FieldKind kind :
-       {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraph, FieldKind::kLumigraphPerPixel}) {
-    gl->SetField({.kind = kind});
-    reference->SetField({.kind = kind});
-    expect_equal(view, between);
-  }
+  real.ExpectEqualBetween(24, 25);
+}
+
+TEST(Renderers, RealViewsAboutASubjectAreBlendedAlike) {
+  ULF_NEED_TEST_DATA(dir, "fox_half");
+  const auto scene = LoadScene(ReadLightField(dir), {.size_limit_px = 160});
+  ASSERT_EQ(scene->mesh.span, Span::kSurface);
+  RealPhotographs(scene).ExpectEqualBetween(20, 21);
 }
 
 }  // namespace
