@@ -178,8 +178,8 @@ std::string FreedNumbers(const FreeIntrinsics& free) {
 ModelChoice Explained(const std::vector<LensTrial>& trials, std::size_t lens, std::size_t lenses) {
   ModelChoice choice{
       lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
-      "numbers are freed one after the other; one stays free where the information criterion gains "
-      "and the number moves by more than three of its standard deviations",
+      "numbers are freed one after the other; one stays free where the information criterion gains more "
+      "than ten and the number moves by more than three of its standard deviations",
       {{"as given", "gain 0", true}}};
   std::size_t chosen = 0;
   for (const LensTrial& trial : trials) {

@@ -218,9 +218,9 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
     const std::vector<LensEstimate> fits = FitLens(given, part, {next}, options);
     if (fits.empty()) return best;
     const LensEstimate& fit = fits.front();
-    const LensTrial trial{
-        fit, best ? best->gain : 0, HasMoved(fit, free, best ? best->lens : given),
-        fit.gain > (best ? best->gain : 0) && HasMoved(fit, free, best ? best->lens : given)};
+    const double gain_before = best ? best->gain : 0;
+    const bool moved = HasMoved(fit, free, best ? best->lens : given);
+    const LensTrial trial{fit, gain_before, moved, moved && fit.gain > gain_before + kVeryStrongEvidence};
     if (trials) trials->push_back(trial);
     if (!trial.kept) continue;
     best = fit;
