@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -224,14 +225,20 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
 }
 
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's
-// business; in the pauses it gets to its end.
+// business, so that no two runs err alike: of three pairs the middle one counts. In the pauses it gets to its
+// end.
 TEST(RollingShutter, IsFoundAndCompensatedBesideAMapperInItsOwnThread) {
-  const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout_s = 0});
-  const Outcome found = Follow(kReadout_s, {.wait_for_mapper = true, .compensate_found_readout = true}, 8);
-  ASSERT_TRUE(found.rolling);
-  EXPECT_TRUE(found.rolling->compensated);
-  EXPECT_NEAR(found.rolling->readout_s, kReadout_s, 0.25 * kReadout_s);
-  EXPECT_LT(found.late_error_m, 0.8 * plain.late_error_m);
+  std::array<double, 3> ratios{};
+  for (double& ratio : ratios) {
+    const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout_s = 0});
+    const Outcome found = Follow(kReadout_s, {.wait_for_mapper = true, .compensate_found_readout = true}, 8);
+    ASSERT_TRUE(found.rolling);
+    EXPECT_TRUE(found.rolling->compensated);
+    EXPECT_NEAR(found.rolling->readout_s, kReadout_s, 0.25 * kReadout_s);
+    ratio = found.late_error_m / plain.late_error_m;
+  }
+  std::sort(ratios.begin(), ratios.end());
+  EXPECT_LT(ratios[1], 0.8);
 }
 
 }  // namespace
