@@ -43,19 +43,29 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, con
     const Vector3d ray((x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1);
     return world_from_cam * (ray * depth.at<float>(y, x));
   };
-  const auto nearest = [&](const Vector3d& point) {
+  // Those that others' filling is made of: lumigraph weights of four have the fifth for their threshold.
+  const auto fillers = [&](const Vector3d& point) {
+    constexpr std::size_t kFillers = 5;
+    std::vector<int> views;
     for (const int i : order)
-      if (scene.views[static_cast<std::size_t>(i)].See(point)) return i;
-    return -1;
+      if (views.size() < kFillers && scene.views[static_cast<std::size_t>(i)].See(point)) views.push_back(i);
+    return views;
   };
+  // With a margin: the two renderers need not agree to the last bit on where it begins.
+  const double whole = 1.05 * FillingOf({}).whole;
   cv::Mat band = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       FieldSample sample;
       const Vector3d point = point_at(x, y);
       field.Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
-      bool any_sees = false, changes = DepthJumps(depth, x, y);
-      const int filler = nearest(point);
+      bool changes = DepthJumps(depth, x, y);
+      double own = 0;
+      for (const ViewWeight& entry : sample.weights)
+        if (const auto seen = scene.views[static_cast<std::size_t>(entry.view)].See(point))
+          own += entry.weight * seen->feather;
+      const bool is_filled = own < whole;
+      const std::vector<int> filling = is_filled ? fillers(point) : std::vector<int>();
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           const int nx = std::clamp(x + dx, 0, camera.width - 1),
@@ -63,11 +73,9 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, con
           const Vector3d there = point_at(nx, ny);
           for (const ViewWeight& entry : sample.weights) {
             const SceneView& view = scene.views[static_cast<std::size_t>(entry.view)];
-            const bool sees = view.See(point).has_value();
-            any_sees = any_sees || sees;
-            changes = changes || sees != view.See(there).has_value();
+            changes = changes || view.See(point).has_value() != view.See(there).has_value();
           }
-          if (!any_sees) changes = changes || nearest(there) != filler;
+          if (is_filled && !changes) changes = fillers(there) != filling;
         }
       if (changes) band.at<std::uint8_t>(y, x) = 255;
     }
