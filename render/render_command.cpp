@@ -139,7 +139,7 @@ std::string SizesOf(const CameraPath& path) {
   const auto same = [&](const CameraModel& camera) {
     return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
   };
-  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several";
+  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several sizes";
   return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
 }
 
@@ -169,9 +169,8 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
   return {{"views", fmt::format("{} ({})", scene.views.size(), views.Text())},
           {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
                                   subject.center_in_world.z(), subject.radius)},
-          {"path", fmt::format("{}, {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
-                               poses.Text())},
-          {"size", SizesOf(path)},
+          {"path", fmt::format("{}, {} of {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
+                               SizesOf(path), poses.Text())},
           {"viewpoint mesh", args.viewpoint_mesh},
           {"field", FieldText(renderer.field())},
           {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},

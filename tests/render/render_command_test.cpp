@@ -136,6 +136,25 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
   EXPECT_EQ(field.exit_code, 0) << field.errors;
 }
 
+// What would otherwise come out as something else than was meant, without a word.
+TEST_F(RenderCommand, WhatIsNotToBeHadAsAskedIsSaid) {
+  const std::string render = "render " + dir_.string() + " --field linear --proxy plane ";
+  const auto nowhere = RunUlf(render + "--frames 1");
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.errors, HasSubstr("--output"));
+  const auto narrow = RunUlf(render + "--aperture 0.001 -o " + Out("narrow.png"));
+  EXPECT_EQ(narrow.exit_code, 0) << narrow.errors;
+  EXPECT_THAT(narrow.errors, HasSubstr("no wider than the viewpoints are apart"));
+  const auto wide = RunUlf(render + "--aperture 0.5 -o " + Out("wide.png"));
+  EXPECT_THAT(wide.errors, testing::Not(HasSubstr("no wider")));
+  const auto clipped = RunUlf(render + "--frames 1:9/2 -o " + Out("clipped"));
+  EXPECT_EQ(clipped.exit_code, 0) << clipped.errors;
+  EXPECT_THAT(clipped.errors, HasSubstr("the path ends after 2 pictures"));
+  const auto resized = RunUlf(render + "--frames 0:1/2 --width 48 -o " + Out("clipped"));
+  EXPECT_EQ(resized.exit_code, 2) << resized.errors;
+  EXPECT_THAT(resized.errors, AllOf(HasSubstr("96x72"), HasSubstr("48x36")));
+}
+
 TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
   cv::RNG random(2);
   std::vector<ScenePoint> points;
