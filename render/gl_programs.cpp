@@ -1,9 +1,12 @@
 #include "render/gl_programs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "render/embedded_shaders.h"
+#include "render/gl_sights.h"
 
 namespace ulf {
 
@@ -15,7 +18,8 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   };
   defines_.clear();
   if (has_triangles) defines_ += "#define TRIANGLES\n";
-  if (scene.proxy->Occluder()) defines_ += "#define HIDES\n";
+  if (scene.proxy->Occluder())
+    defines_ += fmt::format("#define HIDES\n#define SIGHT_SCALE {:.9e}\n", kSightScale);
   if (show_field) defines_ += "#define SHOW_FIELD\n";
   if (scene.views.front().photograph->linear()) defines_ += "#define GAPS\n";
   if (some_view_is(Distortion::kFisheye)) defines_ += "#define FISHEYE\n";

@@ -37,10 +37,12 @@ bool GlSights::Provide(std::span<const int> of_views) {
       count);
   if (used_ + count > layers_) Grow(used_ + count);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  cv::Mat scaled;
   for (const int view : missing) {
     layer_[At(view)] = used_++;
+    scaled = kSightScale * (*views_)[At(view)].sight->Get().least_inverse_depth;
     glTextureSubImage3D(texture_, 0, 0, 0, LayerOf(view), kSightPx, kSightPx, 1, GL_DEPTH_COMPONENT, GL_FLOAT,
-                        (*views_)[At(view)].sight->Get().least_inverse_depth.data);
+                        scaled.data);
   }
   CheckGl("copying what the proxy hides");
   return true;

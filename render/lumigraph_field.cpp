@@ -91,14 +91,15 @@ double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, c
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
-  std::vector<int> order(scene.views.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    const auto distance = [&](int i) {
-      return (scene.views[static_cast<std::size_t>(i)].center_in_world - virtual_center).squaredNorm();
-    };
-    return distance(a) < distance(b);
-  });
+  // Kept, not compared as they are made: compilers may round two such expressions differently, and views of
+  // one centre would come before each other.
+  std::vector<std::pair<double, int>> distances;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),
+                           static_cast<int>(i));
+  std::sort(distances.begin(), distances.end());
+  std::vector<int> order;
+  for (const auto& [distance, view] : distances) order.push_back(view);
   return order;
 }
 

@@ -71,7 +71,7 @@ float SightShare(vec4 sight, ivec4 place, vec3 in_view) {
   if (in_view.z <= 0.0 || place.w < 0) return 1.0;
   vec2 uv = sight.xy * in_view.xy / in_view.z + sight.zw;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  return texture(sights, vec4(uv, float(place.w), 1.0 / in_view.z));
+  return texture(sights, vec4(uv, float(place.w), SIGHT_SCALE / in_view.z));
 #else
   return 1.0;
 #endif

@@ -34,10 +34,10 @@ float penalty[kMost];
 int count = 0;
 bool hidden = false;  // from those that are chosen
 
-// Of a photograph with pixels without light: it has light there, as far as is known.
+// Of a photograph that may have pixels without light: it has light there, as far as is known.
 bool MayHaveLight(View v, vec2 img) {
 #if defined(GAPS) && !defined(MARK) && !defined(SHOW_FIELD)
-  if (v.center.w > 0.0 && v.place.x >= 0) return Photograph(v.place, img / v.size.xy).a > 0.0;
+  if (v.place.x >= 0) return Photograph(v.place, img / v.size.xy).a > 0.0;
 #endif
   return true;
 }
@@ -138,9 +138,10 @@ void main() {
   Choose(point);
   bool first_only = hidden || asked == 1;
   float largest = 0.0, second = 0.0, least = 1e30;
-  int sure = 0;
+  int worst = 0;
   for (int n = 0; n < count; ++n) {
     second = max(second, min(largest, penalty[n]));
+    if (penalty[n] >= largest) worst = n;
     largest = max(largest, penalty[n]);
     least = min(least, penalty[n]);
   }
@@ -149,6 +150,7 @@ void main() {
   for (int n = 0; n < count && !first_only; ++n) {
     penalty[n] = least <= zero_penalty ? (penalty[n] == least ? 1.0 : 0.0)
                                        : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
+    if (count >= asked && n == worst) penalty[n] = 0.0;  // it is the threshold alone
     total += penalty[n];
   }
   for (int n = 0; n < count; ++n) {

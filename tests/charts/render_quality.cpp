@@ -83,21 +83,6 @@ LightField Simulated(const fs::path& dir) {
   return ReadLightField(dir);
 }
 
-LightField Temple(const fs::path& dir) {
-  LightField light_field;
-  light_field.root = dir;
-  for (const test::TrueView& from : test::ReadMiddlebury(dir, "templeR_par.txt")) {
-    View view;
-    view.id = static_cast<int>(light_field.views.size()) + 1;
-    view.image_path = fs::relative(from.image, dir).string();
-    view.camera = static_cast<int>(light_field.cameras.size());
-    view.cam_from_world = from.cam_from_world;
-    light_field.cameras.push_back(from.camera);
-    light_field.views.push_back(view);
-  }
-  return light_field;
-}
-
 std::optional<Set> Find(const std::string& name, const fs::path& work) {
   Set set;
   set.name = name;
@@ -107,7 +92,8 @@ std::optional<Set> Find(const std::string& name, const fs::path& work) {
   }
   const auto dir = test::TestData(name);
   if (!dir) return std::nullopt;
-  set.light_field = name == "temple_ring" ? Temple(*dir) : ReadLightField(*dir);
+  set.light_field =
+      name == "temple_ring" ? test::MiddleburyLightField(*dir, "templeR_par.txt") : ReadLightField(*dir);
   if (name == "shop_grid_even") set.options = {.subject = Subject{{0, 0, -8.12}, 1.5}, .size_limit_px = 640};
   return set;
 }

@@ -41,19 +41,6 @@ double Psnr(const Rendering& picture, const Rigid3& pose) {
   return CompareImages(Srgb8FromLinear(picture.linear), truth, cv::Mat(truth.size(), CV_8U, 255)).psnr_db;
 }
 
-// Points at random on the plane and on the square before it, as a tracker would have found them.
-std::vector<ScenePoint> TrackedPoints(int on_plane, int on_square) {
-  std::vector<ScenePoint> points;
-  cv::RNG random(5);
-  const auto add = [&](int count, double half, double z) {
-    for (int i = 0; i < count; ++i)
-      points.push_back({{random.uniform(-half, half), random.uniform(-half, half), z}});
-  };
-  add(on_plane, 2, 0);
-  add(on_square, test::kSquareHalf, test::kSquareZ);
-  return points;
-}
-
 // Of the pixels, how many are deep by more than 3 % of the truth.
 double WrongShare(const cv::Mat& depth, const Rigid3& pose) {
   cv::Mat truth = DrawInverseDepth(*test::PlaneAndSquare(), kCamera, pose), error;
@@ -292,7 +279,7 @@ TEST(Choice, FewViewsGetTheLumigraphOverTheBestGeometryThereIs) {
   ASSERT_EQ(few->mesh.span, Span::kSurface);
   const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLumigraph}};
   const auto mesh = std::make_shared<MeshProxy>(few->subject, test::PlaneAndSquare());
-  const auto points = std::make_shared<PointsProxy>(few->subject, TrackedPoints(50, 0));
+  const auto points = std::make_shared<PointsProxy>(few->subject, test::PointsOfPlaneAndSquare(50, 0));
   const auto choose = [&](const std::vector<FieldOptions>& of,
                           const std::vector<std::shared_ptr<const Proxy>>& over) {
     return ChooseByEvidence(*few, of, over, RendererKind::kReference);
@@ -343,7 +330,7 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
 }
 
 TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {
-  const PointsProxy proxy({Vector3d::Zero(), 0.3}, TrackedPoints(20000, 400));
+  const PointsProxy proxy({Vector3d::Zero(), 0.3}, test::PointsOfPlaneAndSquare(20000, 400));
   const PlaneProxy plane({Vector3d::Zero(), 0.3});
   for (const Vector3d& center : {Vector3d(-0.4, 0.45, 1.3), Vector3d(0.5, -0.3, 1.5), Vector3d(0, 0, 2.2)}) {
     const Rigid3 pose = At(center);
@@ -378,7 +365,7 @@ TEST(PointsProxy, ASlantedSurfaceDoesNotHideItself) {
 }
 
 TEST(PointsProxy, AWrongPointIsNotBelieved) {
-  auto points = TrackedPoints(3000, 0);
+  auto points = test::PointsOfPlaneAndSquare(3000, 0);
   points.push_back({{0.1, 0.05, 0.9}});
   const PointsProxy proxy({Vector3d::Zero(), 0.3}, points);
   const Rigid3 pose = At({0, 0, 2});
@@ -389,11 +376,11 @@ TEST(PointsProxy, AWrongPointIsNotBelieved) {
 
 TEST(PointsProxy, WithoutPointsItIsThePlaneOrAnError) {
   const Subject subject{Vector3d::Zero(), 0.3};
-  const PointsProxy proxy(subject, TrackedPoints(500, 0));
+  const PointsProxy proxy(subject, test::PointsOfPlaneAndSquare(500, 0));
   const Rigid3 away = LookAt({0, 0, 2}, {0, 0, 4}, Vector3d::UnitY());
   EXPECT_FALSE(proxy.Triangles(kCamera, away));
   EXPECT_TRUE(cv::checkRange(proxy.Depth(kCamera, away), true, nullptr, 1e-6));
-  auto broken = TrackedPoints(3, 0);
+  auto broken = test::PointsOfPlaneAndSquare(3, 0);
   broken.push_back({{std::nan(""), 0, 0}});
   EXPECT_THAT([&] { PointsProxy(subject, broken); },
               testing::ThrowsMessage<Error>(testing::HasSubstr("3 tracked points")));
@@ -404,8 +391,8 @@ TEST(PointsProxy, OpenGlDrawsWhatTheReferenceDraws) {
   spec.viewpoints = test::CapViewpoints(25, 0.6, 2.0, 0.03);
   spec.width = 160, spec.height = 120, spec.focal_px = 130;
   const auto plain = test::MakeScene(spec);
-  const auto scene =
-      WithProxy(*plain, std::make_shared<PointsProxy>(plain->subject, TrackedPoints(1500, 40)));
+  const auto scene = WithProxy(
+      *plain, std::make_shared<PointsProxy>(plain->subject, test::PointsOfPlaneAndSquare(1500, 40)));
   const Rigid3 pose = At({0.1, -0.05, 1.2});
   const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
   const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});

@@ -5,12 +5,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <random>
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "render/lumigraph_field.h"
+#include "render/proxy.h"
 #include "tests/render/agreement.h"
 #include "tests/render/synthetic_views.h"
+#include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -356,6 +359,58 @@ TEST(Renderers, TwoOpenGlRenderersLiveSideBySide) {
   EXPECT_EQ(cv::countNonZero(difference.reshape(1)), 0);
 }
 
+// Whether it is in kilometres or in tenths of a millimetre: depth textures know only 0 to 1.
+TEST(Renderers, ScalingTheWorldChangesNothing) {
+  SceneSpec spec{.viewpoints = test::CapViewpoints(40, 0.9, 2.0, 0.03), .with_square = true};
+  const auto in_unit = [&](double unit) {
+    spec.unit = unit;
+    const auto scene = test::MakeScene(spec);
+    return WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, test::PlaneAndSquare(unit)));
+  };
+  const auto one = in_unit(1);
+  const auto shown_as_it_is = MakeRenderer(one, {});
+  for (const double unit : {1e-4, 0.01, 1000.0})
+    for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+      const auto renderer = MakeRenderer(in_unit(unit), {.renderer = kind});
+      for (const Vector3d& center : {Vector3d(0.2, 0.1, 2.9), Vector3d(-0.1, 0.7, 1.2)}) {
+        const Rigid3 pose = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
+        Rigid3 scaled = pose;
+        scaled.translation *= unit;
+        const Agreement agreement =
+            Compare(shown_as_it_is->Render(kCamera, pose), renderer->Render(kCamera, scaled),
+                    VisibilityBand(*one, renderer->field(), kCamera, pose));
+        EXPECT_GE(agreement.within_share, 0.999) << renderer->Name() << ", unit " << unit;
+        EXPECT_LT(agreement.band_share, 0.4);
+      }
+    }
+}
+
+// The fifth of the five whose penalties are known is the threshold and does not weigh itself, however near to
+// the fourth it is.
+TEST(Renderers, ViewsThatAreAlmostAsGoodFillAlike) {
+  const auto scene = test::MakeScene(
+      {.viewpoints = test::GridViewpoints(18, 8, 0.15, 2.0), .width = 64, .height = 48, .focal_px = 55});
+  const Rigid3 pose = LookAt({0.373, -2.73, -1.04}, Vector3d::Zero(), Vector3d::UnitY());
+  const CameraModel camera = CameraModel::Pinhole(96, 72, 110);
+  const auto gl = MakeRenderer(scene, {}),
+             reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+  const Rendering fast = gl->Render(camera, pose), plain = reference->Render(camera, pose);
+  ASSERT_GT(plain.filled_px, 5000);
+  const Agreement agreement = Compare(fast, plain, VisibilityBand(*scene, gl->field(), camera, pose));
+  EXPECT_GE(agreement.within_share, 0.999);
+  EXPECT_LT(agreement.band_share, 0.2);
+}
+
+TEST(ViewsByDistance, ViewsOfOneCentreComeInTheirOrder) {
+  const auto scene = test::MakeScene(
+      {.viewpoints = std::vector<Vector3d>(9, Vector3d(0.3, 0.2, 2)), .width = 4, .height = 4});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  for (int i = 0; i < 200; ++i)
+    ASSERT_THAT(ViewsByDistance(*scene, {uniform(random), uniform(random), uniform(random)}),
+                testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
+}
+
 TEST(PyramidLevel, FollowsTheFootprint) {
   const auto scene =
       test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 256, .height = 256, .focal_px = 200});
@@ -433,6 +488,12 @@ TEST(Renderers, RealViewsAboutASubjectAreBlendedAlike) {
   const auto scene = LoadScene(ReadLightField(dir), {.size_limit_px = 160});
   ASSERT_EQ(scene->mesh.span, Span::kSurface);
   RealPhotographs(scene).ExpectEqualBetween(20, 21);
+}
+
+TEST(Renderers, ARealRingIsBlendedAlike) {
+  ULF_NEED_TEST_DATA(dir, "temple_ring");
+  const auto scene = LoadScene(test::MiddleburyLightField(dir, "templeR_par.txt"), {.size_limit_px = 160});
+  RealPhotographs(scene).ExpectEqualBetween(10, 11);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "acquisition/image.h"
@@ -58,18 +59,32 @@ cv::Vec3f PlaneTexture(double x, double y) {
   return light;
 }
 
-std::shared_ptr<const TriangleMesh> PlaneAndSquare() {
+std::shared_ptr<const TriangleMesh> PlaneAndSquare(double unit) {
   auto mesh = std::make_shared<TriangleMesh>();
   const auto add = [&](float half, float z) {
     const auto first = static_cast<std::uint32_t>(mesh->vertices.size());
     for (const auto& [x, y] : {std::pair{-half, -half}, {half, -half}, {half, half}, {-half, half}})
-      mesh->vertices.emplace_back(x, y, z);
+      mesh->vertices.push_back(static_cast<float>(unit) * Eigen::Vector3f(x, y, z));
     mesh->triangles.push_back({first, first + 1, first + 2});
     mesh->triangles.push_back({first, first + 2, first + 3});
   };
   add(100, 0);
   add(static_cast<float>(kSquareHalf), static_cast<float>(kSquareZ));
   return mesh;
+}
+
+std::vector<ScenePoint> PointsOfPlaneAndSquare(int on_plane, int on_square, double unit) {
+  std::vector<ScenePoint> points;
+  cv::RNG random(5);
+  const auto add = [&](int count, double half, double z) {
+    for (int i = 0; i < count; ++i) {
+      const double x = random.uniform(-half, half), y = random.uniform(-half, half);
+      points.push_back({unit * Vector3d(x, y, z)});
+    }
+  };
+  add(on_plane, 2, 0);
+  add(on_square, kSquareHalf, kSquareZ);
+  return points;
 }
 
 cv::Mat LightOfPlane(const CameraModel& camera, const Rigid3& cam_from_world, bool with_square) {
@@ -112,20 +127,31 @@ CameraModel CameraOf(const SceneSpec& spec, std::size_t index) {
   return camera;
 }
 
+ViewPyramid PyramidWithGaps(const SceneView& view, std::size_t index, bool with_square) {
+  cv::Mat light = LightOfPlane(view.camera, view.cam_from_world, with_square);
+  if (index % 5 == 0)
+    light(cv::Rect(light.cols / 4, light.rows / 4, light.cols / 2, light.rows / 2)) =
+        cv::Scalar::all(std::numeric_limits<float>::quiet_NaN());
+  return MakeLinearPyramid(light);
+}
+
 }  // namespace
 
 std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
   auto scene = std::make_shared<RenderScene>();
-  scene->subject = spec.subject;
+  scene->subject = {spec.unit * spec.subject.center_in_world, spec.unit * spec.subject.radius};
   scene->up_in_world = Vector3d::UnitY();
   for (std::size_t i = 0; i < spec.viewpoints.size(); ++i) {
     SceneView& view = scene->views.emplace_back();
     view.id = static_cast<int>(i);
     view.camera = CameraOf(spec, i);
     view.cam_from_world = LookAt(spec.viewpoints[i], spec.subject.center_in_world, Vector3d::UnitY());
-    view.center_in_world = spec.viewpoints[i];
-    view.photograph =
-        HoldPhotograph(MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square)));
+    view.photograph = HoldPhotograph(
+        spec.linear_with_gaps
+            ? PyramidWithGaps(view, i, spec.with_square)
+            : MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square)));
+    view.center_in_world = spec.unit * spec.viewpoints[i];
+    view.cam_from_world.translation *= spec.unit;
   }
   scene->mesh = MakeViewpointMesh(scene->Centers(), scene->subject);
   scene->proxy = std::make_shared<PlaneProxy>(scene->subject);

@@ -28,12 +28,17 @@ struct SceneSpec {
   bool two_sizes = false;  // every third view has a smaller image
   Subject subject{Eigen::Vector3d::Zero(), 0.3};
   bool with_square = false;
+  // Half floats of linear light; every fifth photograph has a hole in its middle.
+  bool linear_with_gaps = false;
+  double unit = 1;  // of what is above: the same scene, a thousand times larger or smaller
 };
 
 // The square: |x| and |y| up to kSquareHalf at z = kSquareZ, seen from both sides.
 inline constexpr double kSquareHalf = 0.15, kSquareZ = 0.35;
 // The plane, as far as anybody sees, and the square.
-std::shared_ptr<const TriangleMesh> PlaneAndSquare();
+std::shared_ptr<const TriangleMesh> PlaneAndSquare(double unit = 1);
+// Points of the plane's middle and of the square, the same for the same counts.
+std::vector<ScenePoint> PointsOfPlaneAndSquare(int on_plane, int on_square, double unit = 1);
 
 std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec);
 

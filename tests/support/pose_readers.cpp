@@ -54,6 +54,21 @@ std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const 
   return views;
 }
 
+LightField MiddleburyLightField(const std::filesystem::path& folder, const std::string& par_file) {
+  LightField light_field;
+  light_field.root = folder;
+  for (const TrueView& from : ReadMiddlebury(folder, par_file)) {
+    View view;
+    view.id = static_cast<int>(light_field.views.size()) + 1;
+    view.image_path = std::filesystem::relative(from.image, folder).string();
+    view.camera = static_cast<int>(light_field.cameras.size());
+    view.cam_from_world = from.cam_from_world;
+    light_field.cameras.push_back(from.camera);
+    light_field.views.push_back(view);
+  }
+  return light_field;
+}
+
 std::vector<TrueView> ReadStrecha(const std::filesystem::path& folder) {
   std::vector<TrueView> views;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "gt_cameras_half")) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "acquisition/camera_model.h"
+#include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 
 namespace ulf::test {
@@ -20,6 +21,7 @@ struct TrueView {
 // those that the gantry took upside down (their x axis points against the others') too: their cameras are
 // turned with them.
 std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const std::string& par_file);
+LightField MiddleburyLightField(const std::filesystem::path& folder, const std::string& par_file);
 
 // gt_cameras_half/NNNN.jpg.camera beside images/NNNN.jpg: K, a row of zeros, R camera to world, the camera's
 // centre, image size. Pixel centres at integer + 0.5.
