@@ -205,6 +205,11 @@ void GlTarget::ClearDepth(float value) const {
 
 void GlTarget::BindTexture(unsigned unit) const { glBindTextureUnit(unit, texture_); }
 
+void GlTarget::CopyTo(const GlTarget& other) const {
+  glCopyImageSubData(texture_, GL_TEXTURE_2D, 0, 0, 0, 0, other.texture_, GL_TEXTURE_2D, 0, 0, 0, 0, width_,
+                     height_, 1);
+}
+
 cv::Mat GlTarget::Read() const {
   cv::Mat pixels(height_, width_, CV_32FC4);
   glPixelStorei(GL_PACK_ALIGNMENT, 4);

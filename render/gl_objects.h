@@ -109,6 +109,7 @@ class GlTarget {
   void Clear(const std::array<float, 4>& rgba) const;
   void ClearDepth(float value) const;  // 0 nearest to 1 farthest
   void BindTexture(unsigned unit) const;
+  void CopyTo(const GlTarget& other) const;  // of the same size and format
   unsigned texture() const { return texture_; }
   cv::Mat Read() const;  // CV_32FC4, B G R A
   void Release();

@@ -211,21 +211,21 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   return marked;
 }
 
-// Pixels that their own views cover get depth 1, so that filling does not even start on them. Whether any
-// were left; waits.
-bool GlRenderer::State::Normalise() {
+void GlRenderer::State::SetResolve(const GlProgram& program) const {
+  program.Set("least_weight", static_cast<float>(kLeastWeight));
+  program.Set("whole_weight", static_cast<float>(filling().whole));
+}
+
+// Pixels that their own views cover get depth 1, so that filling does not even start on them.
+void GlRenderer::State::Normalise() {
   glDepthFunc(GL_ALWAYS);
   confidence.BindTexture(kConfidenceUnit);
   drawn.BindTexture(kDrawnUnit);
   const GlProgram& normalise = programs.normalise();
   normalise.Use();
-  normalise.Set("least_weight", static_cast<float>(kLeastWeight));
-  normalise.Set("whole_weight", static_cast<float>(filling().whole));
-  normalise.Set("depth", 1.0f);
-  covered.Begin();
+  SetResolve(normalise);
+  normalise.Set("depth", 0.0f);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  covered.End();
-  return covered.Count() < static_cast<std::uint64_t>(last_camera.width) * At(last_camera.height);
 }
 
 void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
@@ -239,30 +239,47 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
     SetFill(program, camera, plane);
     program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
     program.Set("waits", options.complete ? 1 : 0);
-    program.Set("least_weight", static_cast<float>(kLeastWeight));
-    program.Set("whole_weight", static_cast<float>(filling().whole));
+    SetResolve(program);
     program.Set("goes_on", first > 0 ? 1 : 0);
     program.Set("last", end == of_views.size() ? 1 : 0);
-    if (first > 0) {
-      glTextureBarrier();
-      resolved.BindTexture(kBeforeUnit);
-    }
+    if (first == 0 && end < of_views.size()) resolved.CopyTo(drawn);  // passes go over it
+    (end < of_views.size() || first > 0 ? drawn : resolved).BindTexture(kDrawnUnit);
+    resolved.BindTexture(kBeforeUnit);
+    glTextureBarrier();
     DrawTiles(*count);
   });
 }
 
-void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
-                                const PlaneInCamera& plane) {
-  resolved.Bind();
+// What nothing covers, depth 0.
+void GlRenderer::State::ClearResolved() {
   resolved.Clear({0, 0, 0, -2});  // where no view has anything
   resolved.ClearDepth(0);
+}
+
+// Whether pixels are left that are not covered; waits.
+bool GlRenderer::State::IsAnyOpen() {
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  programs.open().Use();
+  programs.open().Set("depth", 0.0f);
+  open_px.Begin();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  open_px.End();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  return open_px.Count() > 0;
+}
+
+void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
+                                const PlaneInCamera& plane) {
+  if (!is_resolved) ClearResolved();
+  resolved.Bind();
   no_vertices.Bind();
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
-  const bool any_open = options.field.kind == FieldKind::kNearest || Normalise();
+  const bool is_all_open = options.field.kind == FieldKind::kNearest;
+  if (!is_resolved && !is_all_open) Normalise();
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_GREATER);
-  if (any_open) FillOpenPixels(camera, cam_from_world, plane);
+  if (is_all_open || IsAnyOpen()) FillOpenPixels(camera, cam_from_world, plane);
   glDepthMask(GL_TRUE);
   glDisable(GL_DEPTH_TEST);
 }

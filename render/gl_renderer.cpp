@@ -74,9 +74,9 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.tiles, &s.needed}) buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.sheaves, &s.tiles, &s.needed}) buffer->Release();
   s.nearest_first.Release();
-  s.covered.Release();
+  s.open_px.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();
@@ -130,7 +130,7 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
     const PlacedMesh placed = s.mesh_field->Place(virtual_center);
     TriangleBatch rings = s.RingTriangles(placed, camera, cam_from_world);
     TriangleBatch batch = rings.fans.empty() ? s.MeshTriangles(placed, camera, cam_from_world) : rings;
-    for (const FanRun& run : SortByView(batch.fans)) of_views.push_back(run.view);
+    of_views = ViewsOf(batch.fans);
   } else {
     constexpr std::size_t kNearest = 12;
     of_views = ViewsByDistance(*s.scene, virtual_center);
@@ -182,8 +182,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   s.sights.Bind(kSightsUnit);
   s.virtual_center = cam_from_world.OriginInSource();
   s.offered.clear();
-  s.lacks = s.outdated = false;
-  s.drawn.Clear(0);
+  s.lacks = s.outdated = s.is_resolved = false;
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
@@ -193,7 +192,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
       s.DrawMesh(camera, cam_from_world, plane);
       break;
     case FieldKind::kLumigraph:
-      s.DrawBatch(s.LumigraphTriangles(camera, cam_from_world, plane), camera, plane);
+      s.DrawBatch(s.LumigraphTriangles(camera, cam_from_world, plane), camera, plane, false);
       break;
     case FieldKind::kLumigraphPerPixel:
       s.DrawLumigraphPixels(camera, plane);

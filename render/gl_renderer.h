@@ -3,20 +3,23 @@
 // Where the proxy has triangles their depth is drawn first, and every later pass reads it.
 //
 // Of each photograph that a picture needs the one level that it reads lies in a texture array
-// (render/gl_photographs). Triangles that meet
-// the frame are drawn twice: once each for their order (of overlapping ones the last counts) and confidence,
-// then once for each view that weighs in them, added up in 32-bit float (the thesis's fans, all in one draw).
-// What fragments need of a view is constant over a triangle, so they read no buffers: on a software
-// rasteriser this is many times faster than one pass per triangle whose shader reads all its views. The
-// lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a grid
-// and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at every
-// pixel over all views. Rings of a wide aperture are added to the field. A last pass divides by the sum of
-// weights and fills what nothing covered, looking in each tile of the picture through the views that have it
-// in their images (render/view_tiles).
+// (render/gl_photographs). Triangles that meet the frame are drawn as sheaves: the fans of the thesis, a
+// triangle and a view that weighs in it, of up to nine views together whose photographs lie in one array.
+// What fragments need of the views is constant over a triangle and travels with it, so they read no buffers;
+// on a software rasteriser this is many times faster. Where every triangle is one sheaf, which is the rule
+// with one camera and one level of subdivision, their pixels are finished at once, in the triangles' order
+// (of overlapping ones the last counts). Else triangles are drawn for their order and confidence first, then
+// their sheaves are added up in 32-bit float, and a pass divides by the sum of weights.
 //
-// What is added up at a pixel is added in the order of views, so that a picture whose photographs are not
-// there all at once, and which is drawn in several passes, is the same to the last bit. Passes over all views
-// first let the graphics side mark those that pixels are going to need.
+// The lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a
+// grid and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at
+// every pixel over all views. Rings of a wide aperture are added to the field. A last pass fills what nothing
+// covered, looking in each tile of the picture through the views that have it in their images
+// (render/view_tiles).
+//
+// A picture whose photographs are not there all at once is drawn in several passes, and is the same but for
+// the rounding of sums. Passes over all views first let the graphics side mark those that pixels are going to
+// need.
 #pragma once
 
 #include "render/gl_context.h"

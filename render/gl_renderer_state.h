@@ -1,5 +1,5 @@
-// What a GlRenderer owns, and its passes. Internal to gl_renderer.cpp (the order of passes), gl_fans.cpp
-// (those over triangles) and gl_over_views.cpp (those whose pixels look at all views).
+// What a GlRenderer owns, and its passes. Internal to gl_renderer.cpp (the order of passes),
+// gl_over_triangles.cpp (those over triangles) and gl_over_views.cpp (those whose pixels look at all views).
 #pragma once
 
 #include <functional>
@@ -35,9 +35,9 @@ struct GlRenderer::State {
   GlSights sights;
   GlPrograms programs;
   GlProgram show;
-  GlBuffer triangles, fans, tiles, needed;
+  GlBuffer triangles, fans, sheaves, tiles, needed;
   GlTexelBuffer nearest_first;
-  GlPixelCounter covered;
+  GlPixelCounter open_px;
   ViewTiler tiler;
   std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
   GlEmptyVertexArray no_vertices;
@@ -52,6 +52,7 @@ struct GlRenderer::State {
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::Wish> offered;
   bool lacks = false, outdated = false;
+  bool is_resolved = false;  // but for what others fill
   bool said_several_passes = false;
 
   std::shared_ptr<const MeshField> mesh_field;
@@ -97,11 +98,19 @@ struct GlRenderer::State {
   bool AreThere(const std::vector<int>& of_views) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
-  std::vector<FanRun> UploadFans(TriangleBatch& batch);
-  void DrawBatch(TriangleBatch batch, const CameraModel& camera, const PlaneInCamera& plane);
-  void AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane);
-  void AddFans(const std::vector<FanRun>& runs, const CameraModel& camera, const PlaneInCamera& plane);
-  bool Normalise();
+  using DrawPass = std::function<void(const Sheaves& of_pass, bool are_all)>;
+  void OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
+  void Upload(const Sheaves& some);
+  void SetSheaf(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  void DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
+                 bool more_follow);
+  void AddRings(const TriangleBatch& rings, const CameraModel& camera, const PlaneInCamera& plane);
+  void BindToAdd();
+  void ClearResolved();
+  void SetResolve(const GlProgram& program) const;
+  void Normalise();
+  bool IsAnyOpen();
   void FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame

@@ -45,15 +45,42 @@ void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
   batch.triangles.push_back(*triangle);
 }
 
-std::vector<FanRun> SortByView(std::vector<GpuFan>& fans) {
-  std::stable_sort(fans.begin(), fans.end(),
-                   [](const GpuFan& a, const GpuFan& b) { return a.view < b.view; });
-  std::vector<FanRun> runs;
-  for (std::size_t i = 0; i < fans.size(); ++i) {
-    if (i == 0 || fans[i].view != fans[i - 1].view) runs.push_back({static_cast<int>(fans[i].view), i, 0});
-    ++runs.back().count;
+std::vector<int> ViewsOf(const std::vector<GpuFan>& fans) {
+  std::vector<int> of_views;
+  for (const GpuFan& fan : fans) of_views.push_back(static_cast<int>(fan.view));
+  std::sort(of_views.begin(), of_views.end());
+  of_views.erase(std::unique(of_views.begin(), of_views.end()), of_views.end());
+  return of_views;
+}
+
+Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
+                    const std::function<std::optional<unsigned>(int view)>& array_of, int most) {
+  Sheaves made;
+  std::vector<std::pair<unsigned, GpuFan>> of_triangle;
+  for (std::size_t done = 0; done < fans.size();) {
+    const std::uint32_t triangle = fans[done].triangle;
+    of_triangle.clear();
+    for (; done < fans.size() && fans[done].triangle == triangle; ++done)
+      if (const auto array = array_of(static_cast<int>(fans[done].view)))
+        of_triangle.emplace_back(*array, fans[done]);
+    std::sort(of_triangle.begin(), of_triangle.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.first, a.second.view) < std::pair(b.first, b.second.view);
+    });
+    const std::size_t before = made.sheaves.size();
+    for (const auto& [array, fan] : of_triangle) {
+      if (made.sheaves.size() == before || made.sheaves.back().array != array ||
+          made.sheaves.back().count == static_cast<std::uint32_t>(most))
+        made.sheaves.push_back({triangle, static_cast<std::uint32_t>(made.fans.size()), 0, array});
+      ++made.sheaves.back().count;
+      made.fans.push_back(fan);
+    }
+    made.one_each = made.one_each && made.sheaves.size() <= before + 1;
   }
-  return runs;
+  if (!made.one_each)  // they are added up, in whatever order
+    std::stable_sort(made.sheaves.begin(), made.sheaves.end(), [](const GpuSheaf& a, const GpuSheaf& b) {
+      return std::pair(a.array, a.count) < std::pair(b.array, b.count);
+    });
+  return made;
 }
 
 }  // namespace ulf

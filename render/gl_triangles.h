@@ -1,10 +1,12 @@
 // What one draw of triangles needs, whatever they are triangles of: the mesh of viewpoints, or the image.
-// Each triangle once for its order and confidence, then once for each view that weighs in it (its fans).
+// Each triangle once for its order and confidence, then for the views that weigh in it (its fans, in the
+// thesis's word), of which several are drawn together as a sheaf.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <vector>
@@ -30,19 +32,27 @@ struct GpuFan {
   Vec4 weights;
 };
 
-struct TriangleBatch {
-  std::vector<GpuTriangle> triangles;
-  std::vector<GpuFan> fans;
+struct GpuSheaf {
+  std::uint32_t triangle, first, count;  // of its fans
+  std::uint32_t array;                   // not for the shaders: the texture that has their photographs
 };
 
-// Fans of one view, one behind the other.
-struct FanRun {
-  int view;
-  std::size_t first, count;
+struct TriangleBatch {
+  std::vector<GpuTriangle> triangles;
+  std::vector<GpuFan> fans;  // those of a triangle one behind the other
 };
-// Brings the fans into the order of views, and says which are whose. What is added up at a pixel is then
-// added in this order, whichever photographs are there at a time.
-std::vector<FanRun> SortByView(std::vector<GpuFan>& fans);
+
+// Each once, in their order.
+std::vector<int> ViewsOf(const std::vector<GpuFan>& fans);
+
+struct Sheaves {
+  std::vector<GpuFan> fans;
+  std::vector<GpuSheaf> sheaves;
+  bool one_each = true;  // no triangle has two; they are in the order of triangles
+};
+// Of fans whose photographs are there (`array_of` their view tells in which texture), at most so many in one.
+Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
+                    const std::function<std::optional<unsigned>(int view)>& array_of, int most);
 
 // For each triangle the views that weigh in it.
 struct EntryTable {

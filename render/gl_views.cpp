@@ -123,6 +123,20 @@ void GlViews::TellSights(const RenderScene& scene, const GlSights& sights) {
   Upload();
 }
 
+void GlViews::SetOneCamera(const GlProgram& program) const {
+  const GpuView& first = gpu_views_.front();
+  const auto& [fx, fy, cx, cy] = first.intrinsics;
+  const auto& [width, height, feather, extent] = first.size;
+  program.Set("to_uv", Vec4{fx / width, fy / height, cx / width, cy / height});
+  program.Set("size", first.size);
+  program.Set("k", first.k);
+  program.Set("more", first.more);
+  program.Set("light", Vec4{width / feather, height / feather, first.more[1], first.more[2]});
+  const auto with_sight = std::find_if(gpu_views_.begin(), gpu_views_.end(),
+                                       [](const GpuView& view) { return view.place[3] >= 0; });
+  if (with_sight != gpu_views_.end()) program.Set("sight", with_sight->sight);
+}
+
 void GlViews::SetGaps(int view) {
   has_gaps_[At(view)] = true;
   gpu_views_[At(view)].center[3] = 1;

@@ -37,6 +37,9 @@ class GlViews {
 
   // Tells the shaders where the views' sights are; without one nothing is hidden from a view.
   void TellSights(const RenderScene& scene, const GlSights& sights);
+  // Where all views have one camera: what a program needs to know of it, and of the exposure of the first.
+  void SetOneCamera(const GlProgram& program) const;
+
   // Its photograph has pixels without light. Told to the shaders with the next that is told.
   void SetGaps(int view);
 

@@ -17,14 +17,11 @@ uniform float above_largest;
 layout(early_fragment_tests) in;
 layout(std430, binding = 3) writeonly buffer Needed { int needed[]; };
 #else
-layout(binding = 11) uniform sampler2D drawn;
-layout(binding = 14) uniform sampler2D confidence;
+layout(binding = 11) uniform sampler2D resolved;  // what is being drawn to, or else a copy of it
 layout(binding = 15) uniform sampler2D before;
 uniform bool nearest_is_the_field;
 uniform bool goes_on;  // after passes over nearer views
 uniform bool last;
-uniform float least_weight;
-uniform float whole_weight;
 out vec4 color;
 #endif
 
@@ -166,24 +163,17 @@ void main() {
     color.a -= 8.0;
     return;
   }
-  vec4 own = vec4(0.0);
-  float own_share = 0.0, own_confidence = 0.0;
-  if (!nearest_is_the_field) {
-    own = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
-    vec2 all = texelFetch(confidence, ivec2(gl_FragCoord.xy), 0).rg;
-    if (own.a > 0.0 && all.g >= least_weight && own.a >= least_weight * all.g) {
-      own_share = min(1.0, own.a / (whole_weight * all.g));
-      own_confidence = all.r / all.g * min(1.0, own.a / all.g);
-    }
-  }
+  float own_confidence;
+  vec4 own = Own(texelFetch(resolved, ivec2(gl_FragCoord.xy), 0), own_confidence);
+  float own_share = min(1.0, own.a / whole_weight);
   if (own_share <= 0.0 && color.a <= 0.0) {
     color = vec4(0.0, 0.0, 0.0, -2.0);
   } else if (own_share <= 0.0) {
     color = vec4(color.rgb / color.a, nearest_is_the_field && !hidden ? color.a : -1.0);
   } else {
-    vec3 light = own.rgb / own.a;
+    vec3 light = own.rgb;
     if (color.a > 0.0) light = mix(color.rgb / color.a, light, own_share);
-    color = vec4(light, own_confidence);
+    color = vec4(light, own_confidence * own.a);
   }
 }
 #endif

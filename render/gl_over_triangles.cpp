@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <utility>
 
 #include "acquisition/error.h"
@@ -60,87 +61,139 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
   return of_views.size();
 }
 
-std::vector<FanRun> GlRenderer::State::UploadFans(TriangleBatch& batch) {
-  std::vector<FanRun> runs = SortByView(batch.fans);
-  triangles.Upload(batch.triangles);
-  triangles.BindStorage(1);
-  fans.Upload(batch.fans);
-  fans.BindStorage(2);
-  no_vertices.Bind();
-  return runs;
-}
-
-void GlRenderer::State::DrawBatch(TriangleBatch batch, const CameraModel& camera,
-                                  const PlaneInCamera& plane) {
-  if (batch.triangles.empty()) return;
-  const std::vector<FanRun> runs = UploadFans(batch);
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_ALWAYS);
-  confidence.Bind();
-  programs.cover().Use();
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
-
-  glDepthMask(GL_FALSE);
-  glDepthFunc(GL_EQUAL);
-  AddFans(runs, camera, plane);
-  glDisable(GL_DEPTH_TEST);
-}
-
-void GlRenderer::State::AddRings(TriangleBatch rings, const CameraModel& camera, const PlaneInCamera& plane) {
-  const std::vector<FanRun> runs = UploadFans(rings);
-  confidence.Bind();
-  SetCommon(programs.RingWeight(), camera, plane);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE);
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
-  AddFans(runs, camera, plane);
-}
-
-// Weights times light and weights of fans that have been uploaded.
-void GlRenderer::State::AddFans(const std::vector<FanRun>& runs, const CameraModel& camera,
-                                const PlaneInCamera& plane) {
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE);
-  drawn.Bind();
-  SetCommon(programs.fan(), camera, plane);
-  std::vector<int> of_views;
-  for (const FanRun& run : runs) of_views.push_back(run.view);
+// Calls draw() for the fans whose photographs are there together, until all have had their turn.
+void GlRenderer::State::OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+  const std::vector<int> of_views = ViewsOf(of_fans);
   ProvideSights(of_views);
-  const auto draw = [](std::size_t first_fan, std::size_t count) {
-    if (count > 0)
-      glDrawArrays(GL_TRIANGLES, static_cast<GLint>(3 * first_fan), static_cast<GLsizei>(3 * count));
-  };
-  for (std::size_t done = 0; done < runs.size();) {
+  for (std::size_t done = 0; done < of_views.size();) {
     const std::size_t end = done + MakeThere(std::span(of_views).subspan(done));
     if (!options.show_field) views.TellPlaces(photographs);
-    // Neighbouring fans whose photographs lie in one array are drawn together.
-    unsigned bound = 0;
-    std::size_t first = 0, count = 0;
-    for (; done < end; ++done) {
-      const auto place = photographs.PlaceOf(runs[done].view);
-      if (!place && !options.show_field) continue;
-      const unsigned texture = place ? place->texture : 0;
-      if (texture != bound || runs[done].first != first + count) {
-        draw(first, count);
-        first = runs[done].first;
-        count = 0;
-        glBindTextureUnit(0, bound = texture);
-      }
-      count += runs[done].count;
-    }
-    draw(first, count);
+    const int first = of_views[done], last = of_views[end - 1];
+    const Sheaves of_pass = MakeSheaves(
+        of_fans,
+        [&](int view) -> std::optional<unsigned> {
+          if (view < first || view > last) return std::nullopt;
+          if (options.show_field) return 0;
+          const auto place = photographs.PlaceOf(view);
+          return place ? std::optional(place->texture) : std::nullopt;
+        },
+        programs.most_views_of_sheaf());
+    Upload(of_pass);
+    draw(of_pass, done == 0 && end == of_views.size());
+    done = end;
   }
+}
+
+void GlRenderer::State::Upload(const Sheaves& some) {
+  fans.Upload(some.fans);
+  fans.BindStorage(2);
+  sheaves.Upload(some.sheaves);
+  sheaves.BindStorage(3);
+}
+
+void GlRenderer::State::SetSheaf(const GlProgram& program, const CameraModel& camera,
+                                 const PlaneInCamera& plane) const {
+  SetCommon(program, camera, plane);
+  SetResolve(program);
+  if (programs.one_camera()) views.SetOneCamera(program);
+}
+
+// Neighbours are drawn together: of one array, and of about as many views; those that are none cost as much
+// as others.
+void GlRenderer::State::DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera,
+                                    const PlaneInCamera& plane) {
+  const auto kind_of = [&](const GpuSheaf& sheaf) {
+    const int views = static_cast<int>(sheaf.count | 1);
+    return std::pair(sheaf.array, std::min(views, programs.most_views_of_sheaf()));
+  };
+  std::set<int> are_set;
+  for (std::size_t first = 0, end = 0; first < some.sheaves.size(); first = end) {
+    const auto kind = kind_of(some.sheaves[first]);
+    while (end < some.sheaves.size() && kind_of(some.sheaves[end]) == kind) ++end;
+    const GlProgram& program = programs.Sheaf(kind.second, direct);
+    if (are_set.insert(kind.second).second) SetSheaf(program, camera, plane);
+    program.Use();
+    glBindTextureUnit(0, kind.first);
+    glDrawArrays(GL_TRIANGLES, static_cast<GLint>(3 * first), static_cast<GLsizei>(3 * (end - first)));
+  }
+}
+
+void GlRenderer::State::BindToAdd() {
+  drawn.Bind();
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+}
+
+// Of triangles that overlap the last one counts. Where each has all its views in one sheaf, the picture is
+// done as they are drawn in their order, but for what is left open; else sheaves are added up over the
+// triangle whose turn it is.
+void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
+                                  const PlaneInCamera& plane, bool more_follow) {
+  if (batch.triangles.empty()) return drawn.Clear(0);
+  triangles.Upload(batch.triangles);
+  triangles.BindStorage(1);
+  no_vertices.Bind();
+  bool is_covered = false;
+  const auto cover = [&] {
+    if (std::exchange(is_covered, true)) return;
+    drawn.Clear(0);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_ALWAYS);
+    confidence.Bind();
+    programs.cover().Use();
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
+    glDepthMask(GL_FALSE);
+    glDisable(GL_DEPTH_TEST);
+  };
+  OverSheaves(batch.fans, [&](const Sheaves& of_pass, bool are_all) {
+    is_resolved = are_all && of_pass.one_each && !more_follow;
+    if (is_resolved) {
+      ClearResolved();
+      resolved.Bind();
+      glEnable(GL_DEPTH_TEST);
+      glDepthMask(GL_TRUE);
+      glDepthFunc(GL_ALWAYS);
+      DrawSheaves(of_pass, true, camera, plane);
+    } else {
+      cover();
+      glEnable(GL_DEPTH_TEST);
+      glDepthFunc(GL_EQUAL);
+      BindToAdd();
+      DrawSheaves(of_pass, false, camera, plane);
+      glDisable(GL_BLEND);
+    }
+    glDisable(GL_DEPTH_TEST);
+  });
+  if (!is_resolved) cover();
+}
+
+void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& camera,
+                                 const PlaneInCamera& plane) {
+  triangles.Upload(rings.triangles);
+  triangles.BindStorage(1);
+  no_vertices.Bind();
+  confidence.Bind();
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  Upload(MakeSheaves(
+      rings.fans, [](int) { return 0u; }, 1));
+  SetCommon(programs.RingWeight(), camera, plane);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
+  OverSheaves(rings.fans, [&](const Sheaves& of_pass, bool /*are_all*/) {
+    BindToAdd();
+    DrawSheaves(of_pass, false, camera, plane);
+  });
   glDisable(GL_BLEND);
 }
 
 void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
                                  const PlaneInCamera& plane) {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
-  TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
+  const TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
   if (!rings.fans.empty()) confidence.Clear(0);
-  DrawBatch(MeshTriangles(placed, camera, cam_from_world), camera, plane);
-  if (!rings.fans.empty()) AddRings(std::move(rings), camera, plane);
+  DrawBatch(MeshTriangles(placed, camera, cam_from_world), camera, plane, !rings.fans.empty());
+  if (!rings.fans.empty()) AddRings(rings, camera, plane);
 }
 
 // The field that the processor computes; of the picture that has just been drawn.

@@ -1,0 +1,2 @@
+// Nothing is drawn: pixels are counted.
+void main() {}

@@ -1,0 +1,80 @@
+// Second pass: every triangle once for up to VIEWS of the views that weigh in it, whose photographs lie in one array.
+// What a fragment costs whatever it does, and adding up in memory, is paid once for all of them. All that the fragments
+// need of the views and of their weights is constant over the triangle and travels flat, in as few vectors as can be.
+struct Fan {
+  uint triangle;
+  uint view;
+  uint unused[2];
+  vec4 weights;  // of the view at the triangle's corners
+};
+layout(std430, binding = 2) readonly buffer Fans { Fan fans[]; };
+struct Sheaf {
+  uint triangle;
+  uint first, count;  // of its fans
+  uint unused;
+};
+layout(std430, binding = 3) readonly buffer Sheaves { Sheaf sheaves[]; };
+
+invariant gl_Position;
+// view_from_cam, two rows, x and y of its translation; the third row is their cross product.
+flat out vec4 right[VIEWS], down[VIEWS];
+// A view's weight is numerator . ray / denominator . ray. Fourth of the numerator: z of the view's translation; of the
+// denominator: the triangle's confidence.
+flat out vec4 numerator[VIEWS], denominator;
+// Of the views' photographs; HIDES: and 4096 times those of their sights, counted from 1, 0 where they are not there.
+flat out vec4 layers[(VIEWS + 3) / 4];
+#ifndef ONE_CAMERA
+flat out vec4 to_uv[VIEWS];  // of (x, y) / z: scale, offset
+#if defined(FISHEYE) || defined(RADIAL_TANGENTIAL)
+flat out vec4 size[VIEWS], k[VIEWS], more[VIEWS];
+#endif
+#ifdef HIDES
+flat out vec4 sight[VIEWS];
+#endif
+#endif
+#ifndef ONE_EXPOSURE
+flat out vec4 light[VIEWS];  // of (x, y) of the photograph, size 1: to feathers; black, scale
+#endif
+#ifdef SHOW_FIELD
+flat out vec4 color_of_view[VIEWS];
+#endif
+
+void main() {
+  Sheaf sheaf = sheaves[uint(gl_VertexID) / 3u];
+  vec3 r0 = triangles[sheaf.triangle].row[0].xyz;
+  vec3 r1 = triangles[sheaf.triangle].row[1].xyz;
+  vec3 r2 = triangles[sheaf.triangle].row[2].xyz;
+  denominator = vec4(r0 + r1 + r2, triangles[sheaf.triangle].row[0].w);
+  for (uint n = 0u; n < VIEWS; ++n) {
+    // Those that are too many look where the last one does, and weigh nothing.
+    Fan fan = fans[sheaf.first + min(n, sheaf.count - 1u)];
+    vec4 weights = n < sheaf.count ? fan.weights : vec4(0.0);
+    View v = ViewAt(int(fan.view));
+    right[n] = v.row0;
+    down[n] = v.row1;
+    numerator[n] = vec4(weights.x * r0 + weights.y * r1 + weights.z * r2, v.row2.w);
+    float layer = float(v.place.y);
+#ifdef HIDES
+    layer += 4096.0 * float(v.place.w + 1);
+#endif
+    layers[n / 4u][n % 4u] = layer;
+#ifndef ONE_CAMERA
+    to_uv[n] = v.intrinsics / v.size.xyxy;
+#if defined(FISHEYE) || defined(RADIAL_TANGENTIAL)
+    size[n] = v.size;
+    k[n] = v.k;
+    more[n] = v.more;
+#endif
+#ifdef HIDES
+    sight[n] = v.sight;
+#endif
+#endif
+#ifndef ONE_EXPOSURE
+    light[n] = vec4(v.size.xy / v.size.z, v.more.yz);
+#endif
+#ifdef SHOW_FIELD
+    color_of_view[n] = v.color;
+#endif
+  }
+  gl_Position = ClipPosition(sheaf.triangle, uint(gl_VertexID) % 3u);
+}
