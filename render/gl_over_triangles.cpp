@@ -91,13 +91,6 @@ void GlRenderer::State::Upload(const Sheaves& some) {
   sheaves.BindStorage(3);
 }
 
-void GlRenderer::State::SetSheaf(const GlProgram& program, const CameraModel& camera,
-                                 const PlaneInCamera& plane) const {
-  SetCommon(program, camera, plane);
-  SetResolve(program);
-  if (programs.one_camera()) views.SetOneCamera(program);
-}
-
 // Neighbours are drawn together: of one array, and of about as many views; those that are none cost as much
 // as others.
 void GlRenderer::State::DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera,
@@ -111,7 +104,10 @@ void GlRenderer::State::DrawSheaves(const Sheaves& some, bool direct, const Came
     const auto kind = kind_of(some.sheaves[first]);
     while (end < some.sheaves.size() && kind_of(some.sheaves[end]) == kind) ++end;
     const GlProgram& program = programs.Sheaf(kind.second, direct);
-    if (are_set.insert(kind.second).second) SetSheaf(program, camera, plane);
+    if (are_set.insert(kind.second).second) {
+      SetCommon(program, camera, plane);
+      SetResolve(program);
+    }
     program.Use();
     glBindTextureUnit(0, kind.first);
     glDrawArrays(GL_TRIANGLES, static_cast<GLint>(3 * first), static_cast<GLsizei>(3 * (end - first)));

@@ -205,7 +205,7 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   std::vector<int> marked = Marked(mark, order, draw);
   const bool looks_for_gaps = options.complete && !options.show_field;
   while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
-    views.TellSights(*scene, sights);
+    views.TellSights(sights);
     marked = Marked(mark, order, draw);
   }
   return marked;

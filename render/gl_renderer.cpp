@@ -30,6 +30,7 @@ void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& c
   program.Set("camera", MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy));
   program.Set("plane", MakeVec4(plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset));
   program.Set("far_depth", static_cast<float>(plane.far_depth));
+  if (programs.one_camera()) views.SetOneCamera(program);
 }
 
 void GlRenderer::State::Build() {
@@ -46,7 +47,7 @@ void GlRenderer::State::Build() {
 // Whether that brought any news.
 bool GlRenderer::State::ProvideSights(std::span<const int> of_views) {
   if (!sights.Provide(of_views)) return false;
-  views.TellSights(*scene, sights);
+  views.TellSights(sights);
   sights.Bind(kSightsUnit);
   return true;
 }
@@ -178,7 +179,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   s.confidence.Resize(camera.width, camera.height, &s.depth);
   s.resolved.Resize(camera.width, camera.height, &s.depth);
   s.views.Place(*s.scene, camera, cam_from_world);
-  s.views.TellSights(*s.scene, s.sights);
+  s.views.TellSights(s.sights);
   s.sights.Bind(kSightsUnit);
   s.virtual_center = cam_from_world.OriginInSource();
   s.offered.clear();

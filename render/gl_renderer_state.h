@@ -101,7 +101,6 @@ struct GlRenderer::State {
   using DrawPass = std::function<void(const Sheaves& of_pass, bool are_all)>;
   void OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
   void Upload(const Sheaves& some);
-  void SetSheaf(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   void DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera, const PlaneInCamera& plane);
   void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
                  bool more_follow);

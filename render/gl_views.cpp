@@ -28,14 +28,20 @@ double TrustedExtent(const CameraModel& camera) {
   return fisheye ? M_PI : 1e30;
 }
 
+Vec4 OfSizeOne(const CameraModel& camera) {
+  return MakeVec4(camera.fx / camera.width, camera.fy / camera.height, camera.cx / camera.width,
+                  camera.cy / camera.height);
+}
+
 }  // namespace
 
 void GlViews::Build(const RenderScene& scene) {
   // Most views have their camera in common with the one before.
   const CameraModel* before = nullptr;
   for (const SceneView& view : scene.views) {
-    trusted_extent_.push_back(before && *before == view.camera ? trusted_extent_.back()
-                                                               : TrustedExtent(view.camera));
+    const bool is_as_before = before && *before == view.camera;
+    trusted_extent_.push_back(is_as_before ? trusted_extent_.back() : TrustedExtent(view.camera));
+    sight_.push_back(is_as_before ? sight_.back() : OfSizeOne(SightCamera(view.camera)));
     before = &view.camera;
   }
   has_gaps_.assign(scene.views.size(), false);
@@ -67,6 +73,7 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.more = MakeVec4(c[4], view.black, view.scale, kind);
     out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
     out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
+    out.sight = sight_[i];
     out.place = {-1, 0, 0, -1};
     level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
   }
@@ -112,14 +119,9 @@ void GlViews::TellPlaces(const GlPhotographs& photographs) {
   Upload();
 }
 
-void GlViews::TellSights(const RenderScene& scene, const GlSights& sights) {
-  for (std::size_t i = 0; i < gpu_views_.size(); ++i) {
+void GlViews::TellSights(const GlSights& sights) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i)
     gpu_views_[i].place[3] = static_cast<float>(sights.LayerOf(static_cast<int>(i)));
-    if (!scene.views[i].sight || gpu_views_[i].place[3] < 0) continue;
-    const CameraModel& map = scene.views[i].sight->Get().camera;
-    gpu_views_[i].sight =
-        MakeVec4(map.fx / map.width, map.fy / map.height, map.cx / map.width, map.cy / map.height);
-  }
   Upload();
 }
 
@@ -128,13 +130,12 @@ void GlViews::SetOneCamera(const GlProgram& program) const {
   const auto& [fx, fy, cx, cy] = first.intrinsics;
   const auto& [width, height, feather, extent] = first.size;
   program.Set("to_uv", Vec4{fx / width, fy / height, cx / width, cy / height});
+  program.Set("intrinsics", first.intrinsics);
   program.Set("size", first.size);
   program.Set("k", first.k);
   program.Set("more", first.more);
   program.Set("light", Vec4{width / feather, height / feather, first.more[1], first.more[2]});
-  const auto with_sight = std::find_if(gpu_views_.begin(), gpu_views_.end(),
-                                       [](const GpuView& view) { return view.place[3] >= 0; });
-  if (with_sight != gpu_views_.end()) program.Set("sight", with_sight->sight);
+  program.Set("sight", first.sight);
 }
 
 void GlViews::SetGaps(int view) {

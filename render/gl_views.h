@@ -36,7 +36,7 @@ class GlViews {
   void TellPlaces(const GlPhotographs& photographs);
 
   // Tells the shaders where the views' sights are; without one nothing is hidden from a view.
-  void TellSights(const RenderScene& scene, const GlSights& sights);
+  void TellSights(const GlSights& sights);
   // Where all views have one camera: what a program needs to know of it, and of the exposure of the first.
   void SetOneCamera(const GlProgram& program) const;
 
@@ -53,6 +53,7 @@ class GlViews {
   void Upload();
 
   std::vector<double> trusted_extent_;
+  std::vector<Vec4> sight_;
   std::vector<int> level_;
   std::vector<bool> has_gaps_;
   std::vector<GpuView> gpu_views_;

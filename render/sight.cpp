@@ -9,7 +9,17 @@
 namespace ulf {
 namespace {
 
-// What the view sees, without its distortion: rays through its rim, up to a slope that one map can hold.
+// Of the changes to both sides the smaller: at an edge of the surface that of the side that belongs to it.
+float Slope(float before, float here, float behind) {
+  const float back = before > 0 ? std::abs(here - before) : -1,
+              on = behind > 0 ? std::abs(behind - here) : -1;
+  if (back < 0 || on < 0) return std::max({back, on, 0.0f});
+  return std::min(back, on);
+}
+
+}  // namespace
+
+// Rays through its rim, up to a slope that one map can hold.
 CameraModel SightCamera(const CameraModel& view) {
   constexpr double kMostSlope = 3;
   constexpr int kSteps = 16;
@@ -33,16 +43,6 @@ CameraModel SightCamera(const CameraModel& view) {
   camera.cy = -camera.fy * low.y();
   return camera;
 }
-
-// Of the changes to both sides the smaller: at an edge of the surface that of the side that belongs to it.
-float Slope(float before, float here, float behind) {
-  const float back = before > 0 ? std::abs(here - before) : -1,
-              on = behind > 0 ? std::abs(behind - here) : -1;
-  if (back < 0 || on < 0) return std::max({back, on, 0.0f});
-  return std::min(back, on);
-}
-
-}  // namespace
 
 double Sight::Share(const Eigen::Vector3d& point_in_view) const {
   if (!(point_in_view.z() > 0)) return 1;

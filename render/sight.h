@@ -32,6 +32,8 @@ inline constexpr int kSightPx = 256;
 // A point may lie behind the proxy by this share of its depth: proxies are rough.
 inline constexpr double kSightTolerance = 0.01;
 
+// Of the map of a view with this camera: what it sees, without its distortion.
+CameraModel SightCamera(const CameraModel& view);
 Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, const Rigid3& view_from_world);
 
 // Made when it is first asked for, by whichever thread: of many views a picture needs few.

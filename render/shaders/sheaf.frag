@@ -1,7 +1,6 @@
 // With DIRECT a triangle has one sheaf, and its pixels are resolved at once.
 flat in vec4 right[VIEWS], down[VIEWS], numerator[VIEWS], denominator, layers[(VIEWS + 3) / 4];
 #ifdef ONE_CAMERA
-uniform vec4 to_uv, size, k, more, sight;
 #define OF_CAMERA(what, n) what
 #else
 flat in vec4 to_uv[VIEWS];
@@ -19,7 +18,6 @@ flat in vec4 sight[VIEWS];
 #define DISTORT(n, q, p) Distort(vec4(0.0), vec4(0.0), vec4(0.0), q, p)
 #endif
 #ifdef ONE_EXPOSURE
-uniform vec4 light;
 #define LIGHT(n) light
 #else
 flat in vec4 light[VIEWS];

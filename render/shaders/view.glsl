@@ -10,3 +10,11 @@ struct View {
   vec4 sight;             // its map of what the proxy hides: fx fy cx cy, of a map of size 1
   ivec4 place;            // texture array (-1: none), layer, nothing, layer of the map (-1: not there)
 };
+#ifdef ONE_CAMERA
+uniform vec4 intrinsics, size, k, sight;  // of all views
+uniform vec4 to_uv;                       // the same of (x, y) / z to a photograph of size 1: scale, offset
+uniform vec4 more;                        // of all, ONE_EXPOSURE
+#endif
+#ifdef ONE_EXPOSURE
+uniform vec4 light;  // of (x, y) of a photograph of size 1: to feathers; black, scale
+#endif

@@ -7,13 +7,24 @@ View ViewAt(int i) {
   v.row0 = texelFetch(view_texels, first);
   v.row1 = texelFetch(view_texels, first + 1);
   v.row2 = texelFetch(view_texels, first + 2);
+#ifdef ONE_CAMERA
+  v.intrinsics = intrinsics;
+  v.size = size;
+  v.k = k;
+  v.sight = sight;
+#else
   v.intrinsics = texelFetch(view_texels, first + 3);
   v.size = texelFetch(view_texels, first + 4);
   v.k = texelFetch(view_texels, first + 5);
+  v.sight = texelFetch(view_texels, first + 9);
+#endif
+#ifdef ONE_EXPOSURE
+  v.more = more;
+#else
   v.more = texelFetch(view_texels, first + 6);
+#endif
   v.color = texelFetch(view_texels, first + 7);
   v.center = texelFetch(view_texels, first + 8);
-  v.sight = texelFetch(view_texels, first + 9);
   v.place = ivec4(texelFetch(view_texels, first + 10));
   return v;
 }

@@ -23,6 +23,7 @@
 #include "render/gl_context.h"
 #include "render/gl_renderer.h"
 #include "render/image_triangulation.h"
+#include "render/lumigraph_field.h"
 #include "render/mesh_field.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/render/cap_scene.h"
@@ -219,6 +220,37 @@ void GivenLightField(benchmark::State& state) {
   state.counters["views"] = static_cast<double>(scene->views.size());
 }
 
+// As SIBR's renderer of unstructured lumigraphs was measured: 680 x 453, between the views of a grid.
+void BetweenViews(benchmark::State& state) {
+  const Scene scene = GivenScene();
+  if (!scene) {
+    state.SkipWithError("no light field to measure on: set ULF_BENCH_LIGHT_FIELD");
+    return;
+  }
+  GlRenderer renderer(scene, {});
+  const CameraModel& of_views = scene->views.front().camera;
+  const CameraModel camera = CameraModel::Pinhole(680, 453, 680.0 / of_views.width * of_views.fx);
+  std::vector<Rigid3> path;
+  constexpr std::size_t kPictures = 12;
+  for (std::size_t i = 0; i < kPictures; ++i) {
+    const SceneView& view = scene->views[i * scene->views.size() / kPictures];
+    Rigid3 pose = view.cam_from_world;
+    const int neighbour = ViewsByDistance(*scene, view.center_in_world)[1];
+    const Eigen::Vector3d center =
+        0.5 * (view.center_in_world + scene->views[static_cast<std::size_t>(neighbour)].center_in_world);
+    pose.translation = -(pose.rotation * center);
+    path.push_back(pose);
+  }
+  for (auto _ : state) {
+    const auto measured = Measure({{&renderer, kSubdivision}}, camera, path);
+    state.counters["ms"] = measured[0].ms;
+    state.counters["cpu_ms"] = measured[0].cpu_ms;
+    state.counters["fps"] = 1000 / measured[0].ms;
+  }
+  state.counters["views"] = static_cast<double>(scene->views.size());
+  state.SetLabel(renderer.Name());
+}
+
 // What of a frame is spent on the processor before anything is drawn.
 void MeshPlacement(benchmark::State& state) {
   const Scene scene = CapScene(static_cast<int>(state.range(0)));
@@ -264,6 +296,7 @@ BENCHMARK_CAPTURE(PicturesASecond, 800_views_1080p_gpu, 800, cv::Size(1920, 1080
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(GivenLightField)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(BetweenViews)->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(MeshPlacement)->ArgsProduct({{200, kWhole}, {0, 1, 2}})->Unit(benchmark::kMillisecond);
 BENCHMARK(LumigraphWeightsAtVertices)->Arg(200)->Arg(kWhole)->Unit(benchmark::kMillisecond);
 
@@ -286,5 +319,8 @@ int main(int argc, char** argv) {
   if (on_gpu)
     targets.push_back(
         {"PicturesASecond/800_views_1080p_gpu", "fps", 300, "pictures of 1920 x 1080 a second, 800 views"});
+  if (ulf::test::TestData("shop_grid_even") && !std::getenv("ULF_BENCH_LIGHT_FIELD"))
+    targets.push_back({"BetweenViews", "fps", 50 * 0.94,
+                       "pictures of 680 x 453 a second of shop_grid_even, 50 times SIBR's 0.94"});
   return ulf::RunBenchmarks(argc, argv, targets);
 }
