@@ -1,6 +1,7 @@
 // OpenGL against the reference on light fields that nobody thought of: few views and many, on caps, rings,
 // spheres, grids, lines, in two clusters back to back and in one place, at lopsided distances, in millimetres
-// and kilometres, with holes in their photographs, over planes, points and meshes, seen from anywhere, with
+// and kilometres, with holes in their photographs and exposures of
+// their own, over planes, points and meshes, seen from anywhere, with
 // narrow apertures and wide ones.
 #include <gtest/gtest.h>
 
@@ -124,8 +125,14 @@ RandomScene Scene(const RandomViews& views, Dice& dice) {
   spec.unit = std::pow(10, dice.Between(-3, 3));
   const int proxy = dice.Of(5);
   spec.with_square = proxy < 3;
-  RandomScene made{views.shape + " of " + std::to_string(views.viewpoints.size()), spec.unit,
-                   MakeScene(spec)};
+  const auto scene = MakeScene(spec);
+  const bool exposures_differ = dice.Of(4) == 0;
+  if (exposures_differ)
+    for (SceneView& view : scene->views) {
+      view.black = static_cast<float>(dice.Between(0, 0.02));
+      view.scale = static_cast<float>(std::exp2(dice.Between(-1, 1)));
+    }
+  RandomScene made{views.shape + " of " + std::to_string(views.viewpoints.size()), spec.unit, scene};
   const Subject& subject = made.scene->subject;
   if (proxy < 2)
     made.scene = WithProxy(*made.scene, std::make_shared<MeshProxy>(subject, PlaneAndSquare(spec.unit)));
@@ -133,7 +140,8 @@ RandomScene Scene(const RandomViews& views, Dice& dice) {
     made.scene = WithProxy(
         *made.scene, std::make_shared<PointsProxy>(subject, PointsOfPlaneAndSquare(600, 30, spec.unit)));
   made.name += ", " + made.scene->proxy->Name() + ", unit " + std::to_string(spec.unit) +
-               (spec.two_sizes ? ", two sizes" : "") + (spec.linear_with_gaps ? ", gaps" : "");
+               (spec.two_sizes ? ", two sizes" : "") + (spec.linear_with_gaps ? ", gaps" : "") +
+               (exposures_differ ? ", exposures" : "");
   return made;
 }
 

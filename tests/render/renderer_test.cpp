@@ -9,6 +9,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "render/gl_triangles.h"
 #include "render/lumigraph_field.h"
 #include "render/proxy.h"
 #include "tests/render/agreement.h"
@@ -409,6 +410,36 @@ TEST(ViewsByDistance, ViewsOfOneCentreComeInTheirOrder) {
   for (int i = 0; i < 200; ++i)
     ASSERT_THAT(ViewsByDistance(*scene, {uniform(random), uniform(random), uniform(random)}),
                 testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
+}
+
+TEST(Sheaves, AreTheFansOfATriangleWhosePhotographsLieTogether) {
+  const auto fan = [](std::uint32_t triangle, std::uint32_t view) {
+    return GpuFan{triangle, view, {0, 0}, MakeVec4(1, 2, 3, 0)};
+  };
+  const std::vector<GpuFan> fans{fan(0, 4), fan(0, 1), fan(0, 2), fan(1, 3), fan(1, 5)};
+  EXPECT_EQ(ViewsOf(fans), (std::vector<int>{1, 2, 3, 4, 5}));
+  const auto told = [&](const Sheaves& made) {
+    std::vector<std::vector<std::uint32_t>> sheaves;  // array, triangle, views
+    for (const GpuSheaf& sheaf : made.sheaves) {
+      sheaves.push_back({sheaf.array, sheaf.triangle});
+      for (std::uint32_t n = 0; n < sheaf.count; ++n)
+        sheaves.back().push_back(made.fans[sheaf.first + n].view);
+    }
+    return sheaves;
+  };
+  using Told = std::vector<std::vector<std::uint32_t>>;
+  const Sheaves together = MakeSheaves(
+      fans, [](int) { return 7u; }, 3);
+  EXPECT_TRUE(together.one_each);
+  EXPECT_EQ(told(together), (Told{{7, 0, 1, 2, 4}, {7, 1, 3, 5}}));
+  const Sheaves of_two = MakeSheaves(
+      fans, [](int) { return 7u; }, 2);
+  EXPECT_FALSE(of_two.one_each);
+  EXPECT_EQ(told(of_two), (Told{{7, 0, 4}, {7, 0, 1, 2}, {7, 1, 3, 5}}));
+  const Sheaves in_two_arrays = MakeSheaves(
+      fans, [](int view) { return view == 4 ? std::nullopt : std::optional(view == 1 ? 8u : 7u); }, 3);
+  EXPECT_FALSE(in_two_arrays.one_each);
+  EXPECT_EQ(told(in_two_arrays), (Told{{7, 0, 2}, {7, 1, 3, 5}, {8, 0, 1}}));
 }
 
 TEST(PyramidLevel, FollowsTheFootprint) {
