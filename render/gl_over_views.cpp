@@ -97,7 +97,10 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   no_vertices.Bind();
   std::vector<int> of_views(scene->views.size());
   std::iota(of_views.begin(), of_views.end(), 0);
-  if (!AreThere(of_views)) {
+  // Which are needed has to be found out for each picture anew, which takes as long as to draw it. What the
+  // proxy hides from all of them takes longer.
+  const bool takes_all = !scene->proxy->Occluder() && photographs.HasRoomFor(views.Wishes(of_views));
+  if (!takes_all && !AreThere(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
     do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });

@@ -245,6 +245,12 @@ bool GlPhotographs::HasAll(std::span<const Wish> wishes) const {
                      [&](const Wish& wish) { return where_.contains(KeyOf(WithinLimit(wish))); });
 }
 
+bool GlPhotographs::HasRoomFor(std::span<const Wish> wishes) const {
+  std::size_t bytes = 0;
+  for (const Wish& wish : wishes) bytes += LayerBytes(PhotographOf(wish.view).LevelSize(wish.level));
+  return bytes <= limit_bytes_;
+}
+
 std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const {
   std::optional<Key> closest;
   const auto distance = [&](int level) {

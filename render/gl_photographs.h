@@ -56,6 +56,8 @@ class GlPhotographs {
   std::optional<Place> PlaceOf(int view) const;
   std::optional<int> LevelOf(int view) const;
   bool HasAll(std::span<const Wish> wishes) const;
+  // Whether they fit into graphics memory together.
+  bool HasRoomFor(std::span<const Wish> wishes) const;
 
   struct Counts {
     std::size_t uploads = 0;
