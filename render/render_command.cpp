@@ -242,17 +242,22 @@ PictureEncoding EncodingOf(const RenderArgs& args) {
   return encoding;
 }
 
-std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding) {
-  const FieldOptions details = FieldDetails(args.field_details);
-  if (args.field != kAuto) FieldFromName(args.field);  // before anything is loaded
+std::shared_ptr<const RenderScene> SceneOf(const RenderArgs& args, const PictureEncoding& encoding) {
+  FieldDetails(args.field_details);  // what is wrong with them is said before anything is loaded
+  if (args.field != kAuto) FieldFromName(args.field);
   SceneArgs scene_args = args;
   if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
-  const auto plain = Load(scene_args);
-  spdlog::info("{}", plain->mesh.Description());
+  const auto scene = Load(scene_args);
+  spdlog::info("{}", scene->mesh.Description());
+  return scene;
+}
+
+std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding,
+                                     const std::shared_ptr<const RenderScene>& plain) {
   const std::string field =
       args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
-  const Choice choice =
-      ChooseByName(*plain, field, details, args.proxy, args.dir, RendererFromName(args.renderer));
+  const Choice choice = ChooseByName(*plain, field, FieldDetails(args.field_details), args.proxy, args.dir,
+                                     RendererFromName(args.renderer));
   if (args.explain)
     for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
   else if (!choice.why.empty())
@@ -272,9 +277,9 @@ int RunRender(const RenderArgs& args) {
   const FrameRange range = ParseFrames(args.frames);
   const PictureEncoding encoding = EncodingOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  const auto renderer = RendererOf(args, encoding);
+  const auto plain = SceneOf(args, encoding);
   const bool single = IsSinglePicture(args.out);
-  CameraPath path = PathOf(args, renderer->scene(), single && args.frames.empty() ? 1 : range.count);
+  CameraPath path = PathOf(args, *plain, single && args.frames.empty() ? 1 : range.count);
   RequireFrames(path, range.count, args.frames);
   const int all = static_cast<int>(path.cam_from_world.size());
   if (range.first >= all)
@@ -282,6 +287,7 @@ int RunRender(const RenderArgs& args) {
   if (range.end.value_or(all) > all)
     spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
+  const auto renderer = RendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {

@@ -253,7 +253,11 @@ TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   EXPECT_EQ(RunUlf("render").exit_code, 2);
   EXPECT_EQ(RunUlf("evaluate " + dir + " --every 1").exit_code, 2);
   EXPECT_EQ(RunUlf("render " + Out("nowhere") + " -o " + Out("x.png")).exit_code, 1);
-  EXPECT_EQ(RunUlf("render " + dir + " --path " + Out("nopath.txt") + " -o " + Out("x.png")).exit_code, 1);
+  const auto without_path = RunUlf("render " + dir + " --path " + Out("nopath.txt") + " -o " + Out("x.png"));
+  EXPECT_EQ(without_path.exit_code, 1);
+  EXPECT_THAT(without_path.errors, HasSubstr("nopath.txt: no such camera path"));
+  EXPECT_THAT(without_path.errors, testing::Not(HasSubstr("left-out views")))
+      << "said after all was tried out";
   const auto light_field = ReadLightField(dir_);
   std::filesystem::resize_file(dir_ / light_field.views[3].image_path, 100);
   const auto truncated = RunUlf("render " + dir + " -o " + Out("x.png"));
