@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "tracking/pose_evidence.h"
@@ -11,6 +13,7 @@
 namespace ulf {
 
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 namespace {
 
@@ -24,13 +27,56 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
   return inliers;
 }
 
+const Candidate& CandidateOf(const Located& located, const PointMatch& match) {
+  return located.candidates[static_cast<std::size_t>(match.candidate)];
+}
+
+// Whether a point may be seen there from a pose that is as unsure as it says.
+bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3d& position,
+            const PointMatch& match) {
+  constexpr double kChi2 = 5.99;  // 95 % in two dimensions
+  const Vector3d in_cam = pose.cam_from_world * position;
+  Eigen::Matrix<double, 2, 3> img_by_point;
+  const auto img = camera.ImgFromCam(in_cam, &img_by_point);
+  if (!img) return false;
+  Eigen::Matrix<double, 2, 6> img_by_twist;
+  for (int row = 0; row < 2; ++row)
+    img_by_twist.row(row) << in_cam.transpose().cross(img_by_point.row(row)), img_by_point.row(row);
+  const Eigen::Matrix2d variance = img_by_twist * pose.covariance * img_by_twist.transpose() +
+                                   match.sigma_px * match.sigma_px * Eigen::Matrix2d::Identity();
+  const Vector2d off = *img - match.img;
+  return off.dot(variance.inverse() * off) <= kChi2;
+}
+
+// Without what contradicts the points that are confirmed. Where a part of the picture moves on its own, two
+// keyframes can agree about all of it, and so many new points at once would draw the pose, and the keyframes
+// that follow, over to them: they count where they are found at a place that the confirmed ones allow. In a
+// map that has just been started nothing is confirmed, and everything counts.
+std::vector<PointMatch> WithoutContradicting(const CameraModel& camera, const Located& located,
+                                             const std::vector<PointMatch>& matches,
+                                             const std::vector<PointObservation>& corners) {
+  std::vector<PointMatch> confirmed;
+  std::copy_if(matches.begin(), matches.end(), std::back_inserter(confirmed),
+               [&](const PointMatch& match) { return CandidateOf(located, match).confirmed; });
+  if (confirmed.size() == matches.size()) return matches;
+  std::vector<PointObservation> sure = ToObservations(located.candidates, confirmed);
+  sure.insert(sure.end(), corners.begin(), corners.end());
+  const auto pose = RefinePose(camera, sure, located.cam_from_world);
+  if (!pose || pose->inliers < kMinCoarse) return matches;
+  std::vector<PointMatch> kept;
+  std::copy_if(matches.begin(), matches.end(), std::back_inserter(kept), [&](const PointMatch& match) {
+    const Candidate& candidate = CandidateOf(located, match);
+    return candidate.confirmed || Allows(camera, *pose, candidate.position, match);
+  });
+  return kept;
+}
+
 }  // namespace
 
 double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world) {
   std::vector<double> shifts;
   for (const PointMatch& match : located.matches) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-    if (const auto img = camera.ImgFromCam(cam_from_world * candidate.position))
+    if (const auto img = camera.ImgFromCam(cam_from_world * CandidateOf(located, match).position))
       shifts.push_back((*img - match.img).norm());
   }
   return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
@@ -73,13 +119,14 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
   AlignMatches(camera_, image, located.candidates, located.cam_from_world, fine.matches);
   alignment.Stop();
   StageTimer refinement(&stages.refinement_s);
-  const auto observations = [&](const std::vector<PointMatch>& matches) {
+  const auto refine = [&](std::vector<PointMatch>& matches, const Rigid3& from) {
+    const std::vector<PointObservation> corners = CornersOf(shared_, image, located.cam_from_world);
+    matches = WithoutContradicting(camera_, located, matches, corners);
     std::vector<PointObservation> all = ToObservations(located.candidates, matches);
-    for (const PointObservation& corner : CornersOf(shared_, image, located.cam_from_world))
-      all.push_back(corner);
-    return all;
+    all.insert(all.end(), corners.begin(), corners.end());
+    return RefinePose(camera_, all, from);
   };
-  auto refined = RefinePose(camera_, observations(fine.matches), located.cam_from_world);
+  auto refined = refine(fine.matches, located.cam_from_world);
   if (!refined) return std::nullopt;
   located.matches = InliersOf(fine.matches, *refined);
   if (static_cast<int>(located.matches.size()) < kMinCoarse) return std::nullopt;
@@ -90,7 +137,7 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
                       most_undetected_, located.matches);
   search.Stop();
   StageTimer last(&stages.refinement_s);
-  refined = RefinePose(camera_, observations(located.matches), refined->cam_from_world);
+  refined = refine(located.matches, refined->cam_from_world);
   if (!refined) return std::nullopt;
   located.cam_from_world = refined->cam_from_world;
   located.center_sigma = refined->center_sigma;
@@ -136,7 +183,7 @@ void FrameLocator::LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>&
   const std::lock_guard lock(shared_.mutex);
   std::unordered_map<int, std::size_t> shows;  // by keyframe: how many of the points it sees
   for (const PointMatch& match : located.matches) {
-    const int id = located.candidates[static_cast<std::size_t>(match.candidate)].id;
+    const int id = CandidateOf(located, match).id;
     for (const Observation& o : shared_.map.point(id).observations) ++shows[o.keyframe];
   }
   std::size_t others = 0;
@@ -185,7 +232,7 @@ void FrameLocator::Describe(const FeatureSet& detected, const Located& located, 
   const auto add = [&](const Feature& feature, int m) {
     if (m >= 0) {
       const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
-      keyframe.seen.push_back({located.candidates[static_cast<std::size_t>(match.candidate)].id,
+      keyframe.seen.push_back({CandidateOf(located, match).id,
                                {-1, static_cast<int>(features.size()), match.img, match.sigma_px}});
     }
     features.push_back(feature);
@@ -195,7 +242,7 @@ void FrameLocator::Describe(const FeatureSet& detected, const Located& located, 
     if (match.feature >= 0) continue;
     const auto ray = camera_.RayFromImg(match.img);
     if (!ray) continue;
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    const Candidate& candidate = CandidateOf(located, match);
     const double distance = (located.cam_from_world * candidate.position).norm();
     const int level = NearestLevel(candidate.reference_distance / distance);
     constexpr double kShadowPx = 3;

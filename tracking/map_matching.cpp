@@ -38,7 +38,7 @@ class Gatherer {
     taken_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
                       point.reference_distance, point.nearest, point.farthest,
                       (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes,
-                      point.expected});
+                      point.expected, point.observations.size() > 2});
   }
   std::vector<Candidate> Taken() && { return std::move(taken_); }
 

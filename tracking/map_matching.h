@@ -41,6 +41,9 @@ struct Candidate {
   std::shared_ptr<const ReferencePatch> patch;
   PatchAxes patch_axes;
   int times_expected = 0;  // before this frame
+  // A third keyframe saw it where two had put it. Two alone agree about anything that moved along their
+  // lines.
+  bool confirmed = true;
 };
 
 struct CandidateOptions {
