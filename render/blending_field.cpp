@@ -51,6 +51,7 @@ FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mes
   if (mesh.span == Span::kPlace) serves.kind = FieldKind::kNearest;
   if (mesh.span == Span::kLine && UsesMesh(asked.kind)) serves.kind = FieldKind::kLumigraph;
   if (serves.kind == FieldKind::kLinear) serves.level = 0;
+  if (serves.lumigraph_k == 0) serves.lumigraph_k = mesh.span == Span::kSurface ? 4 : 3;
   return serves;
 }
 

@@ -37,14 +37,16 @@ int LevelFromName(const std::string& name);        // UsageError that lists the 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
   int level = 1;                      // of subdivision, 0 to kFinestLevel, or kLimitLevel; 0 is kLinear
-  int lumigraph_k = 4;                // views that may have weight
+  int lumigraph_k = 0;                // views that may have weight; 0: as many as suits the viewpoints
   double lumigraph_resolution = 0.1;  // of the penalty, in radians for a view twice as far away as V
   int lumigraph_triangles = 2000;     // that the image is cut into where weights are at vertices
   bool operator==(const FieldOptions&) const = default;
 };
 
 // The field that these viewpoints allow: lumigraph weights instead of a mesh where they span no surface, the
-// nearest view where they all stand in one place. ViewpointMesh::Description() tells people.
+// nearest view where they all stand in one place. ViewpointMesh::Description() tells people. Lumigraph
+// weights that leave their number open get one view more than a simplex of the viewpoints has, which is the
+// threshold of the others: four on a surface, three on a line.
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh);
 
 struct ViewWeight {

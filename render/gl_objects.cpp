@@ -30,6 +30,12 @@ unsigned CompileShader(unsigned type, const std::string& name, const std::string
 
 }  // namespace
 
+int MostLayers() {
+  GLint layers = 256;
+  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
+  return std::min(layers, 4095);
+}
+
 void CheckGl(const char* doing) {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;

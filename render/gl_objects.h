@@ -12,6 +12,9 @@
 
 namespace ulf {
 
+// Of an array of textures: the driver's, and no more than a float tells beside another number of that size.
+int MostLayers();
+
 // Throws Error with OpenGL's error and what was being done.
 void CheckGl(const char* doing);
 

@@ -34,8 +34,7 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
     if (there < wishes.size() && !std::exchange(said_several_passes, true))
       spdlog::info(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
-          "is "
-          "drawn in several passes, which takes longer",
+          "is drawn in several passes, which takes longer",
           photographs.limit_bytes() / 1000000);
     return there;
   }

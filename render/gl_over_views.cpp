@@ -97,9 +97,10 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   no_vertices.Bind();
   std::vector<int> of_views(scene->views.size());
   std::iota(of_views.begin(), of_views.end(), 0);
-  // Which are needed has to be found out for each picture anew, which takes as long as to draw it. What the
-  // proxy hides from all of them takes longer.
-  const bool takes_all = !scene->proxy->Occluder() && photographs.HasRoomFor(views.Wishes(of_views));
+  // Which are needed has to be found out for each picture anew, which takes as long as to draw it: where a
+  // second picture follows a first, all are taken. What the proxy hides from all of them takes longer.
+  const bool takes_all = std::exchange(drew_lumigraph_pixels, true) && !scene->proxy->Occluder() &&
+                         photographs.HasRoomFor(views.Wishes(of_views));
   if (!takes_all && !AreThere(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
@@ -160,7 +161,7 @@ ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const Cam
   // Views that nothing hides anything from, with light all over their photographs, end the search.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
-      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles.get()},
+      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles},
       [&](int view) {
         return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
       },
@@ -193,7 +194,11 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
                                                   const PlaneInCamera& plane) {
   if (filling().views == 0) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
-  if (AreThere(order)) return order;
+  const bool looks_for_gaps = options.complete && !options.show_field;
+  if (AreThere(order)) {
+    if (looks_for_gaps && photographs.array_count() > GlViews::kMostArrays) LearnGaps(order);
+    return order;
+  }
   if (!options.complete && lacks) {  // first what covers
     std::erase_if(order, [&](int view) { return !photographs.PlaceOf(view) || sights.LayerOf(view) < 0; });
     return order;
@@ -206,7 +211,6 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   const std::size_t count = SetTiles(of_tiles, camera);
   const auto draw = [&] { DrawTiles(count); };
   std::vector<int> marked = Marked(mark, order, draw);
-  const bool looks_for_gaps = options.complete && !options.show_field;
   while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
     views.TellSights(sights);
     marked = Marked(mark, order, draw);

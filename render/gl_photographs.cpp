@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/error.h"
+#include "render/at.h"
 #include "render/gl_objects.h"
 
 namespace ulf {
@@ -15,12 +16,6 @@ namespace {
 constexpr std::size_t kMostArrayBytes = 1000000000;  // an array of 1.26 GB has worked, one of 2.3 GB has not
 constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;  // copied in one picture that must come at once
 constexpr int kGlanceLevels = 3;  // a first glance is by so much coarser: a hundredth of the bytes
-
-std::size_t MostLayers() {
-  GLint layers = 256;
-  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
-  return static_cast<std::size_t>(layers);
-}
 
 }  // namespace
 
@@ -39,8 +34,10 @@ std::size_t GlPhotographs::LimitBytes(double asked_mb) {
 void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photographs,
                           std::size_t limit_bytes) {
   photographs_ = std::move(photographs);
-  limit_bytes_ = limit_bytes;
   linear_ = photographs_.front()->linear();
+  limit_bytes_ = limit_bytes;  // but one of any size always fits, as coarse as it is to be had
+  for (const auto& photograph : photographs_)
+    limit_bytes_ = std::max(limit_bytes_, LayerBytes(photograph->LevelSize(photograph->LevelCount() - 1)));
   unreadable_.assign(photographs_.size(), false);
   loader_ = std::make_unique<PhotographLoader>();
 }
@@ -110,7 +107,8 @@ std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size
   }
   const std::size_t layer_bytes = LayerBytes(size);
   const std::size_t room = (limit_bytes_ - counts_.bytes) / layer_bytes;
-  const std::size_t most = std::max<std::size_t>(1, std::min(kMostArrayBytes / layer_bytes, MostLayers()));
+  const std::size_t most =
+      std::max<std::size_t>(1, std::min(kMostArrayBytes / layer_bytes, At(MostLayers())));
   if (largest) {
     // One array is quicker to draw from than several; while it is copied there are both.
     const std::size_t before = largest->slots.size();

@@ -65,6 +65,7 @@ class GlPhotographs {
   };
   const Counts& counts() const { return counts_; }
   std::size_t limit_bytes() const { return limit_bytes_; }
+  int array_count() const { return static_cast<int>(arrays_.size()); }
 
   void Release();
 

@@ -49,12 +49,15 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                             });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
-  // Vectors that travel to the fragments, of each view, beside one for all and one for each four.
+  // Vectors that travel to the fragments: of each view, one for each four, and one for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;
   if (show_field) ++vectors;
-  most_views_of_sheaf_ = std::clamp(4 * (MostVaryingVectors() - 2) / (4 * vectors + 1), 1, kMostViewsOfSheaf);
+  const auto travel = [&](int views) { return views * vectors + (views + 3) / 4 + 1; };
+  most_views_of_sheaf_ = kMostViewsOfSheaf;
+  while (most_views_of_sheaf_ > 1 && travel(most_views_of_sheaf_) > MostVaryingVectors())
+    --most_views_of_sheaf_;
 
   const std::string head = Head(1), view = head + shaders::k_view_glsl;
   const std::string triangle_buffers = view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl;

@@ -146,6 +146,7 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
 
 bool GlRenderer::loading() const { return state_->lacks || state_->outdated; }
 GlPhotographs::Counts GlRenderer::photograph_counts() const { return state_->photographs.counts(); }
+bool GlRenderer::drew_at_once() const { return state_->is_resolved; }
 
 void GlRenderer::ShowField(bool show) {
   if (show == state_->options.show_field) return;

@@ -7,9 +7,10 @@
 // triangle and a view that weighs in it, of up to nine views together whose photographs lie in one array.
 // What fragments need of the views is constant over a triangle and travels with it, so they read no buffers;
 // on a software rasteriser this is many times faster. Where every triangle is one sheaf, which is the rule
-// with one camera and one level of subdivision, their pixels are finished at once, in the triangles' order
-// (of overlapping ones the last counts). Else triangles are drawn for their order and confidence first, then
-// their sheaves are added up in 32-bit float, and a pass divides by the sum of weights.
+// with one camera, one level of subdivision and no viewpoint of more than eight neighbours, their pixels are
+// finished at once, in the triangles' order (of overlapping ones the last counts). Else triangles are drawn
+// for their order and confidence first, then their sheaves are added up in 32-bit float, and a pass divides
+// by the sum of weights.
 //
 // The lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a
 // grid and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at
@@ -49,6 +50,8 @@ class GlRenderer : public Renderer {
   void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
   bool loading() const override;
   GlPhotographs::Counts photograph_counts() const;
+  // Of the last picture: triangles were finished as they were drawn, not added up.
+  bool drew_at_once() const;
   FieldOptions field() const override;
   std::string Name() const override;
   const RenderScene& scene() const override;

@@ -54,6 +54,7 @@ struct GlRenderer::State {
   bool lacks = false, outdated = false;
   bool is_resolved = false;  // but for what others fill
   bool said_several_passes = false;
+  bool drew_lumigraph_pixels = false;  // once at least
 
   std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;

@@ -49,8 +49,7 @@ bool GlSights::Provide(std::span<const int> of_views) {
 }
 
 void GlSights::Grow(int least) {
-  GLint most_layers = 256;
-  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
+  const int most_layers = MostLayers();
   const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   if (layers < least)
     throw Error(
@@ -73,10 +72,6 @@ void GlSights::Grow(int least) {
   if (texture_) glDeleteTextures(1, &texture_);
   texture_ = larger;
   layers_ = layers;
-}
-
-std::size_t GlSights::bytes() const {
-  return 4 * static_cast<std::size_t>(kSightPx) * kSightPx * At(layers_);
 }
 
 void GlSights::Bind(unsigned unit) const { glBindTextureUnit(unit, texture_); }

@@ -23,7 +23,6 @@ class GlSights {
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
   bool HasAll(std::span<const int> of_views) const;
   void Bind(unsigned unit) const;
-  std::size_t bytes() const;
   void Release();
 
  private:

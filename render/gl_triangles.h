@@ -87,8 +87,7 @@ std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
                                         const CameraModel& camera, double confidence, double along);
 
 // Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
-// `view_of_key` by key of the
-// table; empty: keys are views.
+// `view_of_key` by key of the table; empty: keys are views.
 void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);

@@ -25,6 +25,7 @@ using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
 // That of its pixel in `drawn` (CV_32F, or empty), or the plane's where that is 0.
 DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera);
 
+// `options`: as FieldThatServes() gives them.
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
                                                 const FieldOptions& options);

@@ -15,6 +15,7 @@ namespace ulf {
 
 class LumigraphField : public BlendingField {
  public:
+  // As FieldThatServes() gives them.
   LumigraphField(std::shared_ptr<const RenderScene> scene, const FieldOptions& options)
       : scene_(std::move(scene)), options_(options) {}
   std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;

@@ -176,7 +176,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
           {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
           {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
           {"renderer", RendererFromName(args.renderer) == RendererKind::kGl ? "gl" : "reference"},
-          {"fill", args.no_fill ? "none" : "nearest view"},
+          {"fill", args.no_fill ? "none" : "nearest views"},
           {"shows", args.show_field ? "blending field" : "light"},
           {"format", args.format.empty() ? "png" : args.format},
           {"exposure", fmt::format("{} stops", args.exposure_stops)},

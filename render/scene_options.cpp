@@ -90,7 +90,8 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit");
-  sub.add_option("--lumigraph-views", args.lumigraph_k, "Lumigraph weights: of so many views (4)")
+  sub.add_option("--lumigraph-views", args.lumigraph_k,
+                 "Lumigraph weights: of so many views (4; of views on a line 3)")
       ->check(CLI::Range(1, kMostLumigraphViews));
   sub.add_option("--lumigraph-resolution", args.lumigraph_resolution,
                  "Lumigraph weights: penalty in radians for a view twice as far away (0.1)")

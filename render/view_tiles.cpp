@@ -171,7 +171,7 @@ std::optional<ViewTiler::Slopes> ViewTiler::SlopesOf(const CameraModel& camera) 
   return Slopes{box.min(), box.max()};
 }
 
-void ViewTiler::Surround(const TriangleMesh* triangles) {
+void ViewTiler::Surround(const std::shared_ptr<const TriangleMesh>& triangles) {
   if (triangles == surrounded_) return;
   surrounded_ = triangles;
   box_.setEmpty();

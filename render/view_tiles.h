@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
@@ -34,7 +35,7 @@ class ViewTiler {
     CameraModel camera;  // without distortion
     Rigid3 cam_from_world;
     PlaneInCamera plane;
-    const TriangleMesh* triangles = nullptr;
+    std::shared_ptr<const TriangleMesh> triangles;
   };
   // `ends`: a pixel needs none of the views behind `enough` such ones that have it in their images.
   ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
@@ -46,11 +47,11 @@ class ViewTiler {
     Eigen::Vector2d low, high;
   };
   static std::optional<Slopes> SlopesOf(const CameraModel& camera);
-  void Surround(const TriangleMesh* triangles);
+  void Surround(const std::shared_ptr<const TriangleMesh>& triangles);
 
   std::vector<std::optional<Slopes>> slopes_;
-  const TriangleMesh* surrounded_ = nullptr;
-  Eigen::AlignedBox3f box_;  // of the triangles
+  std::shared_ptr<const TriangleMesh> surrounded_;  // held: another may not come to lie where it was
+  Eigen::AlignedBox3f box_;                         // of the triangles
 };
 
 }  // namespace ulf

@@ -27,6 +27,7 @@ float DepthOf(vec3 ray) {
 
 // Software rasterisers walk through both sides of every branch: distortions that no view has are left out.
 bool Distort(vec4 size, vec4 k, vec4 more, vec3 q, out vec2 p) {
+  p = vec2(0.0);
 #ifdef FISHEYE
   if (more.w > 1.5) {
     float rho = length(q.xy);

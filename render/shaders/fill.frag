@@ -29,7 +29,8 @@ const int kMost = 9;
 int chosen[kMost];
 float penalty[kMost];
 int count = 0;
-bool hidden = false;  // from those that are chosen
+bool hidden = false;       // from those that are chosen
+bool passed_over = false;  // views that see it, without light there
 
 // Of a photograph that may have pixels without light: it has light there, as far as is known.
 bool MayHaveLight(View v, vec2 img) {
@@ -77,7 +78,11 @@ void Choose(vec3 point) {
       continue;
     }
 #endif
-    if (feather * SightShare(v.sight, v.place, in_view) <= 0.0 || !MayHaveLight(v, img)) continue;
+    if (feather * SightShare(v.sight, v.place, in_view) <= 0.0) continue;
+    if (!MayHaveLight(v, img)) {
+      passed_over = true;
+      continue;
+    }
 #ifdef MARK
     needed[i] = 1;
     ++count;
@@ -169,7 +174,7 @@ void main() {
   if (own_share <= 0.0 && color.a <= 0.0) {
     color = vec4(0.0, 0.0, 0.0, -2.0);
   } else if (own_share <= 0.0) {
-    color = vec4(color.rgb / color.a, nearest_is_the_field && !hidden ? color.a : -1.0);
+    color = vec4(color.rgb / color.a, nearest_is_the_field && !hidden && !passed_over ? color.a : -1.0);
   } else {
     vec3 light = own.rgb;
     if (color.a > 0.0) light = mix(color.rgb / color.a, light, own_share);

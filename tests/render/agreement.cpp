@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/aperture_field.h"
 #include "render/depth_raster.h"
 #include "render/lumigraph_field.h"
 #include "render/reference_renderer.h"
@@ -46,17 +47,8 @@ cv::Mat UncertainDepth(const RenderScene& scene, const CameraModel& camera, cons
   return uncertain;
 }
 
-}  // namespace
-
-cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
-                       const Rigid3& cam_from_world) {
-  const auto borrowed = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
-  return VisibilityBand(scene, *MakeField(borrowed, options)->From(cam_from_world.OriginInSource()), camera,
-                        cam_from_world);
-}
-
-cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, const CameraModel& camera,
-                       const Rigid3& cam_from_world) {
+cv::Mat BandOf(const RenderScene& scene, const FieldFromHere& field, const Filling& filling,
+               const CameraModel& camera, const Rigid3& cam_from_world) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   const Vector3d v = cam_from_world.OriginInSource();
   const auto order = ViewsByDistance(scene, v);
@@ -74,15 +66,15 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, con
     return seen->feather * SampleLevel(view.photograph->Level(level), view.camera, seen->img)[3];
   };
   // Those that others' filling is made of: lumigraph weights of four have the fifth for their threshold.
+  const std::size_t most = static_cast<std::size_t>(filling.views > 1 ? filling.views + 1 : filling.views);
   const auto fillers = [&](const Vector3d& point) {
-    constexpr std::size_t kFillers = 5;
     std::vector<int> views;
     for (const int i : order)
-      if (views.size() < kFillers && share(i, point) > 0) views.push_back(i);
+      if (views.size() < most && share(i, point) > 0) views.push_back(i);
     return views;
   };
   // With a margin: the two renderers need not agree to the last bit on where it begins.
-  const double whole = 1.05 * FillingOf({}).whole;
+  const double whole = 1.05 * filling.whole;
   cv::Mat band = UncertainDepth(scene, camera, cam_from_world);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
@@ -108,12 +100,29 @@ cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, con
   return band;
 }
 
+}  // namespace
+
+cv::Mat VisibilityBand(const RenderScene& scene, const RenderOptions& options, const CameraModel& camera,
+                       const Rigid3& cam_from_world) {
+  const auto plain = std::shared_ptr<const RenderScene>(&scene, [](const RenderScene*) {});
+  const Filling filling = FillingOf(options);
+  if (!options.aperture)
+    return BandOf(scene, *MakeField(plain, options.field)->From(cam_from_world.OriginInSource()), filling,
+                  camera, cam_from_world);
+  const auto focused = WithFocalPlane(scene, *options.aperture);
+  if (!UsesMesh(options.field.kind))
+    return BandOf(*focused, *MakeField(focused, options.field)->From(cam_from_world.OriginInSource()),
+                  filling, camera, cam_from_world);
+  const ApertureField wide(std::make_shared<MeshField>(plain, options.field.level));
+  return BandOf(*focused, *wide.From(cam_from_world, *options.aperture), filling, camera, cam_from_world);
+}
+
 Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band) {
   cv::Mat difference;
   cv::absdiff(Srgb8FromLinear(a.linear), Srgb8FromLinear(b.linear), difference);
   Agreement agreement;
   agreement.band_share = static_cast<double>(cv::countNonZero(band)) / static_cast<double>(band.total());
-  long outside = 0, within = 0, within_all = 0;
+  long outside = 0, within = 0, within_all = 0, as_sure = 0;
   double sum = 0;
   for (int y = 0; y < difference.rows; ++y)
     for (int x = 0; x < difference.cols; ++x) {
@@ -124,8 +133,11 @@ Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band) {
       if (band.at<std::uint8_t>(y, x)) continue;
       ++outside;
       within += is_within;
+      as_sure += std::abs(a.confidence.at<float>(y, x) - b.confidence.at<float>(y, x)) <= 0.02 &&
+                 a.drawn.at<std::uint8_t>(y, x) == b.drawn.at<std::uint8_t>(y, x);
     }
   agreement.within_share = static_cast<double>(within) / static_cast<double>(std::max(outside, 1L));
+  agreement.confidence_share = static_cast<double>(as_sure) / static_cast<double>(std::max(outside, 1L));
   agreement.within_share_of_all = static_cast<double>(within_all) / static_cast<double>(difference.total());
   agreement.mean_abs = sum / static_cast<double>(difference.total());
   return agreement;

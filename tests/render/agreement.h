@@ -12,13 +12,13 @@ struct Agreement {
   double band_share = 0;
   double within_share_of_all = 0;  // band included
   double mean_abs = 0;             // over all pixels, in 1/255
+  // Outside the band: whose confidence differs by no more than 0.02, and both are drawn or neither.
+  double confidence_share = 0;
 };
 
 // Pixels where some weighted view begins or ceases to see the proxy between a pixel and its neighbours, where
-// another view fills, or where the proxy's depth jumps.
-cv::Mat VisibilityBand(const RenderScene& scene, const FieldOptions& options, const CameraModel& camera,
-                       const Rigid3& cam_from_world);
-cv::Mat VisibilityBand(const RenderScene& scene, const FieldFromHere& field, const CameraModel& camera,
+// another view fills, or where the proxy's depth jumps. Of the options what the renderer says it uses.
+cv::Mat VisibilityBand(const RenderScene& scene, const RenderOptions& options, const CameraModel& camera,
                        const Rigid3& cam_from_world);
 
 Agreement Compare(const Rendering& a, const Rendering& b, const cv::Mat& band);

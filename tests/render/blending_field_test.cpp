@@ -304,7 +304,7 @@ TEST(LumigraphField, TheImageIsCutIntoAsManyTrianglesAsAreAsked) {
   const Rigid3 pose = LookAt({0, 0, 1.5}, {0, 0, 0}, Vector3d::UnitY());
   for (const int wanted : {500, 2000, 6000}) {
     const auto image = TriangulateLumigraph(*scene, camera, pose, [](const Eigen::Vector2d&) { return 1.5; },
-                                            {.lumigraph_triangles = wanted});
+                                            {.lumigraph_k = 4, .lumigraph_triangles = wanted});
     EXPECT_NEAR(static_cast<double>(image.triangles.size()) / wanted, 1, 0.12);
   }
 }
@@ -352,6 +352,18 @@ TEST(Fields, WhatTheViewpointsDoNotAllowFallsBack) {
   EXPECT_EQ(used(test::RingViewpoints(47, 0, 2, 0.01), FieldKind::kSubdivision), FieldKind::kLumigraph);
   EXPECT_EQ(used(test::RingViewpoints(47, 0, 2, 0.01), FieldKind::kNearest), FieldKind::kNearest);
   EXPECT_EQ(used(test::CapViewpoints(60, 0.6, 2), FieldKind::kSubdivision), FieldKind::kSubdivision);
+}
+
+// One more than a simplex of the viewpoints has: it is the threshold of the others.
+TEST(Fields, LumigraphViewsSuitTheViewpoints) {
+  const auto views = [](const std::vector<Vector3d>& viewpoints, int asked) {
+    const ViewpointMesh mesh = MakeViewpointMesh(viewpoints, {Vector3d::Zero(), 0.3});
+    return FieldThatServes({.kind = FieldKind::kLumigraph, .lumigraph_k = asked}, mesh).lumigraph_k;
+  };
+  EXPECT_EQ(views(test::CapViewpoints(60, 0.6, 2), 0), 4);
+  EXPECT_EQ(views(test::RingViewpoints(47, 0, 2, 0.01), 0), 3);
+  EXPECT_EQ(views(test::GridViewpoints(14, 1, 0.1, 2), 0), 3);
+  EXPECT_EQ(views(test::RingViewpoints(47, 0, 2, 0.01), 6), 6);
 }
 
 TEST(Fields, NamesRoundTripAndUnknownOnesAreListed) {

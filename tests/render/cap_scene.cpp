@@ -1,6 +1,8 @@
 #include "tests/render/cap_scene.h"
 
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "render/camera_path.h"
@@ -11,24 +13,32 @@ namespace ulf::test {
 
 using Eigen::Vector3d;
 
-std::shared_ptr<const RenderScene> CapScene(int count) {
-  static const std::shared_ptr<const Photograph> photograph = [] {
-    SimulationOptions options;
-    options.width = 960;
-    options.height = 640;
-    const SimulatedCamera studio(options);
-    return HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
-  }();
+namespace {
+
+std::shared_ptr<const Photograph> OfStudio(const cv::Size& size) {
+  static std::map<std::pair<int, int>, std::shared_ptr<const Photograph>> taken;
+  std::shared_ptr<const Photograph>& photograph = taken[{size.width, size.height}];
+  if (photograph) return photograph;
+  SimulationOptions options;
+  options.width = size.width;
+  options.height = size.height;
+  const SimulatedCamera studio(options);
+  return photograph = HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
+}
+
+}  // namespace
+
+std::shared_ptr<const RenderScene> CapScene(int count, const cv::Size& size) {
   auto scene = std::make_shared<RenderScene>();
   scene->subject = {Vector3d::Zero(), 0.3};
   scene->up_in_world = Vector3d::UnitY();
   for (const Vector3d& center : CapViewpoints(count, std::acos(1 - 2.0 * count / kWhole), 1.0, 0.05)) {
     SceneView& view = scene->views.emplace_back();
     view.id = static_cast<int>(scene->views.size());
-    view.camera = CameraModel::Pinhole(960, 640, 1000);
+    view.camera = CameraModel::Pinhole(size.width, size.height, size.width / 0.96);
     view.cam_from_world = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
     view.center_in_world = center;
-    view.photograph = photograph;
+    view.photograph = OfStudio(size);
   }
   scene->MakeMesh();
   scene->proxy = std::make_shared<PlaneProxy>(scene->subject);

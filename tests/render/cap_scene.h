@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <opencv2/core.hpp>
 
 #include "render/scene.h"
 
@@ -9,8 +10,8 @@ namespace ulf::test {
 
 inline constexpr int kWhole = 1600;  // as many views as go all around
 
-// `count` views of 960 x 640 px on a cap at a distance of one from the subject, over the plane. One
+// `count` views on a cap at a distance of one from the subject, over the plane. One
 // photograph of the simulated studio serves them all: its light does not matter to the time.
-std::shared_ptr<const RenderScene> CapScene(int count);
+std::shared_ptr<const RenderScene> CapScene(int count, const cv::Size& size = {960, 640});
 
 }  // namespace ulf::test

@@ -84,21 +84,59 @@ TEST(GlPhotographs, HolesAreFilledInTheFirstPictureAndInLaterOnes) {
   const RenderOptions nearest{.field = {.kind = FieldKind::kNearest}};
   const Rendering at_first = MakeRenderer(scene, nearest)->Render(kCamera, pose);
   ASSERT_EQ(at_first.empty_px, 0);
+  // What another view than the nearest shows is filled.
+  const Rendering plain = MakeRenderer(scene, {.field = nearest.field, .renderer = RendererKind::kReference})
+                              ->Render(kCamera, pose);
+  ASSERT_GT(plain.filled_px, 300);
+  EXPECT_NEAR(static_cast<double>(at_first.filled_px), static_cast<double>(plain.filled_px),
+              0.1 * static_cast<double>(plain.filled_px));
   const auto renderer =
       MakeRenderer(scene, {.field = {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 7}});
-  renderer->Render(kCamera, pose);
+  for (int i = 0; i < 2; ++i) renderer->Render(kCamera, pose);  // the second takes all
   renderer->SetField(nearest.field);
   ExpectSame(renderer->Render(kCamera, pose), at_first, "later");
 }
 
-TEST(GlPhotographs, ManySizesAndLevelsShareTheMemory) {
-  // Far more arrays than texture units, and the camera goes away and comes back.
+// Far more of them than texture units.
+std::shared_ptr<RenderScene> SceneOfManySizes(bool with_gaps) {
   auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(20, 0.6, 2.0, 0.03)});
   for (std::size_t i = 0; i < scene->views.size(); ++i) {
     SceneView& view = scene->views[i];
     view.camera = view.camera.ScaledTo(96 + static_cast<int>(i), 72);
-    view.photograph = HoldPhotograph(MakePyramid(test::PhotographOfPlane(view.camera, view.cam_from_world)));
+    cv::Mat light = test::LightOfPlane(view.camera, view.cam_from_world);
+    if (with_gaps) light(cv::Rect(20, 20, 50, 30)) = cv::Scalar::all(i % 2 ? 0.5 : std::nan(""));
+    view.photograph =
+        HoldPhotograph(with_gaps ? MakeLinearPyramid(light) : MakePyramid(Srgb8FromLinear(light)));
   }
+  return scene;
+}
+
+TEST(GlPhotographs, HolesAreFilledFromPhotographsOfEverySize) {
+  const auto scene = SceneOfManySizes(true);
+  const FieldOptions nearest{.kind = FieldKind::kNearest};
+  GlRenderer renderer(scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}});
+  const auto reference = MakeRenderer(scene, {.field = nearest, .renderer = RendererKind::kReference});
+  for (const SceneView& view : scene->views) {
+    const Rigid3 pose = At(view.center_in_world);
+    renderer.SetField({.kind = FieldKind::kLumigraphPerPixel});
+    for (int i = 0; i < 2; ++i) renderer.Render(kCamera, pose);  // all are there
+    renderer.SetField(nearest);
+    const Rendering plain = reference->Render(kCamera, pose);
+    EXPECT_NEAR(static_cast<double>(renderer.Render(kCamera, pose).empty_px),
+                static_cast<double>(plain.empty_px), 30)
+        << view.id;
+  }
+}
+
+TEST(GlPhotographs, OnePhotographAlwaysFits) {
+  const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(7, 0.4, 2.0)});
+  GlRenderer renderer(scene, {.gpu_memory_mb = 1e-6});
+  EXPECT_EQ(renderer.Render(kCamera, At({0.1, 0.05, 2})).empty_px, 0);
+}
+
+TEST(GlPhotographs, ManySizesAndLevelsShareTheMemory) {
+  // The camera goes away and comes back.
+  const auto scene = SceneOfManySizes(false);
   GlRenderer plenty(scene, {}), scarce(scene, {.gpu_memory_mb = 0.2});
   for (const FieldKind field : {FieldKind::kSubdivision, FieldKind::kNearest}) {
     plenty.SetField({.kind = field});
@@ -137,6 +175,19 @@ std::vector<std::shared_ptr<CountedPhotograph>> CountReads(RenderScene& scene, i
     scene.views[i].photograph = counted.back();
   }
   return counted;
+}
+
+TEST(GlPhotographs, OnePictureReadsWhatItNeedsManyReadAll) {
+  auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(60, 1.2, 2.0, 0.03)});
+  const auto counted = CountReads(*scene);
+  const auto read = [&] {
+    return std::count_if(counted.begin(), counted.end(), [](const auto& each) { return each->reads > 0; });
+  };
+  GlRenderer renderer(scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}, .fill = false});
+  renderer.Render(kCamera, At({0.1, 0.05, 1.5}));
+  EXPECT_LT(read(), 40);
+  renderer.Render(kCamera, At({0.1, 0.05, 1.4}));
+  EXPECT_EQ(read(), 60);
 }
 
 TEST(GlPhotographs, PicturesThatDoNotWaitBecomeTheSameOnes) {

@@ -9,6 +9,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "render/gl_renderer.h"
 #include "render/gl_triangles.h"
 #include "render/lumigraph_field.h"
 #include "render/proxy.h"
@@ -73,7 +74,8 @@ TEST(GlRenderer, EqualsTheReference) {
       for (const Place& place : Places(*scene)) {
         const Rendering fast = gl->Render(kCamera, place.cam_from_world);
         const Rendering plain = reference->Render(kCamera, place.cam_from_world);
-        const cv::Mat band = VisibilityBand(*scene, reference->field(), kCamera, place.cam_from_world);
+        const cv::Mat band =
+            VisibilityBand(*scene, {.field = reference->field()}, kCamera, place.cam_from_world);
         const Agreement agreement = Compare(fast, plain, band);
         const std::string name = c.name + ", " + FieldName(field.kind) + ", " + place.name;
         EXPECT_GE(agreement.within_share, 0.999) << name;
@@ -126,7 +128,8 @@ TEST(GlRenderer, LumigraphAtVerticesEqualsTheReferenceAndIsCloseToPerPixel) {
       scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}, .renderer = RendererKind::kReference});
   const Rigid3 pose = LookAt({0.2, 0.1, 2.9}, Vector3d::Zero(), Vector3d::UnitY());
   const Rendering fast = gl->Render(kCamera, pose), plain = reference->Render(kCamera, pose);
-  EXPECT_GE(Compare(fast, plain, VisibilityBand(*scene, at_vertices, kCamera, pose)).within_share, 0.999);
+  EXPECT_GE(Compare(fast, plain, VisibilityBand(*scene, {.field = at_vertices}, kCamera, pose)).within_share,
+            0.999);
   EXPECT_LT(fast.filled_px, 50);
   const Rendering everywhere = per_pixel->Render(kCamera, pose);
   const cv::Mat nowhere = cv::Mat::zeros(kCamera.height, kCamera.width, CV_8U);
@@ -379,7 +382,7 @@ TEST(Renderers, ScalingTheWorldChangesNothing) {
         scaled.translation *= unit;
         const Agreement agreement =
             Compare(shown_as_it_is->Render(kCamera, pose), renderer->Render(kCamera, scaled),
-                    VisibilityBand(*one, renderer->field(), kCamera, pose));
+                    VisibilityBand(*one, {.field = renderer->field()}, kCamera, pose));
         EXPECT_GE(agreement.within_share, 0.999) << renderer->Name() << ", unit " << unit;
         EXPECT_LT(agreement.band_share, 0.4);
       }
@@ -397,7 +400,8 @@ TEST(Renderers, ViewsThatAreAlmostAsGoodFillAlike) {
              reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
   const Rendering fast = gl->Render(camera, pose), plain = reference->Render(camera, pose);
   ASSERT_GT(plain.filled_px, 5000);
-  const Agreement agreement = Compare(fast, plain, VisibilityBand(*scene, gl->field(), camera, pose));
+  const Agreement agreement =
+      Compare(fast, plain, VisibilityBand(*scene, {.field = gl->field()}, camera, pose));
   EXPECT_GE(agreement.within_share, 0.999);
   EXPECT_LT(agreement.band_share, 0.2);
 }
@@ -442,6 +446,24 @@ TEST(Sheaves, AreTheFansOfATriangleWhosePhotographsLieTogether) {
   EXPECT_EQ(told(in_two_arrays), (Told{{7, 0, 2}, {7, 1, 3, 5}, {8, 0, 1}}));
 }
 
+TEST(GlRenderer, PicturesAreFinishedAtOnceWhereTrianglesAreOneSheaf) {
+  const Rigid3 pose = LookAt({0.1, 0.05, 1.8}, Vector3d::Zero(), Vector3d::UnitY());
+  const auto finishes_at_once = [&](const test::SceneSpec& spec, const FieldOptions& field) {
+    GlRenderer renderer(test::MakeScene(spec), {.field = field});
+    renderer.Draw(kCamera, pose);
+    return renderer.drew_at_once();
+  };
+  test::SceneSpec spec{.viewpoints = test::CapViewpoints(40, 0.7, 2.0, 0.03)};
+  EXPECT_TRUE(finishes_at_once(spec, {.kind = FieldKind::kLinear}));
+  EXPECT_TRUE(finishes_at_once(spec, {.kind = FieldKind::kSubdivision}));
+  spec.two_sizes = true;  // photographs in two arrays
+  EXPECT_FALSE(finishes_at_once(spec, {.kind = FieldKind::kSubdivision}));
+  spec = {.viewpoints = test::RingViewpoints(12, 1.2, 2.0)};  // neighbours of the one in their middle
+  spec.viewpoints.push_back({0, 0, 2});
+  for (const Vector3d& farther : test::RingViewpoints(24, 0.8, 2.0)) spec.viewpoints.push_back(farther);
+  EXPECT_FALSE(finishes_at_once(spec, {.kind = FieldKind::kSubdivision}));
+}
+
 TEST(PyramidLevel, FollowsTheFootprint) {
   const auto scene =
       test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 256, .height = 256, .focal_px = 200});
@@ -465,7 +487,7 @@ class RealPhotographs {
 
   Rendering ExpectEqual(const CameraModel& camera, const Rigid3& pose) {
     const Rendering picture = gl_->Render(camera, pose);
-    const cv::Mat band = VisibilityBand(*scene_, gl_->field(), camera, pose);
+    const cv::Mat band = VisibilityBand(*scene_, {.field = gl_->field()}, camera, pose);
     const Agreement agreement = Compare(picture, reference_->Render(camera, pose), band);
     EXPECT_GE(agreement.within_share, 0.999) << FieldName(gl_->field().kind);
     EXPECT_LT(agreement.band_share, 0.4) << "nothing is compared";

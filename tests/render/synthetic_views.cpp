@@ -123,6 +123,9 @@ CameraModel CameraOf(const SceneSpec& spec, std::size_t index) {
   camera.distortion = spec.distortion;
   if (spec.distortion == Distortion::kRadialTangential) camera.coefficients = {-0.12, 0.03, 0.002, -0.001, 0};
   if (spec.distortion == Distortion::kFisheye) camera.coefficients = {-0.03, 0.004, 0, 0, 0};
+  if (spec.folds && spec.distortion == Distortion::kRadialTangential)
+    camera.coefficients = {-0.25, 0, 0, 0, 0};
+  if (spec.folds && spec.distortion == Distortion::kFisheye) camera.coefficients = {-0.27, 0, 0, 0, 0};
   if (spec.two_sizes && index % 3 == 2) camera = camera.ScaledTo(spec.width / 2, spec.height / 2);
   return camera;
 }

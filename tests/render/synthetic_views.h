@@ -25,6 +25,7 @@ struct SceneSpec {
   int width = 96, height = 72;
   double focal_px = 80;
   Distortion distortion = Distortion::kNone;
+  bool folds = false;      // a distorted lens would show what lies far beside the picture within it, too
   bool two_sizes = false;  // every third view has a smaller image
   Subject subject{Eigen::Vector3d::Zero(), 0.3};
   bool with_square = false;

@@ -60,7 +60,8 @@ Looked ExpectNoneIsMissed(const RenderScene& scene, const ViewTiler::Picture& pi
 
 ViewTiler::Picture From(const RenderScene& scene, const Vector3d& eye, const Vector3d& target) {
   const Rigid3 cam_from_world = LookAt(eye, target, Vector3d::UnitY());
-  return {CameraModel::Pinhole(320, 200, 220), cam_from_world, scene.proxy->Background(cam_from_world)};
+  return {CameraModel::Pinhole(320, 200, 220), cam_from_world, scene.proxy->Background(cam_from_world),
+          nullptr};
 }
 
 TEST(ViewTiles, NoViewIsMissedWhateverItsLens) {
@@ -90,9 +91,22 @@ TEST(ViewTiles, NorBeforeAndBehindTriangles) {
   const auto scene = WithProxy(*flat, std::make_shared<MeshProxy>(flat->subject, mesh));
   for (const Vector3d& eye : {Vector3d(0.3, 0.2, 5), Vector3d(0.2, 0.2, 1.3), Vector3d(2.5, 0.2, 0.5)}) {
     auto picture = From(*scene, eye, {0, 0, 0});
-    picture.triangles = mesh.get();
+    picture.triangles = mesh;
     ExpectNoneIsMissed(*scene, picture, scene->proxy->Depth(picture.camera, picture.cam_from_world), false);
   }
+}
+
+// Points make other triangles for each picture, which may come to lie where former ones were.
+TEST(ViewTiles, TrianglesThatAreKnownAreHeld) {
+  const auto scene = MakeScene({.viewpoints = CapViewpoints(5, 0.6, 2.0)});
+  ViewTiler tiler(scene->views);
+  ViewTiler::Picture picture = From(*scene, {0.3, 0.2, 5}, {0, 0, 0});
+  picture.triangles = std::make_shared<TriangleMesh>();
+  const std::weak_ptr<const TriangleMesh> known = picture.triangles;
+  const std::vector<int> order{0, 1, 2, 3, 4};
+  tiler.Tile(scene->views, order, picture, [](int) { return true; });
+  picture.triangles = nullptr;
+  EXPECT_FALSE(known.expired());
 }
 
 // From afar most of the picture lies beside all photographs; from near one photograph often has a whole tile.
