@@ -26,6 +26,7 @@
 #include "acquisition/point_ply.h"
 #include "render/frame_range.h"
 #include "render/picture_memory.h"
+#include "render/points_proxy.h"
 #include "render/reference_renderer.h"
 #include "render/tiled_rendering.h"
 #include "render/video.h"
@@ -139,22 +140,30 @@ TEST(Depth, OfOpenGlIsTheProxys) {
 }
 
 TEST(Tiles, GiveThePictureThatIsDrawnAtOnce) {
-  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0)});
-  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
-    const auto renderer = MakeRenderer(scene, {.renderer = kind, .depth = true, .weights = true});
-    const Rendering whole = renderer->Render(kCamera, kPose),
-                    tiled = RenderInTiles(*renderer, kCamera, kPose, 25);
-    // Triangles meet at other pixels by a rounding.
-    const double differ_at_most =
-        kind == RendererKind::kGl ? 0.005 * static_cast<double>(kCamera.width * kCamera.height) : 0;
-    cv::Mat difference;
-    cv::absdiff(whole.linear, tiled.linear, difference);
-    EXPECT_LE(cv::countNonZero(difference.reshape(1) > 2e-3), differ_at_most) << renderer->Name();
-    EXPECT_LT(cv::norm(whole.depth, tiled.depth, cv::NORM_INF), 1e-4);
-    EXPECT_EQ(cv::norm(whole.drawn, tiled.drawn, cv::NORM_INF), 0);
-    EXPECT_EQ(whole.weights.size(), tiled.weights.size());
-    EXPECT_EQ(whole.empty_px, tiled.empty_px);
-  }
+  const auto plane =
+      test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0), .with_square = true});
+  // Each tile by itself would triangulate others of them.
+  const auto points =
+      WithProxy(*plane, std::make_shared<PointsProxy>(plane->subject, test::PointsOfPlaneAndSquare(300, 30)));
+  for (const std::shared_ptr<const RenderScene>& scene : {std::shared_ptr<const RenderScene>(plane), points})
+    for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+      const auto renderer = MakeRenderer(scene, {.renderer = kind, .depth = true, .weights = true});
+      const Rendering whole = renderer->Render(kCamera, kPose),
+                      tiled = RenderInTiles(*renderer, kCamera, kPose, 25);
+      SCOPED_TRACE(renderer->Name() + ", " + scene->proxy->Name());
+      EXPECT_EQ(renderer->scene().proxy, scene->proxy);
+      // Triangles meet at other pixels by a rounding.
+      const double differ_at_most =
+          kind == RendererKind::kGl ? 0.005 * static_cast<double>(kCamera.width * kCamera.height) : 0;
+      cv::Mat difference;
+      cv::absdiff(whole.linear, tiled.linear, difference);
+      EXPECT_LE(cv::countNonZero(difference.reshape(1) > 2e-3), differ_at_most);
+      cv::absdiff(whole.depth, tiled.depth, difference);
+      EXPECT_LE(cv::countNonZero(difference > 1e-4), differ_at_most);
+      EXPECT_EQ(cv::norm(whole.drawn, tiled.drawn, cv::NORM_INF), 0);
+      EXPECT_EQ(whole.weights.size(), tiled.weights.size());
+      EXPECT_EQ(whole.empty_px, tiled.empty_px);
+    }
 }
 
 TEST(Memory, APictureThatDoesNotFitIsRefusedInWords) {
