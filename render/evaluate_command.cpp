@@ -75,8 +75,11 @@ std::string NameOfFolder(const std::string& dir) {
 void PrintTable(const EvaluateSummary& summary) {
   fmt::print("{} views, {} left out, {}x{}, {}\n{}\n\n", summary.views, summary.held_out, summary.width,
              summary.height, summary.renderer, summary.viewpoints);
-  fmt::print("{:<22} {:<6} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",
-             "proxy", "level", "PSNR", "SSIM", "disc", "SSIM", "rim", "SSIM", "ms", "filled px", "empty");
+  std::size_t proxy_width = 6;
+  for (const FieldScore& result : summary.results) proxy_width = std::max(proxy_width, result.proxy.size());
+  fmt::print("{:<22} {:<{}} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",
+             "proxy", proxy_width, "level", "PSNR", "SSIM", "disc", "SSIM", "rim", "SSIM", "ms", "filled px",
+             "empty");
   for (const FieldScore& result : summary.results) {
     const MeanScore& main = result.Main();
     const std::string rim = result.rim.views > 0
@@ -85,9 +88,10 @@ void PrintTable(const EvaluateSummary& summary) {
     const bool has_level =
         result.used.kind == FieldKind::kLinear || result.used.kind == FieldKind::kSubdivision;
     const std::string name = FieldName(result.asked.kind);
-    fmt::print("{:<22} {:<6} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
-               result.proxy, has_level ? LevelName(result.used.level) : "", main.psnr_db, main.ssim,
-               main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px, result.empty_px,
+    fmt::print("{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
+               result.proxy, proxy_width, has_level ? LevelName(result.used.level) : "", main.psnr_db,
+               main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
+               result.empty_px,
                result.asked.kind == result.used.kind ? "" : "  (really " + FieldName(result.used.kind) + ")");
   }
   const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;

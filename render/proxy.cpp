@@ -1,5 +1,7 @@
 #include "render/proxy.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -65,6 +67,12 @@ cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) co
       if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;
   FillWithPlane(plane, camera, depth);
   return depth;
+}
+
+std::string PlaneProxy::Name() const {
+  if (!plane_) return "plane";
+  const Eigen::Vector3d& normal = plane_->normal;
+  return fmt::format("plane:{:.4g},{:.4g},{:.4g},{:.4g}", normal.x(), normal.y(), normal.z(), plane_->offset);
 }
 
 void PlaneProxy::AddTo(Fingerprint& fingerprint) const {

@@ -61,7 +61,7 @@ class PlaneProxy : public Proxy {
   };
   explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
       : subject_(subject), plane_(plane) {}
-  std::string Name() const override { return "plane"; }
+  std::string Name() const override;
   void AddTo(Fingerprint& fingerprint) const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override;
 

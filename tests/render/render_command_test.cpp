@@ -285,7 +285,7 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   ASSERT_EQ(compared.exit_code, 0) << compared.errors;
   const auto report = nlohmann::json::parse(compared.output);
   ASSERT_EQ(report["results"].size(), 2u);
-  EXPECT_EQ(report["results"][0]["proxy"], "plane");
+  EXPECT_EQ(report["results"][0]["proxy"], "plane:0,0,1,-2");
   EXPECT_EQ(report["results"][1]["proxy"], "true.obj");
   EXPECT_LT(report["results"][0]["psnr_db"], 25);
   EXPECT_GT(report["results"][1]["psnr_db"], 30);
