@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <random>
 #include <utility>
 
 #include "acquisition/simulator/simulated_camera.h"
@@ -14,6 +15,19 @@ namespace ulf::test {
 using Eigen::Vector3d;
 
 namespace {
+
+// As evenly as a hand leaves them: some have three neighbours, some ten.
+std::vector<Vector3d> HandHeldViewpoints(int count) {
+  const double spacing = std::sqrt(4 * M_PI / kWhole);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> off(-0.4 * spacing, 0.4 * spacing);
+  std::vector<Vector3d> viewpoints = CapViewpoints(count, std::acos(1 - 2.0 * count / kWhole), 1.0, 0.05);
+  for (Vector3d& viewpoint : viewpoints) {
+    const double distance = viewpoint.norm();
+    viewpoint = distance * (viewpoint + Vector3d(off(random), off(random), off(random))).normalized();
+  }
+  return viewpoints;
+}
 
 std::shared_ptr<const Photograph> OfStudio(const cv::Size& size) {
   static std::map<std::pair<int, int>, std::shared_ptr<const Photograph>> taken;
@@ -32,7 +46,7 @@ std::shared_ptr<const RenderScene> CapScene(int count, const cv::Size& size) {
   auto scene = std::make_shared<RenderScene>();
   scene->subject = {Vector3d::Zero(), 0.3};
   scene->up_in_world = Vector3d::UnitY();
-  for (const Vector3d& center : CapViewpoints(count, std::acos(1 - 2.0 * count / kWhole), 1.0, 0.05)) {
+  for (const Vector3d& center : HandHeldViewpoints(count)) {
     SceneView& view = scene->views.emplace_back();
     view.id = static_cast<int>(scene->views.size());
     view.camera = CameraModel::Pinhole(size.width, size.height, size.width / 0.96);
