@@ -8,9 +8,24 @@ namespace ulf {
 
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const View& view : views) sum -= view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitY());
-  return sum.norm() > 1e-9 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+  constexpr double kTellsNothing = 0.3;  // mean of the cameras' -y, in a row it is 1
+  constexpr double kAlike = 0.8;         // mean square of their x along one axis
+  Eigen::Vector3d up = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
+  for (const View& view : views) {
+    const Eigen::Vector3d of_view = view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitX());
+    up -= view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitY());
+    right += of_view;
+    rights += of_view * of_view.transpose();
+  }
+  const double count = static_cast<double>(views.size());
+  if (up.norm() > kTellsNothing * count) return up.normalized();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights);
+  if (count > 0 && solver.eigenvalues()(2) > kAlike * count) {
+    const Eigen::Vector3d axis = solver.eigenvectors().col(2);
+    return axis.dot(right) < 0 ? Eigen::Vector3d(-axis) : axis;
+  }
+  return up.norm() > 1e-9 ? Eigen::Vector3d(up.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
 }
 
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {

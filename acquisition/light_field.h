@@ -72,7 +72,7 @@ struct LightField {
   std::map<int, FlatField> flat_fields;
   std::vector<View> views;  // in order of id
   std::optional<Subject> subject;
-  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() takes the mean of the cameras' -y
+  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
   std::string units = "arbitrary";             // or "metres"
   std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
   int coverage_width_px = 640;

@@ -214,8 +214,10 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
   const fs::path target = fs::weakly_canonical(canonical_root / relative);
   const fs::path inside = target.lexically_relative(canonical_root);
   if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
-    throw Error("{}: the path '{}' leaves the folder {}; a light field only holds what lies inside it", where,
-                relative, root.string());
+    throw Error(
+        "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only holds "
+        "what lies inside it",
+        where, relative, root.string());
   return fs::path(relative).lexically_normal().generic_string();
 }
 

@@ -95,12 +95,23 @@ void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh) {
       FieldName(field.kind));
 }
 
-void WarnOfNarrow(const std::vector<Aperture>& apertures, const ViewpointMesh& mesh) {
-  const double apart = mesh.mean_edge_rad * mesh.median_distance;
+void WarnOfWidth(const std::vector<Aperture>& apertures, const RenderScene& scene) {
+  const double apart = scene.mesh.mean_edge_rad * scene.mesh.median_distance;
+  const std::vector<Eigen::Vector3d> centers = scene.Centers();
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
+  double reach = 0;
+  for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
   const auto widest =
       std::max_element(apertures.begin(), apertures.end(),
                        [](const Aperture& a, const Aperture& b) { return a.radius < b.radius; });
-  if (widest == apertures.end() || widest->radius > apart) return;
+  if (widest == apertures.end()) return;
+  if (widest->radius > reach)
+    spdlog::warn(
+        "an aperture of {:.3g} (radius) is wider than the viewpoints reach ({:.3g}): the lens is cut off "
+        "there",
+        widest->radius, reach);
+  if (widest->radius > apart) return;
   spdlog::warn(
       "an aperture of {:.3g} (radius) is no wider than the viewpoints are apart ({:.3g}): pictures are "
       "hardly "

@@ -33,7 +33,7 @@ std::vector<Aperture> AperturesAlong(const ApertureArgs& args, const CameraPath&
 void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh);
 
 // Says it where none of them is wide enough to make a difference.
-void WarnOfNarrow(const std::vector<Aperture>& apertures, const ViewpointMesh& mesh);
+void WarnOfWidth(const std::vector<Aperture>& apertures, const RenderScene& scene);
 
 // For people and for render.json.
 std::string ApertureText(const std::vector<Aperture>& apertures);

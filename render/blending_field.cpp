@@ -29,13 +29,13 @@ std::string FieldName(FieldKind kind) {
   throw Error("blending field {}: no such kind", static_cast<int>(kind));
 }
 
-FieldKind FieldFromName(const std::string& name) {
-  std::string known;
+FieldKind FieldFromName(const std::string& name, const std::string& option) {
+  std::string known = option == "--field" ? "auto" : "";
   for (const NamedField& entry : kNames) {
     if (name == entry.name) return entry.kind;
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
   }
-  throw UsageError("--field {}: no such blending field; there are {}", name, known);
+  throw UsageError("{} {}: no such blending field; there are {}", option, name, known);
 }
 
 std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }

@@ -28,11 +28,12 @@ enum class FieldKind {
 
 inline constexpr int kMostLumigraphViews = 8;
 
-bool UsesMesh(FieldKind kind);                     // of viewpoints
-std::string FieldName(FieldKind kind);             // as on the command line
-FieldKind FieldFromName(const std::string& name);  // UsageError that lists the names
-std::string LevelName(int level);                  // "0" to "3", "limit"
-int LevelFromName(const std::string& name);        // UsageError that lists the names
+bool UsesMesh(FieldKind kind);          // of viewpoints
+std::string FieldName(FieldKind kind);  // as on the command line
+// UsageError that lists the names; `option`: which asked.
+FieldKind FieldFromName(const std::string& name, const std::string& option = "--field");
+std::string LevelName(int level);            // "0" to "3", "limit"
+int LevelFromName(const std::string& name);  // UsageError that lists the names
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;

@@ -204,26 +204,29 @@ CameraPath SpiralPath(const RenderScene& scene, int frames) {
 }
 
 double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
-  constexpr double kMost = 1.6, kStep = 1.06, kMostUncovered = 0.005;
+  constexpr double kMost = 1.6, kStep = 1.06;
+  constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
   constexpr int kWidth = 120;
   constexpr std::size_t kPoses = 12;
-  const std::size_t stride = std::max<std::size_t>(1, path.cam_from_world.size() / kPoses);
-  double zoom = 1;
-  for (std::size_t i = 0; i < path.cam_from_world.size(); i += stride) {
-    const CameraModel& full = path.CameraOf(i, camera);
-    const CameraModel unzoomed = full.ScaledTo(kWidth, std::max(1, kWidth * full.height / full.width));
-    CameraModel small = unzoomed;
-    for (;;) {
-      small.fx = zoom * unzoomed.fx;
-      small.fy = zoom * unzoomed.fy;
+  const std::size_t poses = path.cam_from_world.size();
+  const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
+  const auto is_filled = [&](double zoom) {
+    double sum = 0, worst = 0, count = 0;
+    for (std::size_t i = 0; i < poses; i += stride, ++count) {
+      const CameraModel& full = path.CameraOf(i, camera);
+      CameraModel small = full.ScaledTo(kWidth, std::max(1, kWidth * full.height / full.width));
+      small.fx *= zoom;
+      small.fy *= zoom;
       const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
-      const double pixels = static_cast<double>(picture.linear.total());
-      const bool fills =
-          picture.empty_px == 0 && static_cast<double>(picture.filled_px) <= kMostUncovered * pixels;
-      if (fills || zoom * kStep > kMost) break;
-      zoom *= kStep;
+      const double uncovered = static_cast<double>(picture.empty_px + picture.filled_px) /
+                               static_cast<double>(picture.linear.total());
+      sum += uncovered;
+      worst = std::max(worst, uncovered);
     }
-  }
+    return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
+  };
+  double zoom = 1;
+  while (zoom * kStep <= kMost && !is_filled(zoom)) zoom *= kStep;
   return zoom;
 }
 

@@ -1,6 +1,7 @@
 #include "render/choice.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <optional>
@@ -78,6 +79,23 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
     return field.kind == FieldKind::kLumigraph;
   });
   return found == fields.end() ? std::nullopt : std::optional(*found);
+}
+
+// A mesh that was asked for may be another scene's, or in other coordinates.
+void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer) {
+  if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
+  const double by_plane =
+      Try(Small(scene), {choice.field}, {std::make_shared<PlaneProxy>(scene.subject)}, renderer)
+          .front()
+          .psnr_db;
+  double by_mesh = 0;
+  for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
+  if (by_mesh < by_plane)
+    spdlog::warn(
+        "over {} left-out views come out worse than over the plane through the subject ({:.1f} dB, {:.1f}): "
+        "is "
+        "it a mesh of this scene, in the light field's world?",
+        choice.proxy->Name(), by_mesh, by_plane);
 }
 
 }  // namespace
@@ -159,7 +177,9 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
   } else {
     proxies = EveryProxyOf(light_field, scene.subject);
   }
-  return ChooseByEvidence(scene, fields, proxies, renderer);
+  Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
+  if (proxy != kAuto) WarnOfStrangeMesh(scene, choice, renderer);
+  return choice;
 }
 
 }  // namespace ulf

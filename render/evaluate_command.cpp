@@ -108,7 +108,7 @@ int RunEvaluate(const EvaluateArgs& args) {
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields) {
     options.fields.push_back(FieldDetails(args.field_details));
-    options.fields.back().kind = FieldFromName(name);
+    options.fields.back().kind = FieldFromName(name, "--fields");
   }
   CheckTemporalOptions(args.temporal);
   if (!args.plot.empty()) RequireChart(args.plot);
@@ -154,7 +154,8 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
          "--proxy", args->proxies,
-         "Geometry; several are compared: plane, plane:x,y,z,d, points (tracked ones), mesh (DIR/proxy.ply), "
+         "Geometry; given several times, all are compared: plane, plane:x,y,z,d, points (tracked ones), mesh "
+         "(DIR/proxy.ply), "
          "PLY or OBJ files; without, plane and whichever of points and mesh there are. A mesh should not "
          "have seen the left-out views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);

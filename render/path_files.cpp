@@ -191,6 +191,9 @@ PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const
     key.target_in_world = VectorOf(place, "target");
     if (!((*key.target_in_world - key.eye_in_world).norm() > 0))
       throw Error("{}: 'eye' and 'target' are the same point; move one of them", place.where);
+    const Vector3d forward = (*key.target_in_world - key.eye_in_world).normalized();
+    if (place.Has("up") && !(forward.cross(key.up_in_world.normalized()).norm() > 1e-6))
+      throw Error("{}: 'up' points along the view, from 'eye' to 'target'; give another one", place.where);
   } else {
     const std::vector<double> q = place.Numbers("rotation", 4);
     key.world_from_cam = Quaterniond(q[3], q[0], q[1], q[2]);

@@ -22,6 +22,7 @@
 #include "render/frame_range.h"
 #include "render/picture_files.h"
 #include "render/picture_memory.h"
+#include "render/proxy_choice.h"
 #include "render/scene_options.h"
 #include "render/tiled_rendering.h"
 #include "render/video.h"
@@ -98,7 +99,7 @@ void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
   const double zoom = args.zoom > 0  ? args.zoom
                       : lens_is_free ? ZoomThatFills(renderer, path, path.cameras.front())
                                      : 1.0;
-  if (zoom > 1)
+  if (args.zoom == 0 && zoom > 1)
     spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
   for (CameraModel& camera : path.cameras) {
     camera.fx *= zoom;
@@ -210,6 +211,13 @@ void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport&
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
         "this light field's world, and the subject where the views look (--subject x,y,z,radius)?",
         report.blank, report.rendered);
+  constexpr double kFar = 0.25;
+  if (const double unseen = report.Share(report.filled + report.empty);
+      report.blank == 0 && unseen > kFar && renderer.field().kind != FieldKind::kNearest)
+    spdlog::warn(
+        "{:.0f} % of the pixels are empty or filled from views that do not belong there: the path leaves the "
+        "recorded viewpoints by far",
+        100 * unseen);
   if (args.json) {
     const nlohmann::json json{{"frames", report.rendered},
                               {"kept", report.kept},
@@ -222,6 +230,10 @@ void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport&
                               {"filled_share", report.Share(report.filled)},
                               {"empty_share", report.Share(report.empty)}};
     fmt::print("{}\n", json.dump(1));
+    return;
+  }
+  if (report.rendered == 0 && report.kept > 0) {
+    fmt::print("{}: {}, all there already\n", args.out, Counted(report.kept, "picture"));
     return;
   }
   const std::string kept =
@@ -252,6 +264,14 @@ std::shared_ptr<const RenderScene> SceneOf(const RenderArgs& args, const Picture
   return scene;
 }
 
+// The options that give what was chosen.
+std::string AsAsked(const RenderArgs& args, const Choice& choice) {
+  const FieldOptions& field = choice.field;
+  const bool has_level = field.kind == FieldKind::kSubdivision && field.level != FieldOptions{}.level;
+  return fmt::format("--proxy {} --field {}{}", args.proxy == kAuto ? choice.proxy->Name() : args.proxy,
+                     FieldName(field.kind), has_level ? " --level " + LevelName(field.level) : "");
+}
+
 std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding,
                                      const std::shared_ptr<const RenderScene>& plain) {
   const std::string field =
@@ -262,6 +282,11 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
     for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
   else if (!choice.why.empty())
     spdlog::info("{}", choice.why);
+  if (!choice.candidates.empty())
+    spdlog::info("without trying them out the next time: {}", AsAsked(args, choice));
+  if (args.proxy == kAuto && !choice.proxy->Occluder() &&
+      !std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile))
+    spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", args.dir);
   const auto scene = WithProxy(*plain, choice.proxy);
   auto renderer = MakeRenderer(scene, {.field = choice.field,
                                        .renderer = RendererFromName(args.renderer),
@@ -292,7 +317,7 @@ int RunRender(const RenderArgs& args) {
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
     RequireRings(renderer->field(), renderer->scene().mesh);
-    WarnOfNarrow(path.apertures, renderer->scene().mesh);
+    WarnOfWidth(path.apertures, renderer->scene());
   }
   for (int i = range.first; i < end; ++i) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];

@@ -110,7 +110,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   scene->subject = SubjectOf(light_field, options.subject);
   scene->in_metres = light_field.units == "metres";
   WarnWhenAllLookAway(light_field, scene->subject);
-  scene->up_in_world = light_field.UpInWorld();
+  scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
   const std::vector<float> scales = ExposureScales(light_field);
   scene->store = std::make_shared<PhotographStore>(
       light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options.form),

@@ -67,10 +67,11 @@ enum class PhotographForm {
 };
 
 struct SceneOptions {
-  std::optional<Subject> subject = {};  // else the light field's, else from the optical axes
-  int size_limit_px = 0;                // longer side of the photographs as they are read; 0: as they are
-  double memory_limit_mb = 2048;        // of photographs held in memory
-  std::vector<int> leave_out = {};      // indices of views that are not to be used
+  std::optional<Subject> subject = {};              // else the light field's, else from the optical axes
+  std::optional<Eigen::Vector3d> up_in_world = {};  // unit; else LightField::UpInWorld()
+  int size_limit_px = 0;            // longer side of the photographs as they are read; 0: as they are
+  double memory_limit_mb = 2048;    // of photographs held in memory
+  std::vector<int> leave_out = {};  // indices of views that are not to be used
   PhotographForm form = PhotographForm::kAuto;
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
 };

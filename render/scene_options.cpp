@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
+
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
@@ -45,12 +47,27 @@ RendererKind RendererFromName(const std::string& name) {
   return what_there_is;
 }
 
+namespace {
+
+Eigen::Vector3d DirectionFromText(const std::string& text) {
+  Eigen::Vector3d direction;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &direction.x(), &direction.y(), &direction.z(), &used) !=
+          3 ||
+      static_cast<std::size_t>(used) != text.size() || !(direction.norm() > 0) || !direction.allFinite())
+    throw UsageError("--up {}: a direction is x,y,z, not of length 0, such as 0,0,1", text);
+  return direction.normalized();
+}
+
+}  // namespace
+
 std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
   SceneOptions options{.size_limit_px = args.size_limit_px,
                        .memory_limit_mb = args.memory_mb,
                        .form = args.form,
                        .mesh_in_plane = args.viewpoint_mesh == "plane"};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  if (!args.up.empty()) options.up_in_world = DirectionFromText(args.up);
   return LoadScene(ReadLightField(args.dir), options);
 }
 
@@ -67,6 +84,9 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
   sub.add_option(
       "--subject", args.subject,
       "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
+  sub.add_option(
+      "--up", args.up,
+      "x,y,z: what is upwards, for named paths and the viewer, where the cameras do not tell it right");
   sub.add_option("--size-limit", args.size_limit_px,
                  "Longer side of the photographs in pixels as they are read; 0: as they are")
       ->check(NonNegative());
@@ -77,7 +97,7 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
          "--gpu-memory", args.gpu_memory_mb,
          "MB of photographs in graphics memory (what the driver says is free, or 2048); a picture that "
          "needs more is drawn in several passes")
-      ->check(Positive());
+      ->check(CLI::Range(1.0, 1e6));
   sub.add_option(
          "--viewpoint-mesh", args.viewpoint_mesh,
          "Viewpoints are triangulated on the sphere, or in the plane of azimuth and elevation as in the "

@@ -13,6 +13,7 @@ namespace ulf {
 struct SceneArgs {
   std::string dir;
   std::string subject;
+  std::string up;
   int size_limit_px = 0;
   double memory_mb = 2048;
   double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb

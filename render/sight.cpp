@@ -9,12 +9,14 @@
 namespace ulf {
 namespace {
 
-// Of the changes to both sides the smaller: at an edge of the surface that of the side that belongs to it.
+// Of the changes to both sides the larger, as long as both are a surface's, which may be rough; at its edge,
+// where one is more than kEdge of the nearness, that of the side that belongs to it.
 float Slope(float before, float here, float behind) {
+  constexpr float kEdge = 0.1f;
   const float back = before > 0 ? std::abs(here - before) : -1,
               on = behind > 0 ? std::abs(behind - here) : -1;
   if (back < 0 || on < 0) return std::max({back, on, 0.0f});
-  return std::min(back, on);
+  return std::max(back, on) < kEdge * here ? std::max(back, on) : std::min(back, on);
 }
 
 }  // namespace

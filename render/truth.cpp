@@ -37,9 +37,10 @@ class SimulatedTruth : public TruthSource {
         CompareImages(truth, view.Srgb8(), cv::Mat(truth.size(), CV_8U, cv::Scalar(255))).psnr_db;
     if (psnr_db < kLeastPsnrDb)
       throw Error(
-          "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); give the URI that "
-          "was "
-          "captured, and poses in its world (ulf capture --poses known)",
+          "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); its poses may have "
+          "been tracked, in a "
+          "world of their own; give the URI that was captured, and poses in its world (ulf capture --poses "
+          "known)",
           name_, view.id, psnr_db);
   }
 

@@ -3,8 +3,11 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -95,11 +98,10 @@ class Video : public PictureSink {
     if (Opens(fps_)) return;
     if (constexpr double kUsual = 30; Opens(kUsual))
       throw UsageError("--fps {}: no codec here takes this rate; give a rounder one", fps_);
-    throw Error(
-        "{}: no video can be written here (neither H.264 nor MPEG-4, or no permission); give a folder to "
-        "get "
-        "pictures",
-        path_.string());
+    if (!std::ofstream(unfinished_))
+      throw Error("{}: cannot be written: {}", path_.string(), std::strerror(errno));
+    throw Error("{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures",
+                path_.string());
   }
 
   // A codec that is not there is tried and passed over without OpenCV's own messages.

@@ -287,6 +287,8 @@ TEST_F(PathFiles, FaultyKeyframesAreNamed) {
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "rotation": [0,0,0,0]}]})",
               "'rotation' must be a unit quaternion");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,1]}]})", "the same point");
+  ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,0], "up": [0,0,3]}]})",
+              "'up' points along the view");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1]}]})", "either 'target'");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,NaN], "target": [0,0,0]}]})", "not valid JSON");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1e999], "target": [0,0,0]}]})", "path.json");

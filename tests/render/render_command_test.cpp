@@ -289,6 +289,16 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   EXPECT_EQ(report["results"][1]["proxy"], "true.obj");
   EXPECT_LT(report["results"][0]["psnr_db"], 25);
   EXPECT_GT(report["results"][1]["psnr_db"], 30);
+
+  // Another scene's mesh: rendered as asked, and said.
+  std::ofstream(Out("strange.obj")) << "v -50 -50 1\nv 50 -50 1\nv 50 50 -3\nv -50 50 -3\nf 1 2 3 4\n";
+  const auto strange =
+      RunUlf("render " + dir + " --proxy " + Out("strange.obj") + " -o " + Out("strange.png"));
+  EXPECT_EQ(strange.exit_code, 0);
+  EXPECT_THAT(strange.errors, HasSubstr("is it a mesh of this scene"));
+  const auto right = RunUlf("render " + dir + " --proxy " + Out("true.obj") + " -o " + Out("right.png"));
+  EXPECT_THAT(right.errors, testing::Not(HasSubstr("is it a mesh of this scene")));
+  EXPECT_THAT(right.errors, HasSubstr("--proxy " + Out("true.obj") + " --field "));
 }
 
 // ---- Viewpoints that are no use, or little ----
@@ -325,6 +335,46 @@ TEST_F(OddViewpoints, PicturesThatShowNothingAreSaid) {
   EXPECT_THAT(away.errors, HasSubstr("pictures that show nothing: 1 of 1"));
   const auto towards = Render(test::GridViewpoints(4, 4, 0.2, 2.0), "--proxy plane --field linear");
   EXPECT_THAT(towards.errors, testing::Not(HasSubstr("show nothing:")));
+}
+
+TEST_F(OddViewpoints, APathFarFromThemIsSaid) {
+  const auto render = [&](double distance, const std::string& rest) {
+    std::ofstream(scratch_ / "far.txt") << "0 0 0 " << distance << " 1 0 0 0\n";
+    return Render(test::GridViewpoints(4, 4, 0.2, 2.0),
+                  "--proxy plane --field linear --path " + (scratch_ / "far.txt").string() + rest)
+        .errors;
+  };
+  EXPECT_THAT(render(40, ""), HasSubstr("leaves the recorded viewpoints by far"));
+  EXPECT_THAT(render(2, ""), testing::Not(HasSubstr("leaves the recorded viewpoints")));
+  EXPECT_THAT(render(2, " --aperture 5"), HasSubstr("wider than the viewpoints reach"));
+  EXPECT_THAT(render(2, " --aperture 0.3"), testing::Not(HasSubstr("wider than the viewpoints reach")));
+}
+
+// A camera held on its side, round a statue: the ring's axis is upwards, whichever way its cameras call up.
+TEST_F(OddViewpoints, OfARingShotOnTheSideTheAxisIsUp) {
+  LightField light_field;
+  for (const Vector3d& center : test::RingViewpoints(24, 0, 2, 0.02)) {
+    View& view = light_field.views.emplace_back();
+    const Rigid3 upright = LookAt(center, Vector3d::Zero(), Vector3d::UnitZ());
+    view.cam_from_world =
+        Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ())), Vector3d::Zero()} *
+        upright;
+  }
+  EXPECT_GT(std::abs(light_field.UpInWorld().z()), 0.99);
+  for (View& view : light_field.views)
+    view.cam_from_world = LookAt(view.cam_from_world.OriginInSource(), Vector3d::Zero(), Vector3d::UnitZ());
+  EXPECT_GT(light_field.UpInWorld().z(), 0.99);
+
+  const std::vector<Vector3d> grid = test::GridViewpoints(4, 4, 0.2, 2.0);
+  EXPECT_EQ(Render(grid, "--up 0,0").exit_code, 2);
+  const auto picture = [&](const std::string& rest) {
+    const auto result = Render(grid, "--path orbit --proxy plane --field linear --zoom 1" + rest);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return cv::imread(Picture());
+  };
+  const cv::Mat upright = picture(""), again = picture(" --up 0,2,0"), turned = picture(" --up 1,0,0");
+  EXPECT_EQ(cv::norm(upright, again, cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(upright, turned, cv::NORM_L1), 5 * static_cast<double>(upright.total()));
 }
 
 TEST_F(OddViewpoints, InTwoGroupsFarApartItIsSaidAndAPictureComes) {
