@@ -367,6 +367,7 @@ TEST_F(OddViewpoints, OfARingShotOnTheSideTheAxisIsUp) {
 
   const std::vector<Vector3d> grid = test::GridViewpoints(4, 4, 0.2, 2.0);
   EXPECT_EQ(Render(grid, "--up 0,0").exit_code, 2);
+  EXPECT_EQ(Render(grid, "--gpu-memory 0.5").exit_code, 2);  // nothing to be seen would fit
   const auto picture = [&](const std::string& rest) {
     const auto result = Render(grid, "--path orbit --proxy plane --field linear --zoom 1" + rest);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
