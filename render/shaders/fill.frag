@@ -31,6 +31,7 @@ float penalty[kMost];
 int count = 0;
 bool hidden = false;       // from those that are chosen
 bool passed_over = false;  // views that see it, without light there
+bool elsewhere = false;    // of those that see it some have their turn in another pass
 
 // Of a photograph that may have pixels without light: it has light there, as far as is known.
 bool MayHaveLight(View v, vec2 img) {
@@ -89,6 +90,12 @@ void Choose(vec3 point) {
     if (HasLight(v) && --left == 0) return;
     continue;
 #endif
+#ifndef SHOW_FIELD
+    if (asked == 1 && v.place.x < 0) {  // passes go by nearness: what a nearer view gave is there already
+      elsewhere = true;
+      continue;
+    }
+#endif
     vec3 to_view = v.center.xyz - point;
     float inverse_length = inversesqrt(dot(to_view, to_view));
     penalty[count] = atan(length(cross(back, to_view)) * inverse_length, dot(back, to_view) * inverse_length) +
@@ -98,7 +105,7 @@ void Choose(vec3 point) {
     if (HasLight(v) && --left == 0) return;
   }
 #ifdef HIDES
-  if (count > 0) return;
+  if (count > 0 || elsewhere) return;
   hidden = true;
   for (int n = looks_through.x; n < looks_through.y; ++n) {
     int i = texelFetch(nearest_first, n).r;

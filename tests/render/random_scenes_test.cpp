@@ -151,7 +151,7 @@ TEST_P(RandomScenes, OpenGlEqualsTheReference) {
   const auto gl = MakeRenderer(random.scene, {.renderer = RendererKind::kGl});
   const auto reference = MakeRenderer(random.scene, {.renderer = RendererKind::kReference});
   constexpr int kPictures = 4;
-  constexpr double kFewPx = 7;  // a thousandth
+  constexpr double kFewPx = 7;          // a thousandth
   constexpr double kLeastOfAll = 0.99;  // band included
   double compared = 0;
   for (int i = 0; i < kPictures; ++i) {
