@@ -32,6 +32,7 @@ struct View {
   int id = 0;               // given once, in order of recording, never used again
   std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
   std::string master_path;  // what the camera gave beyond 8-bit sRGB; empty when there is nothing more
+  std::string mask_path;    // one channel, of the image's size, 0: not to be used; empty: all is used
   // How the master's numbers are to be read; none where it is a file of its own kind (a camera's raw file).
   std::optional<Transfer> master_transfer;
   Mosaic master_mosaic = Mosaic::kNone;
@@ -51,9 +52,17 @@ struct View {
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
 };
 
+// Where a view shows a point: pixels of its image as it is recorded, distortion included.
+struct PointObservation {
+  int view_id = 0;
+  Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
+};
+
 struct ScenePoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
+  double error_px = 0;                  // mean distance of its observations from its projections
+  std::vector<PointObservation> track;  // at most one a view; empty: not known
 };
 
 // What a capture is to cover: a cap of so many degrees of azimuth and elevation, and the share of it that is
@@ -85,6 +94,7 @@ struct LightField {
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
   std::vector<ScenePoint> points;
+  std::vector<std::string> doubts;  // in words: where the folder's files disagree, or are damaged
 
   Eigen::Vector3d UpInWorld() const;
   const CameraModel& CameraOf(const View& view) const {
