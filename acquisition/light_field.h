@@ -62,7 +62,7 @@ struct ScenePoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
   double error_px = 0;                  // mean distance of its observations from its projections
-  std::vector<ViewObservation> track;  // at most one a view; empty: not known
+  std::vector<ViewObservation> track{};  // at most one a view; empty: not known
 };
 
 // What a capture is to cover: a cap of so many degrees of azimuth and elevation, and the share of it that is
