@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -87,6 +88,19 @@ class FoldersToSync {
   std::map<fs::path, int> descriptors_;
 };
 
+// False where something has that name (EEXIST) or the disk refuses; errno says which.
+bool RenameToFree(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno != EINVAL && errno != ENOSYS) return false;
+  // A file system that knows no such rename.
+  std::error_code unknown;
+  if (fs::exists(fs::symlink_status(to, unknown))) {
+    errno = EEXIST;
+    return false;
+  }
+  return rename(from.c_str(), to.c_str()) == 0;
+}
+
 bool LeaveDirect(int descriptor) {
   const int flags = fcntl(descriptor, F_GETFL);
   return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
@@ -126,6 +140,16 @@ void SyncFolder(const fs::path& folder) {
   FoldersToSync folders;
   folders.Add(folder);
   folders.Sync();
+}
+
+fs::path MoveWithoutReplacing(const fs::path& from, const fs::path& to) {
+  fs::path name = to;
+  for (int number = 2; !RenameToFree(from, name); ++number) {
+    if (errno != EEXIST)
+      ThrowDiskError(errno, fmt::format("{}: cannot be moved to {}", from.string(), FolderOf(to).string()));
+    name = FolderOf(to) / fmt::format("{}-{}{}", to.stem().string(), number, to.extension().string());
+  }
+  return name;
 }
 
 FileContent ContentOf(std::string_view bytes) {
@@ -208,7 +232,12 @@ void FileBatch::Commit() {
   for (File& file : files_) {
     std::error_code unknown;
     file.replaced = fs::exists(fs::symlink_status(file.path, unknown));
-    if (rename(file.temporary.c_str(), file.path.c_str()) != 0) fail(file, "cannot be renamed into place");
+    const bool renamed = existing_ == Existing::kKeep
+                             ? RenameToFree(file.temporary, file.path)
+                             : rename(file.temporary.c_str(), file.path.c_str()) == 0;
+    if (!renamed && existing_ == Existing::kKeep && errno == EEXIST)
+      fail(file, "is there already and is kept");
+    if (!renamed) fail(file, "cannot be renamed into place");
     file.renamed = true;
   }
   folders.Sync();

@@ -31,7 +31,9 @@ FileContent ContentOf(std::string_view bytes);
 // does not push everything else out of memory).
 class FileBatch {
  public:
-  FileBatch() = default;
+  // What Commit() does where a file of that name is there already: kKeep throws Error.
+  enum class Existing { kReplace, kKeep };
+  explicit FileBatch(Existing existing = Existing::kReplace) : existing_(existing) {}
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
   ~FileBatch();  // removes what was not committed
@@ -55,11 +57,17 @@ class FileBatch {
     bool replaced = false, renamed = false;
   };
   void TakeBackFrom(std::size_t first);
+  Existing existing_;
   std::vector<File> files_;
   bool committed_ = false;
 };
 
 void SyncFolder(const std::filesystem::path& folder);
+
+// Moves a file or folder to `to` or, where something is there already, to the first free name beside it
+// (a-2.png for a.png); never over what is there. Returns the name. Throws Error.
+std::filesystem::path MoveWithoutReplacing(const std::filesystem::path& from,
+                                           const std::filesystem::path& to);
 
 // With all folders above it. Throws Error naming what stands in the way.
 void MakeFolder(const std::filesystem::path& folder);

@@ -7,6 +7,7 @@
 #include "acquisition/features_command.h"
 #include "acquisition/import_command.h"
 #include "acquisition/record_command.h"
+#include "acquisition/repair_command.h"
 #include "acquisition/simulator/simulate_command.h"
 
 namespace ulf {
@@ -17,6 +18,7 @@ void AddAcquisitionCommands(CLI::App& app, ChosenCommand& chosen) {
   AddSimulateCommand(app, chosen);
   AddRecordCommand(app, chosen);
   AddImportCommand(app, chosen);
+  AddRepairCommand(app, chosen);
   AddBoardCommand(app, chosen);
   AddCalibrateCommand(app, chosen);
   AddCalibrationCommand(app, chosen);

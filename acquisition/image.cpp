@@ -191,12 +191,16 @@ bool ImageFileIsWhole(const std::string& path) {
   return is_png ? tail.find("IEND") != std::string::npos : tail.rfind("\xFF\xD9") != std::string::npos;
 }
 
-cv::Mat ReadImageFile(const std::string& path) {
+namespace {
+
+void RequireWholeFile(const std::string& path) {
   if (!std::ifstream(path))
     throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
   if (!ImageFileIsWhole(path))
     throw Error("{}: the image is truncated; copy it again from where it came, or remove its view", path);
-  if (path.ends_with(".exr")) return ReadExr(path);
+}
+
+cv::Mat Decoded(const std::string& path) {
   cv::Mat pixels;
   try {
     pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
@@ -204,8 +208,27 @@ cv::Mat ReadImageFile(const std::string& path) {
   }
   if (pixels.empty())
     throw Error("{}: cannot be decoded as an image; copy it again or remove its view", path);
+  return pixels;
+}
+
+}  // namespace
+
+cv::Mat ReadImageFile(const std::string& path) {
+  RequireWholeFile(path);
+  if (path.ends_with(".exr")) return ReadExr(path);
+  cv::Mat pixels = Decoded(path);
   if (pixels.channels() == 4) cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
   return pixels;
+}
+
+cv::Mat ReadAlpha(const std::string& path) {
+  RequireWholeFile(path);
+  if (path.ends_with(".exr")) return {};
+  const cv::Mat pixels = Decoded(path);
+  if (pixels.channels() != 4) return {};
+  cv::Mat alpha;
+  cv::extractChannel(pixels, alpha, 3);
+  return alpha >= (alpha.depth() == CV_16U ? 1 << 15 : alpha.depth() == CV_8U ? 128 : 0.5);
 }
 
 }  // namespace ulf

@@ -50,6 +50,10 @@ float LinearFromSrgb(float srgb);
 // is missing, truncated or not an image.
 cv::Mat ReadImageFile(const std::string& path);
 
+// Its alpha, CV_8UC1: 255 where a pixel is more than half opaque, else 0. Empty where it has none. Throws as
+// ReadImageFile does.
+cv::Mat ReadAlpha(const std::string& path);
+
 // True when the file decodes without loss from truncation (end markers of PNG and JPEG present).
 bool ImageFileIsWhole(const std::string& path);
 

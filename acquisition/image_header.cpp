@@ -16,8 +16,8 @@ bool Read(std::ifstream& file, std::array<std::uint8_t, N>& bytes) {
   return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes.data()), N));
 }
 
-int BigEndian(const std::uint8_t* bytes, int count) {
-  int value = 0;
+std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
+  std::int64_t value = 0;
   for (int i = 0; i < count; ++i) value = value << 8 | bytes[i];
   return value;
 }

@@ -2,15 +2,16 @@
 // photographs is checked in milliseconds before the first of them is used.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
 namespace ulf {
 
 struct ImageHeader {
-  std::string kind;  // "PNG" or "JPEG"
-  int width = 0;
-  int height = 0;
+  std::string kind;        // "PNG" or "JPEG"
+  std::int64_t width = 0;  // as the file says, however many
+  std::int64_t height = 0;
   int channels = 0;
   int bits = 0;  // per channel
 

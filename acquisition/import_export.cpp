@@ -2,23 +2,48 @@
 
 #include <cmath>
 #include <cstdio>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <vector>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/colmap_text.h"
 #include "acquisition/command_line.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/staged_folder.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-// images/a/b.jpg, wherever the source kept it.
-std::string PathUnderImages(const std::string& source_path) {
+// images/a/b.jpg, wherever the source kept it, without what breaks a row of a text file; `taken` keeps names
+// apart that differ in nothing else.
+std::string PathUnderImages(const std::string& source_path, std::set<std::string>& taken) {
   constexpr std::string_view kFolder = "images/";
-  return std::string(kFolder) +
-         (source_path.starts_with(kFolder) ? source_path.substr(kFolder.size()) : source_path);
+  const std::string safe =
+      std::string(kFolder) +
+      SafeName(source_path.starts_with(kFolder) ? source_path.substr(kFolder.size()) : source_path);
+  const fs::path path = safe;
+  std::string name = safe;
+  for (int number = 2; !taken.insert(fs::path(name).replace_extension().generic_string()).second; ++number)
+    name =
+        (path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()))
+            .generic_string();
+  return name;
+}
+
+// folder/a/b.ending for images/a/b.jpg.
+std::string Beside(const char* folder, const std::string& image_path, const std::string& ending) {
+  const fs::path path = fs::path(folder) / fs::path(image_path).lexically_relative("images");
+  return fs::path(path).replace_extension(ending).generic_string();
+}
+
+void WriteInFolder(const fs::path& path, const std::string& bytes) {
+  MakeFolder(path.parent_path());
+  WriteFileAtomically(path, bytes);
 }
 
 std::string PngBytes(const cv::Mat& pixels) {
@@ -27,22 +52,17 @@ std::string PngBytes(const cv::Mat& pixels) {
   return {bytes.begin(), bytes.end()};
 }
 
-void WriteInFolder(const fs::path& path, const std::string& bytes) {
-  MakeFolder(path.parent_path());
-  WriteFileAtomically(path, bytes);
-}
-
 // The master that the source has, or else an original of more than 8 bits, which every tool's photograph is
 // then made from.
 void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   const Image image = ReadRecordedImage(source, view);
   const fs::path original = source.root / view.image_path;
-  taken.image_path = PathUnderImages(view.image_path);
   const bool is_photograph = image.pixels.depth() == CV_8U;
   if (!view.master_path.empty()) {
-    WriteInFolder(dir / view.master_path, ReadWholeFile(source.root / view.master_path));
+    taken.master_path = Beside("masters", taken.image_path, fs::path(view.master_path).extension());
+    WriteInFolder(dir / taken.master_path, ReadWholeFile(source.root / view.master_path));
   } else if (!is_photograph) {
-    taken.master_path = "masters/" + taken.image_path.substr(std::string_view("images/").size());
+    taken.master_path = Beside("masters", taken.image_path, original.extension());
     taken.master_transfer = image.transfer;
     WriteInFolder(dir / taken.master_path, ReadWholeFile(original));
   }
@@ -51,6 +71,15 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
   // While the source is being captured, a photograph may still be in its master alone.
   WriteInFolder(dir / taken.image_path,
                 is_photograph && fs::exists(original) ? ReadWholeFile(original) : PngBytes(Srgb8(image)));
+}
+
+// A mask as PNG of one channel, whether it was a file or the image's alpha; none where nothing is masked.
+void TakeMask(const LightField& source, const View& view, const fs::path& dir, View& taken) {
+  taken.mask_path.clear();
+  const cv::Mat mask = ReadViewMask(source, view);
+  if (mask.empty() || cv::countNonZero(mask) == static_cast<int>(mask.total())) return;
+  taken.mask_path = Beside("masks", taken.image_path, ".png");
+  WriteInFolder(dir / taken.mask_path, PngBytes(mask));
 }
 
 }  // namespace
@@ -70,8 +99,7 @@ Subject ParseSubject(const std::string& text) {
 
 LightField Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
   LightField source = ReadLightField(source_path);
-  if (fs::exists(dir) && !(fs::is_directory(dir) && fs::is_empty(dir)))
-    throw Error("{}: exists already; choose another folder", dir.string());
+  StagedFolder folder(dir);
   if (options.subject) source.subject = options.subject;
   if (!source.subject) source.subject = SubjectFromAxes(source);
   if (!source.subject)
@@ -81,17 +109,28 @@ LightField Import(const fs::path& source_path, const fs::path& dir, const Import
         "front of them); give it with --subject x,y,z,radius",
         source_path.string());
 
-  MakeFolder(dir);
   LightField imported = source;
-  imported.root = dir;
+  imported.root = folder.path();
+  imported.doubts.clear();
   if (imported.device_uri.empty()) imported.device_uri = "import:" + source_path.filename().string();
   Progress progress("import");
-  for (std::size_t i = 0; i < source.views.size(); ++i) {
-    TakeImage(source, source.views[i], dir, imported.views[i]);
-    progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()),
-                  source.views[i].image_path);
+  std::set<std::string> names;
+  try {
+    for (std::size_t i = 0; i < source.views.size(); ++i) {
+      View& taken = imported.views[i];
+      taken.image_path = PathUnderImages(source.views[i].image_path, names);
+      TakeImage(source, source.views[i], folder.path(), taken);
+      TakeMask(source, source.views[i], folder.path(), taken);
+      progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()),
+                    source.views[i].image_path);
+    }
+    WriteLightField(imported);
+    folder.Commit();
+  } catch (const DiskFullError& error) {
+    throw DiskFullError("{}: not imported, and nothing of it was left behind: {}", dir.string(),
+                        error.what());
   }
-  WriteLightField(imported);
+  imported.root = dir;
   return imported;
 }
 

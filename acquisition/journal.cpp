@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/atomic_file.h"
@@ -15,6 +18,7 @@
 #include "acquisition/json_fields.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_json.h"
+#include "acquisition/view_numbers.h"
 
 namespace ulf {
 namespace {
@@ -23,6 +27,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kVersion = 1;
+// Events that hold neither a view nor a pose.
+constexpr const char* kHarmless[] = {"subject", "up", "goal", "gap", "remove", "close"};
 
 json PoseToJson(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
@@ -68,30 +74,56 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   light_field.coverage_width_px = event.Integer("coverage_width_px", 640);
 }
 
+View* FindView(LightField& light_field, int id) {
+  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
+                                      [](const View& view, int wanted) { return view.id < wanted; });
+  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+}
+
 void ApplyView(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   View view;
   view.id = event.Integer("id");
-  if (view.id < contents.next_view_id)
-    throw Error("{}: view {} comes after view {}; the journal was edited or mixed", event.where, view.id,
-                contents.next_view_id - 1);
+  if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
+  if (FindView(light_field, view.id) || contents.removed.contains(view.id))
+    throw Error("{}: view {} has been told already; the first stands", event.where, view.id);
   ReadViewJson(event, view);
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
   if (!view.master_path.empty())
     view.master_path = PathInside(light_field.root, view.master_path, event.where);
+  if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, event.where);
   view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
   view.cam_from_world = PoseFromJson(event, "cam_from_world");
   view.recorded_cam_from_world = view.cam_from_world;
-  contents.next_view_id = view.id + 1;
-  light_field.views.push_back(std::move(view));
+  contents.next_view_id = std::max(contents.next_view_id, view.id + 1);
+  const auto after = std::upper_bound(light_field.views.begin(), light_field.views.end(), view.id,
+                                      [](int id, const View& other) { return id < other.id; });
+  light_field.views.insert(after, std::move(view));
 }
 
-View* FindView(LightField& light_field, int id) {
-  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
-                                      [](const View& view, int wanted) { return view.id < wanted; });
-  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+// All of it or, where it is damaged, nothing.
+void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  std::vector<std::pair<View*, Rigid3>> poses;
+  std::map<std::size_t, CameraModel> cameras;
+  const JsonPlace given{event.Raw("poses"), event.where + ", poses"};
+  for (const auto& [id, pose] : given.object.items())
+    if (View* view = FindView(light_field, std::atoi(id.c_str())))
+      poses.emplace_back(view, PoseFromJson(given, id.c_str()));
+  if (event.Has("cameras"))
+    for (const auto& [index, camera] : event.Raw("cameras").items()) {
+      const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
+      if (at >= light_field.cameras.size())
+        throw Error("{}: camera {} is not among the header's", event.where, index);
+      cameras[at] = CameraFromJson({camera, event.where});
+    }
+  for (const auto& [view, pose] : poses) {
+    view->cam_from_world = pose;
+    for (DamagedLine& line : contents.damaged) line.poses.erase(view->id);
+  }
+  for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
 }
 
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
@@ -103,17 +135,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   } else if (kind == "view") {
     ApplyView(event, contents);
   } else if (kind == "pose_update") {
-    const JsonPlace poses{event.Raw("poses"), event.where + ", poses"};
-    for (const auto& [id, pose] : poses.object.items())
-      if (View* view = FindView(light_field, std::atoi(id.c_str())))
-        view->cam_from_world = PoseFromJson(poses, id.c_str());
-    if (event.Has("cameras"))
-      for (const auto& [index, camera] : event.Raw("cameras").items()) {
-        const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
-        if (at >= light_field.cameras.size())
-          throw Error("{}: camera {} is not among the header's", event.where, index);
-        light_field.cameras[at] = CameraFromJson({camera, event.where});
-      }
+    ApplyPoses(event, contents);
   } else if (kind == "subject") {
     light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
   } else if (kind == "up") {
@@ -122,6 +144,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.goal = CoverageGoalFromJson(event);
   } else if (kind == "remove") {
     const int id = event.Integer("id");
+    contents.removed.insert(id);
     light_field.taken_back +=
         std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
   } else if (kind == "close") {
@@ -133,46 +156,141 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   }
 }
 
-bool NothingWholeFollows(const std::string& bytes, std::size_t begin) {
-  for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1)
-    if (json::accept(bytes.begin() + static_cast<std::ptrdiff_t>(begin),
-                     bytes.begin() + static_cast<std::ptrdiff_t>(end)))
-      return false;
+std::optional<json> ParsedLine(std::string_view line) {
+  json object = json::parse(line, nullptr, false);
+  if (object.is_discarded()) return std::nullopt;
+  return object;
+}
+
+bool NothingWholeFollows(std::string_view bytes) {
+  for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
+    if (json::accept(bytes.substr(0, end))) return false;
   return true;
+}
+
+// What the damaged line may have held: its kind where that can still be read, else both kinds.
+DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
+  DamagedLine damaged{number, std::move(reason), {}, {}};
+  const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
+  const bool is_other = std::any_of(std::begin(kHarmless), std::end(kHarmless), [&](const char* kind) {
+    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+  });
+  if (!is_view && !is_other)
+    for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
+  return damaged;
+}
+
+// Views are recorded in the order of their ids: those that are missing about a damaged line were in it.
+void NameMissingViews(JournalContents& contents) {
+  for (DamagedLine& damaged : contents.damaged) {
+    int before = 0, after = contents.next_view_id;
+    for (std::size_t i = 0; i < contents.lines.size(); ++i) {
+      const int id = contents.lines[i].view_id;
+      if (id == 0) continue;
+      if (static_cast<int>(i) + 1 < damaged.number) before = std::max(before, id);
+      if (static_cast<int>(i) + 1 > damaged.number) after = std::min(after, id);
+    }
+    for (int id = before + 1; id < after; ++id)
+      if (!contents.removed.contains(id)) damaged.views.insert(id);
+    if (!damaged.views.empty()) damaged.poses.clear();
+  }
 }
 
 }  // namespace
 
-JournalContents ReadJournal(const fs::path& file) {
+std::optional<JournalStamp> StampOf(const fs::path& file, std::uint64_t bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  JournalStamp stamp{bytes, 0};
+  std::vector<char> part(1 << 16);
+  for (std::uint64_t left = bytes; left > 0;) {
+    const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, part.size()));
+    if (!stream.read(part.data(), size)) return std::nullopt;
+    stamp.crc32 = static_cast<std::uint32_t>(
+        ::crc32(stamp.crc32, reinterpret_cast<const Bytef*>(part.data()), static_cast<uInt>(size)));
+    left -= static_cast<std::uint64_t>(size);
+  }
+  if (!stream) return std::nullopt;
+  return stamp;
+}
+
+std::optional<JournalStamp> StampOf(const fs::path& file) {
+  std::error_code missing;
+  const std::uint64_t bytes = fs::file_size(file, missing);
+  return missing ? std::nullopt : StampOf(file, bytes);
+}
+
+std::string DamagedLine::Words() const {
+  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
+  std::string words = reason + "; the line is left out";
+  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
+  if (!poses.empty())
+    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
+  return words;
+}
+
+namespace {
+
+// Applies the line, or says why it is left out.
+void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
+  const int number = static_cast<int>(contents.lines.size());
+  JournalLine& told = contents.lines.back();
+  const std::size_t views_before = contents.light_field.views.size();
+  try {
+    if (!object) throw Error("line {}: damaged", number);
+    ApplyEvent({*object, fmt::format("line {}", number)}, contents);
+    told.whole = true;
+    if (contents.light_field.views.size() > views_before) told.view_id = (*object)["id"].get<int>();
+  } catch (const Error& error) {
+    contents.damaged.push_back(Damaged(number, error.what(), line, contents));
+  }
+}
+
+void ReadHeader(const std::optional<json>& object, const std::string& where, JournalContents& contents) {
+  if (!object)
+    throw Error("{}: the header is damaged; 'ulf repair {}' shows what can be put back", where,
+                contents.light_field.root.string());
+  const JsonPlace event{*object, where};
+  if (event.Text("event") != "header")
+    throw Error("{}: a journal begins with its header; this file is none", where);
+  ApplyHeader(event, contents.light_field);
+}
+
+JournalContents Read(const fs::path& file, const LightField* header) {
   JournalContents contents;
+  if (header) contents.light_field = *header;
   contents.light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
   const std::string bytes = ReadWholeFile(file);
-  int line_number = 0;
-  for (std::size_t end; (end = bytes.find('\n', contents.whole_bytes)) != std::string::npos;) {
-    const std::string line = bytes.substr(contents.whole_bytes, end - contents.whole_bytes);
-    const std::string where = fmt::format("{}, line {}", file.string(), ++line_number);
-    json object;
-    try {
-      object = json::parse(line);
-    } catch (const json::exception&) {
-      // Blocks of a file can reach the disk out of order: what was written last may be damaged though its
-      // end is there.
-      if (NothingWholeFollows(bytes, end + 1)) break;
-      throw Error(
-          "{}: damaged; restore the file from a copy, or cut it before this line to keep what came before",
-          where);
+  std::size_t begin = 0;
+  for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
+    const auto object = ParsedLine(line);
+    // Blocks of a file can reach the disk out of order: what was written last may be damaged though its end
+    // is there.
+    if (!object && NothingWholeFollows(std::string_view(bytes).substr(end + 1))) break;
+    contents.lines.push_back({begin, end, false, 0});
+    if (contents.lines.size() > 1) {
+      ApplyLine(line, object, contents);
+    } else if (!header) {
+      ReadHeader(object, fmt::format("{}, line 1", file.string()), contents);
+      contents.lines.back().whole = true;
     }
-    const JsonPlace event{object, where};
-    if (line_number == 1 && event.Text("event") != "header")
-      throw Error("{}: a journal begins with its header; this file is none", where);
-    ApplyEvent(event, contents);
     contents.whole_bytes = end + 1;
   }
-  if (contents.whole_bytes == 0)
-    throw Error("{}: the journal has no header; the capture was killed before it began, remove the folder",
-                file.string());
+  if (contents.whole_bytes == 0 && !header)
+    throw Error(
+        "{}: the journal has no header: the capture was killed before it began, or the file is damaged; 'ulf "
+        "repair {}' "
+        "shows what can be put back",
+        file.string(), contents.light_field.root.string());
+  NameMissingViews(contents);
   return contents;
 }
+
+}  // namespace
+
+JournalContents ReadJournal(const fs::path& file) { return Read(file, nullptr); }
+
+JournalContents ReadJournal(const fs::path& file, const LightField& header) { return Read(file, &header); }
 
 Journal::Journal(const fs::path& file) : file_(file) {
   descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);

@@ -8,16 +8,20 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
+#include <opencv2/core.hpp>
 #include <set>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/colmap_text.h"
 #include "acquisition/error.h"
+#include "acquisition/folder_check.h"
 #include "acquisition/image_header.h"
 #include "acquisition/journal.h"
 #include "acquisition/point_ply.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
+#include "acquisition/view_numbers.h"
 
 namespace ulf {
 namespace {
@@ -35,27 +39,27 @@ bool IsBeingWritten(const fs::path& journal) {
   return locked;
 }
 
-bool DerivedFilesAreOlder(const fs::path& dir) {
-  std::error_code missing;
-  const auto derived = fs::last_write_time(dir / kTransforms, missing);
-  return missing || derived < fs::last_write_time(dir / kJournal);
-}
-
 // A photograph that the master holds, too, is not missing.
-void RequireImages(const LightField& light_field) {
-  for (const View& view : light_field.views)
-    if (!fs::is_regular_file(light_field.root / view.image_path) &&
-        !(PictureFollowsFromMaster(view) && fs::is_regular_file(light_field.root / view.master_path)))
-      throw Error(
-          "{}: the image '{}' of view {} is missing; restore it, or take the view out with a journal "
-          "'remove'",
-          light_field.root.string(), view.image_path, view.id);
+void RequireImages(const LightField& light_field, const FolderCheck& check) {
+  if (check.missing_images.empty()) return;
+  const int id = check.missing_images.front();
+  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
+                                 [id](const View& each) { return each.id == id; });
+  throw Error(
+      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take out what is gone: ulf repair {0}",
+      light_field.root.string(), view->image_path, id,
+      check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "");
 }
 
-JournalContents ReadJournalWithPoints(const fs::path& dir) {
-  JournalContents contents = ReadJournal(dir / kJournal);
-  if (fs::is_regular_file(dir / "points.ply")) contents.light_field.points = ReadPointPly(dir / "points.ply");
-  return contents;
+// Points are of use, and nothing that cannot be made again: without them a light field is whole.
+void ReadPoints(const fs::path& dir, LightField& light_field) {
+  const fs::path file = dir / "points.ply";
+  if (!fs::is_regular_file(file)) return;
+  try {
+    light_field.points = ReadPointPly(file);
+  } catch (const Error& error) {
+    light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
+  }
 }
 
 void RemoveLeftovers(const fs::path& dir) {
@@ -67,27 +71,51 @@ void RemoveLeftovers(const fs::path& dir) {
 }
 
 // What a writer that was killed had taken out of the journal and not yet moved.
-void MoveRemoved(const LightField& light_field, int next_view_id) {
-  std::set<std::string> named;
-  for (const View& view : light_field.views) named.insert({view.image_path, view.master_path});
+void MoveRemoved(const fs::path& dir, const std::set<int>& removed) {
   for (const char* folder : {"images", "masters"}) {
-    if (!fs::is_directory(light_field.root / folder)) continue;
-    std::vector<fs::path> removed;
-    for (const auto& entry : fs::directory_iterator(light_field.root / folder)) {
+    if (!fs::is_directory(dir / folder)) continue;
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(dir / folder)) {
       const std::string stem = entry.path().stem().string();
       const bool is_number =
           !stem.empty() && stem.size() <= 9 && stem.find_first_not_of("0123456789") == std::string::npos;
-      if (is_number && std::stoi(stem) < next_view_id &&
-          !named.contains(folder + ("/" + entry.path().filename().string())))
-        removed.push_back(entry.path());
+      if (is_number && removed.contains(std::stoi(stem))) files.push_back(entry.path());
     }
-    for (const fs::path& path : removed) {
-      MakeFolder(light_field.root / "unposed");
+    for (const fs::path& path : files) {
+      MakeFolder(dir / "unposed");
       const std::string master = folder == std::string("masters") ? ".master" : "";
-      fs::rename(path,
-                 light_field.root / "unposed" / (path.stem().string() + master + path.extension().string()));
+      MoveWithoutReplacing(path,
+                           dir / "unposed" / (path.stem().string() + master + path.extension().string()));
     }
   }
+}
+
+// Said once in a run: some commands read a light field several times.
+void WarnOnce(const std::vector<std::string>& words) {
+  static std::mutex mutex;
+  static std::set<std::string> said;
+  const std::lock_guard lock(mutex);
+  for (const std::string& each : words)
+    if (said.insert(each).second) spdlog::warn("{}", each);
+}
+
+// Refuses a folder whose other files know more than its journal, before anything is written there.
+void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
+  if (!check.HoldsWhatIsLost()) return;
+  std::string words;
+  for (const std::string& each : check.words) words += each + "; ";
+  throw Error("{}nothing was written; put it back with 'ulf repair {} --write', then go on", words,
+              dir.string());
+}
+
+void RequireOwnPictures(const LightField& light_field) {
+  const std::vector<int> others = PicturesOfOtherMasters(light_field);
+  if (others.empty()) return;
+  throw Error(
+      "{0}: the photographs in images/ of {1} are not those of their masters, or not of their camera's size; "
+      "nothing "
+      "was written; 'ulf repair {0}' shows what can be done",
+      light_field.root.string(), ViewNumbers({others.begin(), others.end()}));
 }
 
 void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path& path) {
@@ -96,7 +124,9 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
-// What a capture that was killed had not come to, as far as there is room and masters are whole.
+}  // namespace
+
+// As far as there is room and masters are whole.
 void MakeMissingPictures(const LightField& light_field) {
   std::size_t made = 0;
   for (const View& view : light_field.views) {
@@ -115,12 +145,28 @@ void MakeMissingPictures(const LightField& light_field) {
   }
 }
 
+namespace {
+
+// What is not ours goes to kept/ first.
+void KeepWhatIsNotOurs(const fs::path& dir, const FolderCheck& check) {
+  const auto keep = [&](const char* name, const char* as) {
+    if (!fs::exists(dir / name)) return;
+    MakeFolder(dir / "kept");
+    const fs::path to = MoveWithoutReplacing(dir / name, dir / "kept" / as);
+    spdlog::warn("{}: another program, or a hand, had changed it; it is kept as {}", (dir / name).string(),
+                 to.string());
+  };
+  if (!check.transforms.IsOurs()) keep("transforms.json", "transforms.json");
+  if (!check.model.IsOurs()) keep("sparse/0", "sparse");
+}
+
 // They can be made again from the journal at any time: no room for them is no reason not to work.
 void DeriveOrWarn(const LightField& light_field) {
   try {
     WriteDerivedFiles(light_field);
   } catch (const Error& error) {
-    spdlog::warn("{}; transforms.json and sparse/ are made when the light field is next read", error.what());
+    spdlog::warn("{}; 'ulf repair {}' makes transforms.json and sparse/ later", error.what(),
+                 light_field.root.string());
   }
 }
 
@@ -143,6 +189,12 @@ Image FlatFieldDivided(const LightField& light_field, const View& view, const Im
   return flat_field->second.Corrected(image, view.black_level);
 }
 
+LightField ReadSetOfOthers(const fs::path& transforms) {
+  LightField light_field = ReadTransformsJson(transforms);
+  WarnOnce(light_field.doubts);
+  return light_field;
+}
+
 // A capture that ended before its first view left no more than what can be made again.
 bool IsUnused(const fs::path& dir) {
   std::error_code unknown;
@@ -160,20 +212,24 @@ bool IsUnused(const fs::path& dir) {
 
 LightField ReadLightField(const fs::path& path) {
   std::error_code unknown;
-  if (fs::is_regular_file(path, unknown)) return ReadTransformsJson(path);
+  if (fs::is_regular_file(path, unknown)) return ReadSetOfOthers(path);
   if (!fs::is_directory(path, unknown))
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
   if (!fs::is_regular_file(path / kJournal)) {
-    if (fs::is_regular_file(path / kTransforms)) return ReadTransformsJson(path / kTransforms);
+    if (fs::is_regular_file(path / kTransforms)) return ReadSetOfOthers(path / kTransforms);
     throw Error("{}: holds no light field: neither {} nor {}; capture or import one", path.string(), kJournal,
                 kTransforms);
   }
-  LightField light_field = ReadJournalWithPoints(path).light_field;
-  RequireImages(light_field);
-  if (access(path.c_str(), W_OK) == 0 && !IsBeingWritten(path / kJournal)) {
-    MakeMissingPictures(light_field);
-    if (DerivedFilesAreOlder(path)) DeriveOrWarn(light_field);
-  }
+  JournalContents journal = ReadJournal(path / kJournal);
+  const bool being_written = IsBeingWritten(path / kJournal);
+  const FolderCheck check = CheckFolder(path, journal, being_written);
+  RequireImages(journal.light_field, check);
+  LightField light_field = std::move(journal.light_field);
+  light_field.doubts = check.words;
+  ReadPoints(path, light_field);
+  WarnOnce(light_field.doubts);
+  if (check.not_closed && !light_field.views.empty())
+    spdlog::debug("{}: transforms.json and sparse/ are older than the journal", path.string());
   return light_field;
 }
 
@@ -211,6 +267,27 @@ Image ReadViewLight(const LightField& light_field, const View& view) {
                                                                : ReadRecordedImage(light_field, view));
 }
 
+bool HasMask(const LightField& light_field, const View& view) {
+  if (!view.mask_path.empty()) return true;
+  const auto header = ReadImageHeader((light_field.root / view.image_path).string());
+  return header && (header->channels == 2 || header->channels == 4);
+}
+
+cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
+  if (!HasMask(light_field, view)) return {};
+  const bool own = !view.mask_path.empty();
+  const fs::path path = light_field.root / (own ? view.mask_path : view.image_path);
+  cv::Mat mask = own ? ReadImageFile(path.string()) : ReadAlpha(path.string());
+  if (mask.empty()) return {};
+  const CameraModel& camera = light_field.CameraOf(view);
+  if (mask.cols != camera.width || mask.rows != camera.height)
+    throw Error("{}: the mask is {}x{}, its camera says {}x{}; make it as large as the image", path.string(),
+                mask.cols, mask.rows, camera.width, camera.height);
+  if (mask.channels() > 1) cv::extractChannel(mask.clone(), mask, 0);
+  // A file's mask excludes what is 0, as in nerfstudio; alpha what is more than half transparent.
+  return own ? cv::Mat(mask > 0) : mask;
+}
+
 Image ReadViewImage(const LightField& light_field, const View& view) {
   return FlatFieldDivided(light_field, view, ReadRecordedImage(light_field, view));
 }
@@ -218,13 +295,14 @@ Image ReadViewImage(const LightField& light_field, const View& view) {
 void WriteDerivedFiles(const LightField& light_field) {
   const fs::path sparse = light_field.root / "sparse" / "0";
   MakeFolder(sparse);
-  const ColmapText colmap = ToColmapText(light_field);
+  const auto made_from = StampOf(light_field.root / kJournal);
+  const ColmapText colmap = ToColmapText(light_field, made_from);
   WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
   WriteFileAtomically(sparse / "images.txt", colmap.images);
   WriteFileAtomically(sparse / "points3D.txt", colmap.points3d);
   if (!light_field.points.empty())
     WriteFileAtomically(light_field.root / "points.ply", PointPlyBytes(light_field.points));
-  WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field));
+  WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field, made_from));
 }
 
 void WriteLightField(const LightField& light_field) {
@@ -298,18 +376,28 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
 LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   if (!fs::is_regular_file(dir / kJournal))
     throw Error(
-        "{}: holds no light field of a capture (no {}); check the path, or record one: ulf capture -o DIR",
+        "{0}: holds no light field of a capture (no {1}); check the path, or record one: ulf capture -o DIR; "
+        "where the "
+        "journal was lost, 'ulf repair {0}' makes it anew from transforms.json",
         dir.string(), kJournal);
   auto state = std::make_unique<State>(dir);
-  JournalContents contents = ReadJournalWithPoints(dir);
+  JournalContents contents = ReadJournal(dir / kJournal);
+  const FolderCheck check = CheckFolder(dir, contents, false);
+  RequireWholeJournal(dir, check);
+  RequireImages(contents.light_field, check);
+  RequireOwnPictures(contents.light_field);
+  WarnOnce(check.words);
   state->journal.CutAt(contents.whole_bytes);
   RemoveLeftovers(dir);
-  RequireImages(contents.light_field);
+  ReadPoints(dir, contents.light_field);
   state->light_field = std::move(contents.light_field);
-  state->next_view_id = contents.next_view_id;
-  MoveRemoved(state->light_field, state->next_view_id);
+  state->light_field.doubts = check.words;
+  // A number that any file bears is never given again, whatever the journal says.
+  state->next_view_id = std::max(contents.next_view_id, check.highest_number + 1);
+  MoveRemoved(dir, contents.removed);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
+  KeepWhatIsNotOurs(dir, check);
   DeriveOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }
@@ -343,7 +431,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     view.gain = add.frame.gain;
     view.black_level = add.frame.black_level;
   }
-  FileBatch batch;
+  FileBatch batch(FileBatch::Existing::kKeep);
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (added[i].files.master) {
       MakeFolder(root / "masters");
@@ -432,10 +520,7 @@ void LightFieldWriter::RemoveView(int view_id) {
   std::map<std::string, fs::path>& files = state_->to_unposed.at(view_id);
   while (!files.empty()) {
     const auto& [from, to] = *files.begin();
-    std::error_code reason;
-    fs::rename(light_field.root / from, to, reason);
-    if (reason)
-      ThrowDiskError(reason.value(), (light_field.root / from).string() + ": cannot be moved to unposed/");
+    MoveWithoutReplacing(light_field.root / from, to);
     files.erase(files.begin());
   }
   state_->to_unposed.erase(view_id);

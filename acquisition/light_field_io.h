@@ -1,17 +1,18 @@
-// The light field on disk: a folder that nerfstudio and instant-ngp open as it is (transforms.json) and
-// COLMAP's readers too (sparse/0). While a capture is open the append-only journal is the truth;
-// transforms.json and sparse/0 are derived from it on Close(), on opening for more views, and on reading when
-// they are older than it.
+// The light field on disk: a folder with the files that nerfstudio, instant-ngp and COLMAP's readers open.
+// The append-only journal is the truth; transforms.json and sparse/0 are derived from it on Close(), on
+// Resume() and by `ulf repair`, never on reading: reading writes nothing.
 //
-//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  points.ply  unposed/  cache/
+//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ply  unposed/  kept/  cache/
 //
 // A view's files are written to temporary names, synced, renamed, the folders synced, then the journal line
 // appended and synced; several views may go through each of these steps together. A process killed at any
 // moment loses at most the views that AddViews() was given and had not returned, and a torn end of the
-// journal is ignored.
+// journal is ignored. Numbers are given once: no file of a recorded view is ever written over, and what a
+// writer replaces that it has not made goes to kept/ first.
 //
 // Where there is a master, the photograph in images/ may come after the journal line: it follows from the
-// master, and is made from it by whoever opens the light field next, should the process be killed before.
+// master, and is made from it by the next writer, should the process be killed before; readers read the
+// master instead.
 #pragma once
 
 #include <filesystem>
@@ -29,14 +30,21 @@
 namespace ulf {
 
 // Reads DIR from its journal where there is one, else from transforms.json (nerfstudio's and instant-ngp's
-// keys). Throws Error naming file, frame and key for anything missing, mistyped, not finite, not a rotation,
-// or outside DIR.
+// keys). Writes nothing. Throws Error naming file, frame and key for anything missing, mistyped, not finite,
+// not a rotation, or outside DIR. Damaged lines of a journal are left out; these, and whatever the folder's
+// files tell differently (acquisition/folder_check.h), stand in LightField::doubts and are warned of.
 LightField ReadLightField(const std::filesystem::path& dir);
 
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
 Image ReadRecordedImage(const LightField& light_field, const View& view);
 // The same, for rendering: where its camera has a flat field, divided by it (linear float, three channels).
 Image ReadViewImage(const LightField& light_field, const View& view);
+
+// Whether parts of the photograph are not to be used: by a mask, or by the alpha of a PNG.
+bool HasMask(const LightField& light_field, const View& view);
+// CV_8UC1 of the photograph's size, 0: not to be used; empty where all is. Throws Error for a mask that is
+// missing or of another size.
+cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // What the camera gave for the view: the master with its transfer and pattern, or the photograph where that
 // is all there was; its black level stands in the view. Throws Error as ReadViewImage does, and for a master
@@ -67,7 +75,9 @@ class LightFieldWriter {
  public:
   // A new light field in DIR, which must not exist or be empty. Throws Error otherwise.
   static LightFieldWriter Create(const std::filesystem::path& dir, const CaptureHeader& header);
-  // Opens one for more views, whether it was closed or killed. A second writer is refused.
+  // Opens one for more views, whether it was closed or killed. A second writer is refused, and so is a folder
+  // whose journal has lost what other files still hold, or whose photographs are not their masters' (Error
+  // that names `ulf repair`; then nothing has been written).
   static LightFieldWriter Resume(const std::filesystem::path& dir);
   LightFieldWriter(LightFieldWriter&&) noexcept;
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
@@ -120,7 +130,10 @@ class LightFieldWriter {
 // files.
 void WriteLightField(const LightField& light_field);
 
-// transforms.json, sparse/0 and points.ply from the values.
+// What of images/ follows from masters and is missing; warns of what cannot be made.
+void MakeMissingPictures(const LightField& light_field);
+
+// transforms.json, sparse/0 and points.ply from the values, with the stamp of the journal that is there.
 void WriteDerivedFiles(const LightField& light_field);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-// The tracked points as points.ply: binary little-endian, x y z float, red green blue uchar.
+// Points as PLY. Ours (points.ply) are binary little-endian, x y z float, red green blue uchar.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,8 @@
 namespace ulf {
 
 std::string PointPlyBytes(const std::vector<ScenePoint>& points);
-// Throws Error when FILE is not a PLY of the kind above.
+// The vertices of any PLY, with their colours where they have some; those that are not finite are left out.
+// Throws Error for what is no PLY or is truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf

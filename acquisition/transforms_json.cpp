@@ -2,15 +2,21 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "acquisition/atomic_file.h"
 #include "acquisition/camera_json.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/image.h"
 #include "acquisition/json_fields.h"
+#include "acquisition/point_ply.h"
 #include "acquisition/view_json.h"
 
 namespace ulf {
@@ -20,6 +26,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
+constexpr const char* kPointsFile = "points.ply";
 
 // Turns camera axes over: y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
 Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
@@ -44,11 +51,20 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
 
 bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
 
+int SidePx(const JsonPlace& place, const char* key) {
+  constexpr double kMostPx = 1 << 20;
+  const double side = std::round(place.Number(key));
+  if (!(side >= 1 && side <= kMostPx))
+    throw Error("{}: '{}' is {} px; an image has 1 to {} on a side", place.where, key,
+                place.Raw(key).dump().substr(0, 40), kMostPx);
+  return static_cast<int>(side);
+}
+
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
   if (place.Has("w") && place.Has("h")) {
-    camera.width = static_cast<int>(std::lround(place.Number("w")));
-    camera.height = static_cast<int>(std::lround(place.Number("h")));
+    camera.width = SidePx(place, "w");
+    camera.height = SidePx(place, "h");
   } else {
     const cv::Mat pixels = ReadImageFile(example_image.string());
     camera.width = pixels.cols;
@@ -103,6 +119,15 @@ std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
               root.string());
 }
 
+std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
+  const std::string given = frame.Text("mask_path");
+  const std::string inside = PathInside(root, given, frame.where);
+  if (!fs::is_regular_file(root / inside))
+    throw Error("{}: the mask '{}' is missing in {}; restore it or take 'mask_path' out", frame.where, given,
+                root.string());
+  return inside;
+}
+
 Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
   const std::vector<double> numbers = place.Numbers(key, 3);
   return {numbers[0], numbers[1], numbers[2]};
@@ -131,6 +156,160 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
     light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+}
+
+// What is read here or in the functions above; what tells a trainer how to train; nothing else is passed over
+// without a word.
+constexpr std::string_view kCameraKeys[] = {
+    "fl_x", "fl_y", "cx", "cy", "w",  "h",  "camera_angle_x", "camera_angle_y",
+    "k1",   "k2",   "k3", "k4", "p1", "p2", "camera_model",   "is_fisheye"};
+constexpr std::string_view kSetKeys[] = {"frames",
+                                         "ulf",
+                                         "ply_file_path",
+                                         "aabb_scale",
+                                         "scale",
+                                         "offset",
+                                         "up",
+                                         "from_na",
+                                         "enable_depth_loading",
+                                         "n_extra_learnable_dims",
+                                         "render_aabb",
+                                         "train_filenames",
+                                         "val_filenames",
+                                         "test_filenames",
+                                         "orientation_override",
+                                         "auto_scale_poses_override",
+                                         "applied_transform",
+                                         "applied_scale",
+                                         "name"};
+constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
+                                           "sharpness", "colmap_im_id",     "rotation"};
+
+template <std::size_t N>
+bool Among(const std::string_view (&keys)[N], const std::string& key) {
+  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+}
+
+// The set's values without its frames, then each frame, so that only one of them is in memory at a time.
+class Document {
+ public:
+  explicit Document(const fs::path& file) : file_(file) {
+    top_ = Parse([](json&&, std::size_t) {});
+    if (!top_.is_object()) throw Error("{}: expected an object with the key 'frames'", file.string());
+    if (!top_.contains("frames"))
+      throw Error("{}: the key 'frames' is missing; add it or export the set again", file.string());
+    if (!top_["frames"].is_array()) throw Error("{}: 'frames' must be a list", file.string());
+  }
+  const json& top() const { return top_; }
+  void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const { Parse(use); }
+
+ private:
+  json Parse(const std::function<void(json&&, std::size_t)>& use) const {
+    std::ifstream stream(file_, std::ios::binary);
+    if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
+    std::size_t count = 0;
+    bool in_frames = false;
+    const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
+      if (depth == 1 && event == json::parse_event_t::key) in_frames = parsed == "frames";
+      if (!in_frames || depth != 2) return true;
+      // Frames that are no objects come as they are: whoever reads them says what is wrong.
+      if (event != json::parse_event_t::object_end && event != json::parse_event_t::value) return true;
+      use(std::move(parsed), count++);
+      return false;
+    };
+    try {
+      return json::parse(stream, keep);
+    } catch (const json::exception& error) {
+      throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file_.string(),
+                  error.what());
+    }
+  }
+
+  fs::path file_;
+  json top_;
+};
+
+// The number that an image is named by; none where it is none, or too large for an id.
+std::optional<int> NumberOfName(const std::string& path) {
+  const std::string stem = fs::path(path).stem().string();
+  if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  const int number = std::stoi(stem);
+  return number > 0 ? std::optional(number) : std::nullopt;
+}
+
+// With `files`, the images and masks that frames name must be there.
+LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
+  LightField light_field;
+  light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  const JsonPlace top{document.top(), file.string()};
+  const bool shared_camera = HasIntrinsics(top);
+  std::map<std::string, std::size_t> unused;
+  const auto add = [&](json&& object, std::size_t i) {
+    JsonPlace frame{object, fmt::format("{}, frame {}", file.string(), i)};
+    View view;
+    view.id = static_cast<int>(i) + 1;
+    const std::string given = frame.Text("file_path");
+    frame.where += " (" + given + ")";
+    if (!files) view.id = NumberOfName(given).value_or(view.id);
+    view.image_path = files ? ImagePath(light_field.root, frame) : given;
+    if (frame.Has("mask_path"))
+      view.mask_path = files ? MaskPath(light_field.root, frame) : frame.Text("mask_path");
+    view.cam_from_world = CamFromWorld(frame);
+    const bool own_camera = HasIntrinsics(frame);
+    if (!own_camera && !shared_camera)
+      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                  frame.where);
+    if (own_camera || light_field.cameras.empty()) {
+      const CameraModel camera = ReadCamera(own_camera ? frame : top, light_field.root / view.image_path);
+      const auto known = std::find(light_field.cameras.begin(), light_field.cameras.end(), camera);
+      view.camera = static_cast<int>(known - light_field.cameras.begin());
+      if (known == light_field.cameras.end()) light_field.cameras.push_back(camera);
+    }
+    if (frame.Has("ulf")) {
+      ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
+      if (!view.master_path.empty())
+        view.master_path = PathInside(light_field.root, view.master_path, frame.where);
+      if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, frame.where);
+    }
+    for (const auto& [key, value] : object.items())
+      if (!Among(kFrameKeys, key) && !Among(kCameraKeys, key)) ++unused[key];
+    light_field.views.push_back(std::move(view));
+  };
+  document.ForEachFrame(add);
+  if (light_field.views.empty())
+    throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
+  std::stable_sort(light_field.views.begin(), light_field.views.end(),
+                   [](const View& a, const View& b) { return a.id < b.id; });
+  for (std::size_t i = 1; i < light_field.views.size(); ++i)
+    if (light_field.views[i].id == light_field.views[i - 1].id)
+      throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
+                  light_field.views[i].id);
+  if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
+  for (const auto& [key, value] : document.top().items())
+    if (!Among(kSetKeys, key) && !Among(kCameraKeys, key))
+      light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
+  for (const auto& [key, count] : unused)
+    light_field.doubts.push_back(
+        fmt::format("{}: '{}' of {} is not used", file.string(), key, Counted(count, "frame")));
+  return light_field;
+}
+
+void ReadPoints(const JsonPlace& top, LightField& light_field) {
+  const std::string given = top.Text("ply_file_path", "");
+  const std::string path = given.empty() ? kPointsFile : PathInside(light_field.root, given, top.where);
+  if (fs::is_regular_file(light_field.root / path))
+    light_field.points = ReadPointPly(light_field.root / path);
+  else if (!given.empty())
+    light_field.doubts.push_back(
+        fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
+}
+
+std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
+  if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
+  const JsonPlace place{top.Raw("ulf").at("journal"), top.where + ", ulf, journal"};
+  return JournalStamp{static_cast<std::uint64_t>(place.Number("bytes")),
+                      static_cast<std::uint32_t>(place.Number("crc32"))};
 }
 
 void WriteCamera(const CameraModel& camera, json& object) {
@@ -222,62 +401,29 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
 }
 
 LightField ReadTransformsJson(const fs::path& file) {
-  LightField light_field;
-  light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
-  json document;
-  try {
-    document = json::parse(ReadWholeFile(file));
-  } catch (const json::exception& error) {
-    throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file.string(),
-                error.what());
-  }
-  const JsonPlace top{document, file.string()};
-  const json& frames = top.Raw("frames");
-  if (!frames.is_array()) throw Error("{}: 'frames' must be a list", file.string());
-  if (frames.empty()) throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
-
-  const bool shared_camera = HasIntrinsics(top);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    JsonPlace frame{frames[i], fmt::format("{}, frame {}", file.string(), i)};
-    View view;
-    view.id = static_cast<int>(i) + 1;
-    frame.where += " (" + frame.Text("file_path") + ")";
-    view.image_path = ImagePath(light_field.root, frame);
-    view.cam_from_world = CamFromWorld(frame);
-    const bool own_camera = HasIntrinsics(frame);
-    if (!own_camera && !shared_camera)
-      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
-                  frame.where);
-    if (own_camera || light_field.cameras.empty()) {
-      const CameraModel camera = ReadCamera(own_camera ? frame : top, light_field.root / view.image_path);
-      const auto known = std::find(light_field.cameras.begin(), light_field.cameras.end(), camera);
-      view.camera = static_cast<int>(known - light_field.cameras.begin());
-      if (known == light_field.cameras.end()) light_field.cameras.push_back(camera);
-    }
-    if (frame.Has("ulf")) {
-      ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
-      if (!view.master_path.empty())
-        view.master_path = PathInside(light_field.root, view.master_path, frame.where);
-    }
-    light_field.views.push_back(std::move(view));
-  }
-  std::stable_sort(light_field.views.begin(), light_field.views.end(),
-                   [](const View& a, const View& b) { return a.id < b.id; });
-  for (std::size_t i = 1; i < light_field.views.size(); ++i)
-    if (light_field.views[i].id == light_field.views[i - 1].id)
-      throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
-                  light_field.views[i].id);
-  if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
+  const Document document(file);
+  LightField light_field = ReadFrames(document, file, true);
+  ReadPoints({document.top(), file.string()}, light_field);
   return light_field;
 }
 
-std::string TransformsJsonText(const LightField& light_field) {
+TransformsText ReadTransformsText(const fs::path& file) {
+  const Document document(file);
+  return {ReadFrames(document, file, false), StampFrom({document.top(), file.string()}),
+          document.top().contains("ulf")};
+}
+
+std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
   json document;
   const bool one_camera = light_field.cameras.size() == 1;
   if (one_camera) WriteCamera(light_field.cameras.front(), document);
   document["aabb_scale"] = 16;  // instant-ngp: how far beyond the unit cube it looks; ignored by others
-  if (!light_field.points.empty()) document["ply_file_path"] = "points.ply";
-  document["ulf"] = OurKeys(light_field);
+  if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
+  json& ours = document["ulf"] = OurKeys(light_field);
+  if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
+  // nerfstudio takes masks of all frames or of none.
+  const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
+                                       [](const View& view) { return view.mask_path.empty(); });
   json& frames = document["frames"] = json::array();
   for (const View& view : light_field.views) {
     const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
@@ -286,6 +432,7 @@ std::string TransformsJsonText(const LightField& light_field) {
       rows.push_back(
           {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
     json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", ViewToJson(view)}};
+    if (all_masked) frame["mask_path"] = view.mask_path;
     if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
     frames.push_back(std::move(frame));
   }

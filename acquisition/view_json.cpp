@@ -11,6 +11,7 @@ nlohmann::json ViewToJson(const View& view) {
                          {"black_level", view.black_level},
                          {"tracking_quality", view.tracking_quality}};
   if (!view.master_path.empty()) keys["master"] = view.master_path;
+  if (!view.mask_path.empty()) keys["mask"] = view.mask_path;
   if (view.master_transfer)
     keys["master_transfer"] = *view.master_transfer == Transfer::kLinear ? "linear" : "srgb";
   if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
@@ -22,6 +23,7 @@ nlohmann::json ViewToJson(const View& view) {
 void ReadViewJson(const JsonPlace& place, View& view) {
   view.id = place.Integer("id", view.id);
   view.master_path = place.Text("master", "");
+  view.mask_path = place.Text("mask", view.mask_path);
   if (place.Has("master_transfer")) {
     const std::string transfer = place.Text("master_transfer");
     if (transfer != "linear" && transfer != "srgb")

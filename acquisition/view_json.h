@@ -8,11 +8,12 @@
 
 namespace ulf {
 
-// id, master, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain, black_level,
-// f_number, tracking_quality, bound_px; not where its image lies nor its pose.
+// id, master, mask, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain,
+// black_level, f_number, tracking_quality, bound_px; not where its image lies nor its pose.
 nlohmann::json ViewToJson(const View& view);
 
-// Sets what is there; what is not keeps its default. `view.master_path` is as written: check it before use.
+// Sets what is there; what is not keeps its default. `view.master_path` and `view.mask_path` are as written:
+// check them before use.
 void ReadViewJson(const JsonPlace& place, View& view);
 
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.

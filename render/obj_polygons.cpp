@@ -1,5 +1,6 @@
 // Wavefront OBJ: "v x y z" and "f 1/2/3 -1 ..." count, everything else is passed over.
 #include "acquisition/error.h"
+#include "acquisition/ply_reader.h"
 #include "render/polygon_soup.h"
 
 namespace ulf {

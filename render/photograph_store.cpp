@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <list>
 #include <map>
 #include <mutex>
@@ -147,11 +148,13 @@ fs::path PhotographStore::State::FileOf(std::size_t index) const {
 std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
   const View& view = ViewAt(index);
   const fs::path& root = light_field.root;
-  return Checksum(fmt::format("{} {} {} {:x} {:x} {:a}", view.camera, view.image_path, view.master_path,
-                              FileStamp(root / view.image_path),
-                              view.master_path.empty() ? 0 : FileStamp(root / view.master_path),
-                              view.black_level) +
-                  made_from);
+  return Checksum(
+      fmt::format("{} {} {} {:x} {:x} {:a}", view.camera, view.image_path, view.master_path,
+                  FileStamp(root / view.image_path),
+                  view.master_path.empty() ? 0 : FileStamp(root / view.master_path), view.black_level) +
+      (view.mask_path.empty() ? ""
+                              : fmt::format("{} {:x} ", view.mask_path, FileStamp(root / view.mask_path))) +
+      made_from);
 }
 
 cv::Mat PhotographStore::State::FindHeld(const Key& key) {
@@ -217,8 +220,10 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
   ViewPyramid pyramid;
   std::uint64_t not_finite = 0;
   if (options.linear) {
-    const cv::Mat light = LinearFloat(ReadViewLight(light_field, view));
+    cv::Mat light = LinearFloat(ReadViewLight(light_field, view));
     not_finite = NotFinite(light);
+    if (const cv::Mat mask = ReadViewMask(light_field, view); !mask.empty())
+      light.setTo(cv::Scalar::all(std::numeric_limits<double>::quiet_NaN()), mask == 0);
     pyramid = MakeLinearPyramid(light, photograph.size());
   } else {
     pyramid = MakePyramid(ResizedInLight(Srgb8(ReadViewImage(light_field, view)), photograph.size()));

@@ -18,7 +18,6 @@ namespace {
 constexpr double kMargin = 0.15;  // beyond the frame, of its longer side
 constexpr int kRimPointsPerSide = 6;
 constexpr double kWrongBy = 0.3;  // inverse depth, against all neighbours
-constexpr std::size_t kLeastPoints = 4;
 
 struct ImagePoint {
   Vector2d img;
@@ -101,7 +100,7 @@ void MendWrongPoints(const std::vector<Triangle>& triangles, std::vector<ImagePo
 PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points) : subject_(subject) {
   for (const ScenePoint& point : points)
     if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
-  if (points_.size() < kLeastPoints)
+  if (points_.size() < kFewest)
     throw Error("--proxy points: the light field has {} tracked points; take another proxy (plane, mesh)",
                 points_.size());
 }
@@ -117,7 +116,7 @@ std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& ca
   last_.reset();
   const double margin_px = kMargin * std::max(camera.width, camera.height);
   std::vector<ImagePoint> points = SeenPoints(points_, camera, cam_from_world, margin_px);
-  if (points.size() < kLeastPoints) return nullptr;
+  if (points.size() < kFewest) return nullptr;
   const std::vector<ImagePoint> rim = RimPoints(points, camera, margin_px);
   points.insert(points.end(), rim.begin(), rim.end());
   std::vector<Vector2d> img;

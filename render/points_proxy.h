@@ -12,7 +12,8 @@ namespace ulf {
 
 class PointsProxy : public Proxy {
  public:
-  // World points; those that are not finite are left out. Error for fewer than four.
+  static constexpr std::size_t kFewest = 4;
+  // World points; those that are not finite are left out. Error for fewer than kFewest.
   PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points);
   std::string Name() const override { return "points"; }
   void AddTo(Fingerprint& fingerprint) const override;

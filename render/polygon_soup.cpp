@@ -62,12 +62,4 @@ std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::V
   return triangles;
 }
 
-bool ParseNumber(std::string_view text, double& value) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size()) return false;
-  if (error == std::errc::result_out_of_range) value = std::nan("");
-  return error == std::errc() || error == std::errc::result_out_of_range;
-}
-
 }  // namespace ulf

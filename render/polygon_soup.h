@@ -25,7 +25,4 @@ PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name);
 std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::Vector3f>& vertices,
                                                       std::vector<std::uint32_t> polygon);
 
-// A number as text files write it: "nan" and "inf" are numbers. False where `text` is none.
-bool ParseNumber(std::string_view text, double& value);
-
 }  // namespace ulf

@@ -41,7 +41,8 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 
 std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
-  if (std::filesystem::exists(light_field / "points.ply")) names.push_back("points");
+  // Whatever their file is called, and whether it holds any.
+  if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
   if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
   return names;
 }

@@ -31,12 +31,14 @@ std::vector<float> ExposureScales(const LightField& light_field) {
 }
 
 // Where 8 bits would lose light: a master or a photograph holds more, a flat field is divided out, or
-// exposures are more than a stop apart, so that some photographs are lifted out of their shadows.
+// exposures are more than a stop apart, so that some photographs are lifted out of their shadows. Only the
+// linear form knows of parts without light, which is what masks leave.
 bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales) {
   const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
   return *most > 2 * *least || !light_field.flat_fields.empty() ||
-         std::any_of(light_field.views.begin(), light_field.views.end(),
-                     [&](const View& view) { return HasMoreThanEightBits(light_field, view); });
+         std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+           return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
+         });
 }
 
 bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales, PhotographForm form) {

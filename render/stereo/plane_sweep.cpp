@@ -273,6 +273,7 @@ DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, cons
   DepthMap map{cv::Mat::zeros(view.grey.size(), CV_32F), cv::Mat::zeros(view.grey.size(), CV_32F)};
   for (int y = 0; y < view.grey.rows; ++y)
     for (int x = 0; x < view.grey.cols; ++x) {
+      if (!view.valid.empty() && view.valid.at<std::uint8_t>(y, x) == 0) continue;
       const float at = plane.at<float>(y, x);
       // Least at the range's end is no minimum: it would go on beyond.
       if (at < 0.5f || at > static_cast<float>(range.planes) - 1.5f) continue;

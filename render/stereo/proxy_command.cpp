@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -78,7 +79,10 @@ ProxyMesh Imported(const std::string& file) {
 }
 
 ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
-  SceneOptions scene_options{.size_limit_px = args.options.size_px, .form = PhotographForm::kEightBits};
+  const bool masked = std::any_of(light_field.views.begin(), light_field.views.end(),
+                                  [&](const View& view) { return HasMask(light_field, view); });
+  SceneOptions scene_options{.size_limit_px = args.options.size_px,
+                             .form = masked ? PhotographForm::kLinear : PhotographForm::kEightBits};
   if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
   if (args.leave_out_every > 0)
     for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))

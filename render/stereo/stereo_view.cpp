@@ -6,6 +6,42 @@
 
 namespace ulf {
 
+namespace {
+
+// 255 where the photograph has light in all of a pixel; empty where it has everywhere.
+cv::Mat ValidPart(const Photograph& photograph) {
+  if (!photograph.linear()) return {};
+  cv::Mat share;
+  cv::extractChannel(photograph.Level(0), share, 3);
+  share.convertTo(share, CV_32F);
+  const cv::Mat valid = share > 0.99f;
+  return cv::countNonZero(valid) == static_cast<int>(valid.total()) ? cv::Mat() : valid;
+}
+
+// For cv::remap: where in the photograph each pixel of its pinhole picture is.
+cv::Mat Undistortion(const CameraModel& camera, const cv::Size& size) {
+  const CameraModel pinhole = camera.WithoutDistortion();
+  cv::Mat from(size, CV_32FC2);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      const auto img =
+          camera.ImgFromCam({(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
+      from.at<cv::Vec2f>(y, x) = img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV's pixels
+                                                 static_cast<float>(img->y() - 0.5))
+                                     : cv::Vec2f(-10, -10);
+    }
+  return from;
+}
+
+cv::Mat Reduced(const cv::Mat& picture, const cv::Size& size) {
+  if (picture.size() == size) return picture;
+  cv::Mat reduced;
+  cv::resize(picture, reduced, size, 0, 0, cv::INTER_AREA);
+  return reduced;
+}
+
+}  // namespace
+
 std::optional<Eigen::Vector2d> StereoView::See(const Eigen::Vector3d& point_in_world) const {
   const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
   if (!img || !camera.Contains(*img)) return std::nullopt;
@@ -30,24 +66,16 @@ StereoView MakeStereoView(const SceneView& view, int size_px) {
   cv::Mat grey;
   cv::cvtColor(view.Srgb8(), grey, cv::COLOR_BGR2GRAY);
   grey.convertTo(grey, CV_32F);
+  cv::Mat valid = ValidPart(*view.photograph);
   if (view.camera.distortion != Distortion::kNone) {
-    cv::Mat from(grey.size(), CV_32FC2);
-    for (int y = 0; y < grey.rows; ++y)
-      for (int x = 0; x < grey.cols; ++x) {
-        const auto img = view.camera.ImgFromCam(
-            {(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
-        from.at<cv::Vec2f>(y, x) = img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV's pixels
-                                                   static_cast<float>(img->y() - 0.5))
-                                       : cv::Vec2f(-10, -10);
-      }
-    cv::Mat straight;
-    cv::remap(grey, straight, from, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    grey = straight;
+    const cv::Mat from = Undistortion(view.camera, grey.size());
+    cv::remap(grey.clone(), grey, from, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    if (!valid.empty())
+      cv::remap(valid.clone(), valid, from, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_REPLICATE);
   }
-  if (grey.cols != result.camera.width || grey.rows != result.camera.height)
-    cv::resize(grey, result.grey, {result.camera.width, result.camera.height}, 0, 0, cv::INTER_AREA);
-  else
-    result.grey = grey;
+  const cv::Size size(result.camera.width, result.camera.height);
+  result.grey = Reduced(grey, size);
+  if (!valid.empty()) result.valid = Reduced(valid, size) == 255;
   return result;
 }
 

@@ -15,7 +15,8 @@ struct StereoView {
   CameraModel camera;  // without distortion
   Rigid3 cam_from_world;
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
-  cv::Mat grey;  // CV_32F, display-encoded, 0 to 255
+  cv::Mat grey;   // CV_32F, display-encoded, 0 to 255
+  cv::Mat valid;  // CV_8U, 0 where a mask hides the photograph; empty: none does
 
   // None behind the camera or outside the picture.
   std::optional<Eigen::Vector2d> See(const Eigen::Vector3d& point_in_world) const;

@@ -2,6 +2,8 @@
 // them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -15,6 +17,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/transforms_json.h"
 #include "tests/acquisition/light_field_samples.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -223,6 +226,179 @@ TEST(Import, ParallelCamerasNeedASubject) {
   for (const char* bad :
        {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
     EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
+}
+
+// A set as another program leaves it: three views, a picture each of its own kind.
+class Foreign : public testing::Test {
+ protected:
+  void SetUp() override {
+    WriteSample(source(), 3);
+    for (const char* ours : {"journal.jsonl", "points.ply"}) fs::remove(source() / ours);
+    document_ = json::parse(ReadWholeFile(source() / "transforms.json"));
+    document_.erase("ulf");
+    document_.erase("ply_file_path");
+    for (json& frame : document_["frames"]) frame.erase("ulf");
+  }
+  fs::path source() const { return scratch_ / "source"; }
+  LightField Imported() {
+    std::ofstream(source() / "transforms.json") << document_.dump();
+    return Import(source(), scratch_ / "lf", {Subject{{0, 0, 3}, 0.4}});
+  }
+  ScratchFolder scratch_;
+  json document_;
+};
+
+TEST_F(Foreign, PointsComeAlong) {
+  fs::create_directories(source() / "clouds");
+  std::ofstream(source() / "clouds/sparse.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\n"
+         "property float nx\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
+         "1 2 3 0 10 20 30\n-1.5 0 4 0 200 100 0\n";
+  document_["ply_file_path"] = "clouds/sparse.ply";
+  Imported();
+  const LightField read = ReadLightField(scratch_ / "lf");
+  ASSERT_EQ(read.points.size(), 2u);
+  EXPECT_EQ(read.points[1].position_in_world, Eigen::Vector3d(-1.5, 0, 4));
+  EXPECT_EQ(read.points[1].rgb[0], 200);
+  EXPECT_EQ(ReadLightField(source()).points.size(), 2u) << "and without importing";
+}
+
+TEST_F(Foreign, PointsWithoutVerticesAreASetWithoutPoints) {
+  std::ofstream(source() / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 0\nproperty float "
+                                            "x\nproperty float y\nproperty float z\nend_header\n";
+  document_["ply_file_path"] = "points.ply";
+  std::ofstream(source() / "transforms.json") << document_.dump();
+  const LightField read = ReadLightField(source());
+  EXPECT_TRUE(read.points.empty());
+  EXPECT_TRUE(read.doubts.empty());
+}
+
+TEST_F(Foreign, MasksComeAlong) {
+  cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 10, kHeight)) = 0;
+  fs::create_directories(source() / "cut");
+  cv::imwrite((source() / "cut/second.png").string(), mask);
+  document_["frames"][1]["mask_path"] = "cut/second.png";
+  Imported();
+  const LightField read = ReadLightField(scratch_ / "lf");
+  EXPECT_TRUE(read.views[0].mask_path.empty());
+  EXPECT_EQ(read.views[1].mask_path, "masks/000002.png");
+  EXPECT_EQ(cv::norm(ReadViewMask(read, read.views[1]), mask, cv::NORM_INF), 0);
+}
+
+TEST_F(Foreign, AlphaIsAMask) {
+  cv::Mat pixels(kHeight, kWidth, CV_8UC4, cv::Scalar(1, 2, 3, 255));
+  pixels(cv::Rect(5, 5, 7, 9)) = cv::Scalar(200, 2, 3, 20);
+  cv::imwrite((source() / "images/000001.png").string(), pixels);
+  cv::imwrite((source() / "images/000002.png").string(),
+              cv::Mat(kHeight, kWidth, CV_8UC4, cv::Scalar(1, 2, 3, 255)));
+  Imported();
+  const LightField read = ReadLightField(scratch_ / "lf");
+  const cv::Mat mask = ReadViewMask(read, read.views[0]);
+  EXPECT_EQ(mask.total() - static_cast<std::size_t>(cv::countNonZero(mask)), 7u * 9u);
+  EXPECT_EQ(mask.at<std::uint8_t>(6, 6), 0);
+  EXPECT_TRUE(read.views[1].mask_path.empty()) << "nothing of it is transparent";
+  EXPECT_EQ(ReadWholeFile(scratch_ / "lf/images/000001.png"), ReadWholeFile(source() / "images/000001.png"));
+}
+
+TEST_F(Foreign, AMaskOfAnotherSizeIsNamed) {
+  cv::imwrite((source() / "mask.png").string(), cv::Mat(3, 4, CV_8UC1, cv::Scalar(255)));
+  document_["frames"][0]["mask_path"] = "mask.png";
+  EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("mask.png"), HasSubstr("4x3"))));
+}
+
+TEST_F(Foreign, WhatIsNotUnderstoodIsNamed) {
+  document_["sky_color"] = "blue";
+  document_["frames"][0]["depth_file_path"] = "d.png";
+  document_["frames"][2]["depth_file_path"] = "e.png";
+  std::ofstream(source() / "transforms.json") << document_.dump();
+  EXPECT_THAT(ReadLightField(source()).doubts,
+              testing::UnorderedElementsAre(AllOf(HasSubstr("'sky_color' is not used")),
+                                            AllOf(HasSubstr("'depth_file_path' of 2 frames is not used"))));
+  const auto said =
+      test::RunUlf("import " + source().string() + " --subject 0,0,3,0.4 -o " + (scratch_ / "lf").string());
+  EXPECT_EQ(said.exit_code, 0);
+  EXPECT_THAT(said.errors, AllOf(HasSubstr("sky_color"), HasSubstr("depth_file_path")));
+}
+
+// Every row of the COLMAP text model has the fields that its readers count on, and every file is there.
+TEST_F(Foreign, NamesBreakNoRow) {
+  const char* const names[] = {"images/a view.png", "images/a\nview.png", "images/sub dir/\tthird.png"};
+  fs::create_directories(source() / "images/sub dir");
+  for (std::size_t i = 0; i < 3; ++i) {
+    fs::rename(source() / "images" / fmt::format("{:06}.png", i + 1), source() / names[i]);
+    document_["frames"][i]["file_path"] = names[i];
+  }
+  Imported();
+  std::istringstream images(ReadWholeFile(scratch_ / "lf/sparse/0/images.txt"));
+  std::vector<std::string> found;
+  for (std::string line; std::getline(images, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream row(line);
+    std::vector<std::string> fields;
+    for (std::string field; row >> field;) fields.push_back(field);
+    ASSERT_EQ(fields.size(), 10u) << line;
+    found.push_back(fields[9]);
+    EXPECT_TRUE(fs::exists(scratch_ / "lf/images" / fields[9])) << fields[9];
+    std::getline(images, line);
+  }
+  EXPECT_THAT(found, testing::UnorderedElementsAre("a_view.png", "a_view-2.png", "sub_dir/_third.png"));
+  EXPECT_EQ(ReadLightField(scratch_ / "lf").views.size(), 3u);
+}
+
+TEST_F(Foreign, SizesThatNoImageHasAreShownAsTheyAre) {
+  document_["w"] = 2147483648.0;
+  EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("'w'"), HasSubstr("2147483648"))));
+}
+
+TEST_F(Foreign, AnImportThatFailsLeavesNothing) {
+  fs::resize_file(source() / "images/000003.png", 200);
+  EXPECT_THROW(Imported(), Error);
+  for (const auto& entry : fs::directory_iterator(scratch_.path()))
+    EXPECT_EQ(entry.path().filename(), "source") << "left behind";
+}
+
+TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
+  fs::create_directories(scratch_ / "disk");
+  if (const auto why = test::MountSmallDisk(scratch_ / "disk", 1 << 20)) GTEST_SKIP() << *why;
+  std::ofstream(source() / "transforms.json") << document_.dump();
+  test::FillDisk(scratch_ / "disk/filler");
+  fs::resize_file(scratch_ / "disk/filler", fs::file_size(scratch_ / "disk/filler") - 24000);
+  EXPECT_THAT(
+      [&] {
+        Import(source(), scratch_ / "disk/lf", {Subject{{0, 0, 3}, 0.4}});
+      },
+      ThrowsMessage<DiskFullError>(AllOf(HasSubstr("disk/lf"), HasSubstr("nothing of it was left behind"))));
+  for (const auto& entry : fs::directory_iterator(scratch_ / "disk"))
+    EXPECT_EQ(entry.path().filename(), "filler") << "left behind";
+}
+
+// A frame costs what its view needs, not what its text does.
+TEST_F(Foreign, ManyFramesNeedLittleMemory) {
+  constexpr int kFrames = 15000;
+  json frame = document_["frames"][0];
+  frame["comment"] = std::string(2000, 'x');
+  document_["frames"] = json::array();
+  std::string text = document_.dump();
+  text.resize(text.rfind("[]") + 1);
+  {
+    std::ofstream file(source() / "transforms.json");
+    file << text;
+    for (int i = 0; i < kFrames; ++i) file << (i > 0 ? "," : "") << frame.dump();
+    file << document_.dump().substr(text.size());
+  }
+  ASSERT_GT(fs::file_size(source() / "transforms.json"), kFrames * 2000u);
+  const pid_t child = fork();
+  if (child == 0) {
+    rusage before{}, after{};
+    getrusage(RUSAGE_SELF, &before);
+    const bool all = ReadLightField(source()).views.size() == kFrames;
+    getrusage(RUSAGE_SELF, &after);
+    _exit(all && after.ru_maxrss - before.ru_maxrss < 20 << 10 ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "not read, or by more than 20 MiB";
 }
 
 TEST(Import, TakesInRealCaptures) {

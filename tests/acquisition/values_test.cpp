@@ -14,6 +14,7 @@
 #include "acquisition/error.h"
 #include "acquisition/image.h"
 #include "acquisition/rigid3.h"
+#include "acquisition/view_numbers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -216,6 +217,15 @@ TEST(DeviceUri, TakesApartAndRefuses) {
   EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<UsageError>(HasSubstr("'fps'")));
   EXPECT_THROW(DeviceUri::Parse("studio"), UsageError);
   EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), UsageError);
+}
+
+TEST(ViewNumbers, AreNamedInRuns) {
+  EXPECT_EQ(ViewNumbers({}), "");
+  EXPECT_EQ(ViewNumbers({7}), "view 7");
+  EXPECT_EQ(ViewNumbers({3, 4}), "views 3 and 4");
+  EXPECT_EQ(ViewNumbers({1, 3, 4}), "views 1, 3 and 4");
+  EXPECT_EQ(ViewNumbers({1, 2, 3, 5, 7, 8, 9}), "views 1 to 3, 5 and 7 to 9");
+  EXPECT_EQ(ViewNumbers({1, 3, 5, 7, 9, 11, 13, 15}), "views 1, 3, 5, 7, 9 and 3 more");
 }
 
 }  // namespace

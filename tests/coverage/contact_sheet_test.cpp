@@ -52,6 +52,10 @@ TEST(ContactSheet, IsMadeFromACapturedLightField) {
     cv::meanStdDev(sheet(cv::Rect(corner, cv::Size(450, 300))), mean, deviation);
     EXPECT_GT(deviation[0] + deviation[1] + deviation[2], 15) << "panel at " << corner;
   }
+  std::filesystem::remove(scratch / "lf/journal.jsonl");
+  const auto without_journal =
+      test::RunUlf("sheet " + dir + " --live " + live + " --cap 60x40 -o " + picture);
+  EXPECT_EQ(without_journal.exit_code, 0) << without_journal.errors;
   const auto broken =
       test::RunUlf("sheet " + dir + " --live " + (scratch / "gone.png").string() + " -o " + picture);
   EXPECT_EQ(broken.exit_code, 1);

@@ -13,6 +13,7 @@
 #include "acquisition/exr_file.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "render/evaluate.h"
 #include "render/renderer.h"
 #include "tests/render/synthetic_views.h"
 #include "tests/support/test_paths.h"
@@ -215,6 +216,59 @@ TEST(Light, MastersAreRenderedFromTheirSixteenBits) {
   // Without its masters the light field is still one.
   std::filesystem::remove_all(scratch / "lf/masters");
   EXPECT_EQ(LoadScene(ReadLightField(scratch / "lf"), {})->views[5].photograph->type(), CV_8UC3);
+}
+
+// A hand before the lens, masked: without the mask it shows, with it the others fill in, and a left-out view
+// does not count there. Both renderers; the same where alpha is the mask.
+TEST(Light, MaskedPartsHaveNoWeight) {
+  const cv::Rect hand(30, 20, 30, 30);
+  enum class Masking { kNone, kFile, kAlpha };
+  const auto write = [&](const std::filesystem::path& dir, Masking masking) {
+    test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)}, true);
+    LightField light_field = ReadLightField(dir);
+    View& view = light_field.views[12];
+    const std::string photograph = (dir / view.image_path).string();
+    cv::Mat pixels = ReadImageFile(photograph);
+    pixels(hand) = cv::Scalar(255, 0, 255);
+    cv::Mat mask(pixels.size(), CV_8UC1, cv::Scalar(255));
+    mask(hand) = 0;
+    if (masking == Masking::kAlpha) {
+      std::vector<cv::Mat> channels;
+      cv::split(pixels, channels);
+      channels.push_back(mask);
+      cv::merge(channels, pixels);
+    }
+    cv::imwrite(photograph, pixels);
+    if (masking != Masking::kFile) return;
+    std::filesystem::create_directories(dir / "masks");
+    view.mask_path = "masks/000013.png";
+    cv::imwrite((dir / view.mask_path).string(), mask);
+    WriteLightField(light_field);
+  };
+  test::ScratchFolder scratch;
+  write(scratch / "none", Masking::kNone);
+  write(scratch / "file", Masking::kFile);
+  write(scratch / "alpha", Masking::kAlpha);
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const auto error = [&](const char* name) {
+      const auto scene = LoadScene(ReadLightField(scratch / name), {});
+      const SceneView& view = scene->views[12];
+      const Rendering picture = MakeRenderer(scene, {.field = {.kind = FieldKind::kLinear}, .renderer = kind})
+                                    ->Render(view.camera, view.cam_from_world);
+      cv::Mat difference;
+      cv::absdiff(picture.linear, test::LightOfPlane(view.camera, view.cam_from_world), difference);
+      const cv::Scalar mean = cv::mean(difference(hand));
+      return (mean[0] + mean[1] + mean[2]) / 3;
+    };
+    const double unmasked = error("none");
+    EXPECT_GT(unmasked, 0.2) << "the hand must show without a mask";
+    EXPECT_LT(error("file"), 0.1 * unmasked);
+    EXPECT_LT(error("alpha"), 0.1 * unmasked);
+  }
+  const auto masked = LoadScene(ReadLightField(scratch / "file"), {});
+  const cv::Mat valid = Undistort(masked->views[12]).valid;
+  EXPECT_EQ(cv::countNonZero(valid(hand)), 0);
+  EXPECT_EQ(cv::countNonZero(valid), static_cast<int>(valid.total()) - hand.area());
 }
 
 TEST(Light, FaultyExrFilesAreNamed) {

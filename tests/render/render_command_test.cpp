@@ -172,6 +172,35 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
 }
 
+// A set by another program: no journal, and points under a name of its own.
+TEST_F(RenderCommand, PointsAreUsedWithoutAJournal) {
+  const auto text = [](int count) {
+    cv::RNG random(2);
+    std::string ply = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n",
+        count);
+    for (int i = 0; i < count; ++i)
+      ply += fmt::format("{} {} 0\n", random.uniform(-2., 2.), random.uniform(-2., 2.));
+    return ply;
+  };
+  std::filesystem::remove(dir_ / "journal.jsonl");
+  std::filesystem::remove(dir_ / "points.ply");
+  nlohmann::json document = nlohmann::json::parse(ReadWholeFile(dir_ / "transforms.json"));
+  document["ply_file_path"] = "sparse_pc.ply";
+  WriteFileAtomically(dir_ / "transforms.json", document.dump());
+  WriteFileAtomically(dir_ / "sparse_pc.ply", text(300));
+  const auto scored = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
+  ASSERT_EQ(scored.exit_code, 0) << scored.errors;
+  EXPECT_GT(nlohmann::json::parse(scored.output)["results"][0]["psnr_db"], 30);
+  const auto drawn = RunUlf("render " + dir_.string() + " --proxy points --field linear -o " + Out("a.png"));
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.errors;
+  // Without a vertex it is a set without points, and no reason to fail.
+  WriteFileAtomically(dir_ / "sparse_pc.ply", text(0));
+  const auto without = RunUlf("render " + dir_.string() + " --field linear -o " + Out("b.png"));
+  EXPECT_EQ(without.exit_code, 0) << without.errors;
+}
+
 TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
   const std::string render = "render " + dir_.string() + " --field linear --proxy plane --width 48 -o ";
   ASSERT_EQ(RunUlf(render + Out("gl.png")).exit_code, 0);

@@ -1,0 +1,333 @@
+#include "acquisition/folder_repair.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <set>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/colmap_text.h"
+#include "acquisition/counted.h"
+#include "acquisition/error.h"
+#include "acquisition/folder_check.h"
+#include "acquisition/journal.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/transforms_json.h"
+#include "acquisition/view_files.h"
+#include "acquisition/view_numbers.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kJournal = "journal.jsonl";
+constexpr const char* kNewJournal = "journal.jsonl.new";
+constexpr const char* kTransforms = "transforms.json";
+
+std::string NumbersOf(const std::map<int, View>& views) {
+  std::set<int> ids;
+  for (const auto& [id, view] : views) ids.insert(id);
+  return ViewNumbers(ids);
+}
+
+// The journal as far as it can be read. Where it has no header of its own, transforms.json gives one.
+struct Found {
+  JournalContents journal;
+  std::optional<LightField> header;    // cameras and device
+  std::optional<LightField> settings;  // and the rest
+  std::string problem;                 // why its own header cannot be used
+};
+
+Found FindJournal(const fs::path& dir) {
+  Found found;
+  try {
+    if (!fs::is_regular_file(dir / kJournal))
+      throw Error("{}: there is no journal", (dir / kJournal).string());
+    found.journal = ReadJournal(dir / kJournal);
+    return found;
+  } catch (const Error& error) {
+    found.problem = error.what();
+  }
+  if (!fs::is_regular_file(dir / kTransforms))
+    throw Error("{}; nor is there a {} to make one from: nothing here says where the photographs were taken",
+                found.problem, kTransforms);
+  TransformsText text = ReadTransformsText(dir / kTransforms);
+  if (!text.ours)
+    throw Error("{0}: {1} is by another program; make a light field of it with 'ulf import {0} -o NEW'",
+                dir.string(), kTransforms);
+  found.settings = text.light_field;
+  found.header = std::move(text.light_field);
+  found.header->views.clear();
+  found.header->doubts.clear();
+  found.header->subject.reset();
+  found.header->up_in_world.reset();
+  found.header->goal.reset();
+  found.header->capture_s = 0;
+  found.header->reasons.clear();
+  if (fs::is_regular_file(dir / kJournal))
+    found.journal = ReadJournal(dir / kJournal, *found.header);
+  else
+    found.journal.light_field = *found.header;
+  return found;
+}
+
+// Which of the journal's cameras a camera of the other file is: the one that most of their common views have,
+// else the same model.
+std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
+  std::map<int, int> ours_by_id;
+  for (const View& view : journal.views) ours_by_id[view.id] = view.camera;
+  std::map<int, std::map<int, int>> votes;
+  for (const View& view : other.views)
+    if (const auto found = ours_by_id.find(view.id); found != ours_by_id.end())
+      ++votes[view.camera][found->second];
+  std::map<int, int> matched;
+  for (int camera = 0; camera < static_cast<int>(other.cameras.size()); ++camera) {
+    const auto same = std::find(journal.cameras.begin(), journal.cameras.end(),
+                                other.cameras[static_cast<std::size_t>(camera)]);
+    if (const auto found = votes.find(camera); found != votes.end())
+      matched[camera] =
+          std::max_element(found->second.begin(), found->second.end(), [](const auto& a, const auto& b) {
+            return a.second < b.second;
+          })->first;
+    else if (same != journal.cameras.end())
+      matched[camera] = static_cast<int>(same - journal.cameras.begin());
+    else if (journal.cameras.size() == 1 && other.cameras.size() == 1)
+      matched[camera] = 0;
+  }
+  return matched;
+}
+
+bool HasItsImage(const fs::path& dir, const View& view) {
+  return fs::is_regular_file(dir / view.image_path) ||
+         (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path));
+}
+
+// From transforms.json, which says all of a view; camera indices become the journal's.
+void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                           RepairPlan& plan) {
+  if (!check.transforms.HoldsWhatIsLost()) return;
+  const LightField& other = *check.from_transforms;
+  const std::map<int, int> cameras = MatchCameras(journal, other);
+  std::map<int, View> without_image;
+  for (auto [id, view] : check.transforms.unknown) {
+    const auto camera = cameras.find(view.camera);
+    if (camera == cameras.end()) continue;
+    view.camera = camera->second;
+    (HasItsImage(dir, view) ? plan.recovered : without_image)[id] = view;
+  }
+  if (!without_image.empty())
+    plan.found.push_back(fmt::format("{}: the photographs of {} are missing: they cannot come back",
+                                     (dir / kTransforms).string(), NumbersOf(without_image)));
+  // Where lines of a later date are in the journal, its poses are the newer ones.
+  const bool is_newer =
+      check.transforms.lineage == Lineage::kJournalShort || check.transforms.lineage == Lineage::kUnknown;
+  if (!is_newer) return;
+  for (const auto& [id, view] : check.transforms.other_poses) plan.poses[id] = view.cam_from_world;
+  for (const auto& [theirs, ours] : cameras)
+    if (const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
+        !(camera == journal.cameras[static_cast<std::size_t>(ours)]))
+      plan.cameras[ours] = camera;
+  if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
+}
+
+// From sparse/0, which knows poses and names only.
+void RecoverFromModel(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                      RepairPlan& plan) {
+  if (!check.model.HoldsWhatIsLost()) return;
+  const bool transforms_tell_poses = check.transforms.HoldsWhatIsLost();
+  for (auto [id, view] : check.model.unknown) {
+    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
+    if (!plan.recovered.contains(id) && camera_known && HasItsImage(dir, view)) plan.recovered[id] = view;
+  }
+  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort)
+    for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
+}
+
+RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
+  const JournalContents& journal = found.journal;
+  const FolderCheck check = CheckFolder(dir, journal, false);
+  RepairPlan plan;
+  if (found.header) plan.found.push_back(found.problem);
+  plan.found.insert(plan.found.end(), check.words.begin(), check.words.end());
+  plan.header = found.header;
+  plan.views_before = journal.light_field.views.size();
+  RecoverFromTransforms(dir, journal.light_field, check, plan);
+  RecoverFromModel(dir, journal.light_field, check, plan);
+  if (found.settings) plan.settings = found.settings;
+  plan.taken_out = check.missing_images;
+  for (const int id : plan.taken_out)
+    plan.found.push_back(fmt::format("{}: the photograph of view {} is missing", dir.string(), id));
+  plan.pictures_of_others = PicturesOfOtherMasters(journal.light_field);
+  for (const View& view : journal.light_field.views)
+    plan.missing_pictures |= PictureFollowsFromMaster(view) && !fs::exists(dir / view.image_path) &&
+                             fs::is_regular_file(dir / view.master_path);
+  plan.new_journal = plan.header || !plan.recovered.empty() || !plan.poses.empty() || !plan.cameras.empty() ||
+                     !plan.taken_out.empty() || plan.settings || !journal.damaged.empty();
+  plan.new_derived =
+      plan.new_journal || check.not_closed || !check.transforms.IsOurs() || !check.model.IsOurs();
+  plan.views_after = plan.views_before + plan.recovered.size() - plan.taken_out.size();
+  return plan;
+}
+
+void SayPictures(const fs::path& dir, RepairPlan& plan) {
+  if (plan.pictures_of_others.empty()) return;
+  const std::string views = ViewNumbers({plan.pictures_of_others.begin(), plan.pictures_of_others.end()});
+  plan.found.push_back(fmt::format("{}: the photographs in images/ of {} are not those of their masters",
+                                   dir.string(), views));
+  plan.steps.push_back(
+      fmt::format("move the photographs of {} to unposed/ and make them anew from their masters", views));
+}
+
+void SaySteps(const fs::path& dir, RepairPlan& plan) {
+  if (plan.header) plan.steps.push_back("give the journal a header from transforms.json");
+  if (!plan.recovered.empty())
+    plan.steps.push_back(fmt::format("put {} back into the journal ({})",
+                                     Counted(plan.recovered.size(), "view"), NumbersOf(plan.recovered)));
+  if (!plan.poses.empty())
+    plan.steps.push_back(fmt::format("take over {} that the journal has lost the correction of",
+                                     Counted(plan.poses.size(), "pose")));
+  if (!plan.cameras.empty()) plan.steps.push_back("take over the corrected intrinsics");
+  if (!plan.taken_out.empty())
+    plan.steps.push_back(fmt::format("take {} out of the light field",
+                                     ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
+  if (plan.new_journal)
+    plan.steps.push_back("write the journal anew without its damaged lines; the old one is kept in kept/");
+  SayPictures(dir, plan);
+  if (plan.missing_pictures) plan.steps.push_back("make the photographs that are missing from their masters");
+  if (plan.new_derived)
+    plan.steps.push_back(
+        "write transforms.json and sparse/0 anew; what was changed in them is kept in kept/");
+}
+
+RepairPlan PlanUnlocked(const fs::path& dir) {
+  RepairPlan plan = PlanFrom(dir, FindJournal(dir));
+  SaySteps(dir, plan);
+  return plan;
+}
+
+// The old lines as they are, with the recovered views where their numbers belong, so that later corrections
+// count for them, too.
+void WriteLines(const fs::path& old_journal, const JournalContents& contents, const RepairPlan& plan,
+                Journal& to) {
+  const std::string bytes = contents.lines.empty() ? "" : ReadWholeFile(old_journal);
+  std::string lines;
+  auto next = plan.recovered.begin();
+  const auto flush = [&] {
+    if (!lines.empty()) to.Append(lines.substr(0, lines.size() - 1));
+    lines.clear();
+  };
+  const auto recover_below = [&](int id) {
+    std::vector<View> views;
+    for (; next != plan.recovered.end() && next->first < id; ++next) views.push_back(next->second);
+    if (views.empty()) return;
+    flush();
+    to.AddViews(views);
+  };
+  for (const JournalLine& line : contents.lines) {
+    if (!line.whole) continue;
+    if (line.view_id > 0) recover_below(line.view_id);
+    lines.append(bytes, line.begin, line.end - line.begin + 1);
+  }
+  recover_below(std::numeric_limits<int>::max());
+  flush();
+}
+
+void WriteSettings(const LightField& said, const LightField& known, Journal& to) {
+  if (said.up_in_world && !known.up_in_world) to.SetUp(*said.up_in_world);
+  if (said.goal && said.goal != known.goal) to.SetGoal(*said.goal);
+  if (said.subject && said.subject != known.subject) to.SetSubject(*said.subject);
+  if (said.capture_s > 0) to.Close(said.capture_s, said.reasons);
+}
+
+void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
+  const JournalContents old = FindJournal(dir).journal;
+  to.CutAt(0);
+  if (plan.header) to.Header(*plan.header);
+  WriteLines(dir / kJournal, old, plan, to);
+  if (!plan.poses.empty() || !plan.cameras.empty()) to.UpdatePoses(plan.poses, plan.cameras);
+  for (const int id : plan.taken_out) to.RemoveView(id);
+  if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);
+}
+
+void KeepOld(const fs::path& dir, const char* name, const char* as) {
+  if (!fs::exists(dir / name)) return;
+  MakeFolder(dir / "kept");
+  MoveWithoutReplacing(dir / name, dir / "kept" / as);
+}
+
+// The old journal keeps its name until the new one takes it in one step; a link keeps its content.
+void Exchange(const fs::path& dir) {
+  if (fs::exists(dir / kJournal)) {
+    MakeFolder(dir / "kept");
+    fs::path kept;
+    for (int number = 1;; ++number) {
+      kept = dir / "kept" / fmt::format("journal-{}.jsonl", number);
+      if (link((dir / kJournal).c_str(), kept.c_str()) == 0) break;
+      if (errno != EEXIST) {
+        // A file system without hard links.
+        WriteFileAtomically(kept, ReadWholeFile(dir / kJournal));
+        break;
+      }
+    }
+    SyncFolder(dir / "kept");
+  }
+  if (rename((dir / kNewJournal).c_str(), (dir / kJournal).c_str()) != 0)
+    ThrowDiskError(errno, (dir / kJournal).string() + ": cannot be replaced");
+  SyncFolder(dir);
+}
+
+}  // namespace
+
+RepairPlan PlanRepair(const fs::path& dir) {
+  if (!fs::is_directory(dir))
+    throw Error("{}: there is no such folder; give the folder of a light field", dir.string());
+  return PlanUnlocked(dir);
+}
+
+RepairPlan Repair(const fs::path& dir) {
+  if (!PlanRepair(dir).any()) return PlanRepair(dir);
+  // Whoever wants to write holds the journal, or the one that is about to take its place.
+  std::optional<Journal> old_journal;
+  if (fs::is_regular_file(dir / kJournal)) old_journal.emplace(dir / kJournal);
+  std::optional<Journal> new_journal(std::in_place, dir / kNewJournal);
+  const RepairPlan plan = PlanUnlocked(dir);
+  try {
+    if (plan.new_journal) {
+      WriteNewJournal(dir, plan, *new_journal);
+      const std::size_t views = ReadJournal(dir / kNewJournal).light_field.views.size();
+      if (views != plan.views_after)
+        throw Error("{}: the repaired journal would have {} instead of {}; nothing was changed", dir.string(),
+                    Counted(views, "view"), plan.views_after);
+      Exchange(dir);
+    } else {
+      fs::remove(dir / kNewJournal);
+    }
+  } catch (...) {
+    std::error_code gone;
+    fs::remove(dir / kNewJournal, gone);
+    throw;
+  }
+  const JournalContents contents = ReadJournal(dir / kJournal);
+  LightField light_field = contents.light_field;
+  for (const View& view : light_field.views)
+    if (std::find(plan.pictures_of_others.begin(), plan.pictures_of_others.end(), view.id) !=
+        plan.pictures_of_others.end()) {
+      MakeFolder(dir / "unposed");
+      MoveWithoutReplacing(dir / view.image_path, dir / "unposed" / fs::path(view.image_path).filename());
+    }
+  MakeMissingPictures(light_field);
+  if (plan.new_derived) {
+    const FolderCheck check = CheckFolder(dir, contents, false);
+    if (!check.transforms.IsOurs()) KeepOld(dir, kTransforms, kTransforms);
+    if (!check.model.IsOurs()) KeepOld(dir, "sparse/0", "sparse");
+    light_field.points = ReadLightField(dir).points;
+    WriteDerivedFiles(light_field);
+  }
+  return plan;
+}
+
+}  // namespace ulf

@@ -1,0 +1,70 @@
+// Stanford PLY of any kind (text, little or big endian, any elements and properties), one number after
+// another.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ulf::ply {
+
+enum class Number { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+enum class Format { kAscii, kLittleEndian, kBigEndian };
+
+struct Property {
+  std::string name;
+  Number type = Number::kFloat;
+  std::optional<Number> count_type;  // of a list
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Format format = Format::kAscii;
+  std::vector<Element> elements;
+  std::size_t size = 0;  // bytes
+};
+
+// Throws Error that begins with `name`.
+Header ParseHeader(const std::string& bytes, const std::string& name);
+
+// The numbers behind the header. `bytes` and `header` must outlive it; throws Error that begins with `name`
+// where the file ends too early.
+class Body {
+ public:
+  Body(const std::string& bytes, const Header& header, std::string name);
+
+  // At the beginning of an element: what its rows take up at least is there, so that a header cannot make
+  // anybody reserve more than the file holds.
+  void Require(const Element& element) const;
+  double Next(Number type);
+  // Of a list how many numbers follow, else 1.
+  double Count(const Property& property);
+  void Skip(const Element& element);
+
+ private:
+  double NextText();
+  [[noreturn]] void Truncated() const;
+
+  const char* at_;
+  const char* end_;
+  Format format_;
+  std::string name_;
+};
+
+}  // namespace ulf::ply
+
+namespace ulf {
+
+// A number as text files write it: "nan" and "inf" are numbers. False where `text` is none.
+bool ParseNumber(std::string_view text, double& value);
+
+}  // namespace ulf

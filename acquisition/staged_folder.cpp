@@ -1,0 +1,78 @@
+#include "acquisition/staged_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <utility>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/error.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+namespace {
+
+// A file system's root cannot be renamed over.
+bool IsMountPoint(const fs::path& folder) {
+  std::error_code unknown;
+  if (!fs::exists(folder, unknown)) return false;
+  struct Device {
+    static std::uint64_t Of(const fs::path& path) {
+      struct stat status {};
+      return stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_dev) : 0;
+    }
+  };
+  return Device::Of(folder) != Device::Of(folder / "..");
+}
+
+}  // namespace
+
+StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
+  std::error_code unknown;
+  if (target_.filename().empty()) target_ = target_.parent_path();
+  if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
+    throw Error("{}: exists already; choose another folder", target_.string());
+  if (IsMountPoint(target_)) {
+    path_ = target_;
+    return;
+  }
+  const fs::path parent = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+  MakeFolder(parent);
+  path_ = parent / fmt::format(".{}.{}{}", target_.filename().string(), getpid(), kTemporaryEnding);
+  fs::remove_all(path_, unknown);
+  MakeFolder(path_);
+}
+
+StagedFolder::~StagedFolder() {
+  if (committed_) return;
+  std::error_code unknown;
+  if (path_ != target_) {
+    fs::remove_all(path_, unknown);
+    return;
+  }
+  for (fs::directory_iterator entry(path_, unknown), end; !unknown && entry != end;
+       entry.increment(unknown)) {
+    std::error_code kept;
+    fs::remove_all(entry->path(), kept);
+  }
+}
+
+void StagedFolder::Commit() {
+  const int descriptor = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && syncfs(descriptor) == 0;
+  const int reason = errno;
+  if (descriptor >= 0) close(descriptor);
+  if (!synced) ThrowDiskError(reason, path_.string() + ": syncing to disk failed");
+  if (path_ != target_ && rename(path_.c_str(), target_.c_str()) != 0)
+    ThrowDiskError(errno, fmt::format("{}: cannot be renamed to {}", path_.string(), target_.string()));
+  committed_ = true;
+  SyncFolder(target_.parent_path().empty() ? fs::path(".") : target_.parent_path());
+}
+
+}  // namespace ulf

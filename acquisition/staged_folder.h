@@ -1,0 +1,28 @@
+// A new folder that is whole or not there: it is filled under another name and renamed when it is done.
+#pragma once
+
+#include <filesystem>
+
+namespace ulf {
+
+class StagedFolder {
+ public:
+  // For `target`, which must not exist or be empty (Error otherwise). Throws Error where nothing can be
+  // written.
+  explicit StagedFolder(std::filesystem::path target);
+  StagedFolder(const StagedFolder&) = delete;
+  StagedFolder& operator=(const StagedFolder&) = delete;
+  ~StagedFolder();  // removes what was not committed
+
+  // Where to write until Commit(): beside the target (hidden, `.NAME.part`), or in it where it is the root of
+  // a file system of its own.
+  const std::filesystem::path& path() const { return path_; }
+  // Syncs the file system and gives the folder its name. Throws DiskFullError, Error.
+  void Commit();
+
+ private:
+  std::filesystem::path target_, path_;
+  bool committed_ = false;
+};
+
+}  // namespace ulf

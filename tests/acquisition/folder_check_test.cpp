@@ -1,0 +1,446 @@
+// Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
+// docs/light_field.md names a test for every row.
+#include "acquisition/folder_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/atomic_file.h"
+#include "acquisition/colmap_text.h"
+#include "acquisition/error.h"
+#include "acquisition/folder_repair.h"
+#include "acquisition/light_field_io.h"
+#include "acquisition/transforms_json.h"
+#include "tests/acquisition/light_field_samples.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using nlohmann::json;
+using test::ScratchFolder;
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::ThrowsMessage;
+
+// Every file below `dir` with its bytes.
+std::map<std::string, std::string> Content(const fs::path& dir) {
+  std::map<std::string, std::string> content;
+  for (const auto& entry : fs::recursive_directory_iterator(dir))
+    if (entry.is_regular_file())
+      content[entry.path().lexically_relative(dir).generic_string()] = ReadWholeFile(entry.path());
+  return content;
+}
+
+void CutJournal(const fs::path& dir, double share) {
+  const fs::path journal = dir / "journal.jsonl";
+  fs::resize_file(journal, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(journal))));
+}
+
+std::vector<int> Ids(const LightField& light_field) {
+  std::vector<int> ids;
+  for (const View& view : light_field.views) ids.push_back(view.id);
+  return ids;
+}
+
+void Rewrite(const fs::path& file, const std::function<void(std::string&)>& change) {
+  std::string bytes = ReadWholeFile(file);
+  change(bytes);
+  std::ofstream(file, std::ios::trunc | std::ios::binary) << bytes;
+}
+
+std::size_t LineBegin(const std::string& bytes, int number) {
+  std::size_t at = 0;
+  for (int n = 1; n < number; ++n) at = bytes.find('\n', at) + 1;
+  return at;
+}
+
+class Folder : public testing::Test {
+ protected:
+  fs::path dir() const { return scratch_ / "lf"; }
+  LightField Sample(int views) { return WriteSample(dir(), views); }
+  // Reading says something with all of these words, throws nothing and writes nothing.
+  LightField ReadSaying(const std::vector<std::string>& words) {
+    const auto before = Content(dir());
+    const LightField read = ReadLightField(dir());
+    EXPECT_EQ(Content(dir()), before) << "reading wrote";
+    std::string said;
+    for (const std::string& each : read.doubts) said += each + "\n";
+    for (const std::string& word : words) EXPECT_THAT(said, HasSubstr(word));
+    return read;
+  }
+  ScratchFolder scratch_;
+};
+
+TEST_F(Folder, AWholeOneSaysNothing) {
+  Sample(4);
+  EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
+  EXPECT_FALSE(PlanRepair(dir()).any());
+}
+
+// ---- journal and transforms.json ----
+
+TEST_F(Folder, AJournalThatLostItsEndIsSaidAndNothingIsRewritten) {
+  Sample(9);
+  CutJournal(dir(), 1.0 / 3);
+  const LightField read = ReadSaying({"transforms.json holds", "that the journal has lost", "ulf repair"});
+  EXPECT_LT(read.views.size(), 9u);
+  EXPECT_EQ(ReadTransformsJson(dir() / "transforms.json").views.size(), 9u);
+}
+
+TEST_F(Folder, NoWriterGoesOnWithAJournalThatLostItsEnd) {
+  Sample(9);
+  CutJournal(dir(), 1.0 / 3);
+  const auto before = Content(dir());
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("ulf repair"), HasSubstr("--write"))));
+  EXPECT_EQ(Content(dir()), before);
+}
+
+TEST_F(Folder, RepairIsAPlanUntilItIsToWrite) {
+  Sample(9);
+  CutJournal(dir(), 1.0 / 3);
+  const auto before = Content(dir());
+  const auto plan = test::RunUlf("repair " + dir().string());
+  EXPECT_EQ(plan.exit_code, 0) << plan.errors;
+  EXPECT_THAT(plan.output, AllOf(HasSubstr("would: put"), HasSubstr("nothing has been changed yet")));
+  EXPECT_EQ(Content(dir()), before);
+}
+
+TEST_F(Folder, RepairPutsBackWhatTheJournalLost) {
+  const LightField whole = Sample(9);
+  const std::string old_transforms = ReadWholeFile(dir() / "transforms.json");
+  CutJournal(dir(), 1.0 / 3);
+  const auto before = Content(dir());
+  const auto done = test::RunUlf("repair " + dir().string() + " --write");
+  EXPECT_EQ(done.exit_code, 0) << done.errors;
+  const LightField repaired = ReadSaying({});
+  EXPECT_THAT(repaired.doubts, IsEmpty());
+  ExpectSame(whole, repaired);
+  for (const auto& [path, bytes] : before)
+    if (path.starts_with("images/")) {
+      EXPECT_EQ(ReadWholeFile(dir() / path), bytes) << path;
+    }
+  EXPECT_EQ(ReadWholeFile(dir() / "kept/journal-1.jsonl"), before.at("journal.jsonl"));
+  EXPECT_FALSE(PlanRepair(dir()).any());
+  EXPECT_EQ(LightFieldWriter::Resume(dir()).AddView(NoiseFrame(30), ViewNumber(3)).id, 10);
+}
+
+// Poses that were corrected late stand in transforms.json alone once the end of the journal is gone.
+TEST_F(Folder, RepairTakesOverCorrectionsThatTheJournalLost) {
+  Sample(4);
+  const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
+  const auto length = fs::file_size(dir() / "journal.jsonl");
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.UpdatePoses({{2, moved}});
+    writer.Close(3);
+  }
+  fs::resize_file(dir() / "journal.jsonl", length);
+  ReadSaying({"corrections of poses may be lost"});
+  EXPECT_THROW(LightFieldWriter::Resume(dir()), Error);
+  Repair(dir());
+  const LightField repaired = ReadSaying({});
+  EXPECT_LT((repaired.views[1].cam_from_world.Matrix() - moved.Matrix()).norm(), 1e-9);
+  EXPECT_EQ(repaired.capture_s, 3);
+}
+
+// What has been recorded since is newer than the file: only what is missing comes from it.
+TEST_F(Folder, RepairKeepsWhatCameAfterTheFileThatItRecoversFrom) {
+  Sample(4);
+  const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.AddView(NoiseFrame(9), ViewNumber(9));
+    writer.UpdatePoses({{2, moved}, {3, moved}});
+  }  // not closed: transforms.json has four views and the old poses
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[bytes.find("\"id\":3") + 3] = '\x01'; });
+  ReadSaying({"line 6: damaged", "view 3 is in doubt", "holds 1 view that the journal has lost (view 3)"});
+  Repair(dir());
+  const LightField repaired = ReadSaying({});
+  EXPECT_THAT(Ids(repaired), ElementsAre(1, 2, 3, 4, 5));
+  for (const std::size_t corrected : {1u, 2u})
+    EXPECT_LT((repaired.views[corrected].cam_from_world.Matrix() - moved.Matrix()).norm(), 1e-9) << corrected;
+}
+
+TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
+  const LightField whole = Sample(4);
+  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  document["frames"][1]["transform_matrix"][0][3] = 77.0;
+  std::ofstream(dir() / "transforms.json") << document.dump();
+  const std::string edited = ReadWholeFile(dir() / "transforms.json");
+  ExpectSame(whole,
+             ReadSaying({"transforms.json says otherwise than the journal (view 2): the journal counts"}));
+  LightFieldWriter::Resume(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "kept/transforms.json"), edited);
+  EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
+}
+
+TEST_F(Folder, ATransformsJsonThatCannotBeReadIsMadeAnewAndKept) {
+  const LightField whole = Sample(4);
+  fs::resize_file(dir() / "transforms.json", 300);
+  ExpectSame(whole, ReadSaying({"transforms.json", "not valid JSON", "derived from the journal"}));
+  Repair(dir());
+  EXPECT_EQ(ReadTransformsJson(dir() / "transforms.json").views.size(), 4u);
+  EXPECT_EQ(fs::file_size(dir() / "kept/transforms.json"), 300u);
+}
+
+// As after a kill.
+TEST_F(Folder, DerivedFilesThatAreOlderAreMadeByRepairAndNotByReading) {
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir(), Header());
+    writer.AddView(NoiseFrame(0), ViewNumber(0));
+    writer.AddView(NoiseFrame(1), ViewNumber(1));
+  }
+  EXPECT_EQ(ReadSaying({}).views.size(), 2u);
+  EXPECT_FALSE(fs::exists(dir() / "transforms.json"));
+  Repair(dir());
+  EXPECT_EQ(ReadTransformsJson(dir() / "transforms.json").views.size(), 2u);
+  EXPECT_FALSE(fs::exists(dir() / "kept")) << "nothing had to be replaced";
+}
+
+TEST_F(Folder, AMissingJournalIsMadeFromTransformsJson) {
+  const LightField whole = Sample(4);
+  fs::remove(dir() / "journal.jsonl");
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
+  Repair(dir());
+  ExpectSame(whole, ReadSaying({}));
+  EXPECT_EQ(LightFieldWriter::Resume(dir()).NextViewId(), 5);
+}
+
+TEST_F(Folder, ADamagedHeaderIsMadeFromTransformsJson) {
+  const LightField whole = Sample(4);
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[3] = '\0'; });
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
+  Repair(dir());
+  ExpectSame(whole, ReadSaying({}));
+}
+
+TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
+  Sample(3);
+  fs::remove(dir() / "journal.jsonl");
+  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  document.erase("ulf");
+  std::ofstream(dir() / "transforms.json") << document.dump();
+  const auto before = Content(dir());
+  EXPECT_THAT([&] { Repair(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf import")));
+  EXPECT_EQ(Content(dir()), before);
+}
+
+// ---- journal and sparse/0 ----
+
+TEST_F(Folder, ViewsThatOnlyTheModelHasComeBack) {
+  const LightField whole = Sample(6);
+  fs::remove(dir() / "transforms.json");
+  CutJournal(dir(), 0.5);
+  const LightField cut = ReadSaying({"sparse/0/images.txt holds", "that the journal has lost"});
+  ASSERT_LT(cut.views.size(), 6u);
+  EXPECT_THROW(LightFieldWriter::Resume(dir()), Error);
+  Repair(dir());
+  const LightField repaired = ReadSaying({});
+  ASSERT_EQ(repaired.views.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(repaired.views[i].image_path, whole.views[i].image_path);
+    EXPECT_LT((repaired.views[i].cam_from_world.Matrix() - whole.views[i].cam_from_world.Matrix()).norm(),
+              1e-9);
+  }
+}
+
+TEST_F(Folder, AChangedModelDoesNotCountAndIsKept) {
+  const LightField whole = Sample(3);
+  Rewrite(dir() / "sparse/0/images.txt",
+          [](std::string& bytes) { bytes += "9 1 0 0 0 5 5 5 1 stranger.png\n\n"; });
+  ExpectSame(whole, ReadSaying({"images.txt says otherwise than the journal (view 9)"}));
+  LightFieldWriter::Resume(dir());
+  EXPECT_THAT(ReadWholeFile(dir() / "kept/sparse/images.txt"), HasSubstr("stranger.png"));
+}
+
+TEST_F(Folder, ABinaryModelBesideOursIsSaid) {
+  Sample(3);
+  std::ofstream(dir() / "sparse/0/images.bin") << "whatever";
+  ReadSaying({"COLMAP reads the binary model"});
+}
+
+// ---- journal, images/ and masters/ ----
+
+TEST_F(Folder, ANumberThatAFileBearsIsNeverGivenAgain) {
+  for (const char* bearer : {"images/000042.png", "masters/000042.tif", "unposed/000042.png",
+                             "unposed/000042.master.tif", "masks/000042.png"}) {
+    fs::remove_all(dir());
+    Sample(3);
+    fs::create_directories((dir() / bearer).parent_path());
+    std::ofstream(dir() / bearer) << "somebody's only copy";
+    ReadLightField(dir());
+    {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      EXPECT_EQ(writer.AddView(NoiseFrame(8), ViewNumber(3)).id, 43) << bearer;
+      writer.Close(1);
+    }
+    EXPECT_EQ(ReadWholeFile(dir() / bearer), "somebody's only copy");
+    EXPECT_FALSE(PlanRepair(dir()).new_journal) << bearer;
+  }
+}
+
+TEST_F(Folder, PhotographsThatTheJournalDoesNotNameAreSaidAndStay) {
+  Sample(3);
+  std::ofstream(dir() / "images/000004.png") << "x";
+  ReadSaying({"the journal does not name 1 file (images/000004.png)"});
+}
+
+// Whatever appears while a capture runs.
+TEST_F(Folder, AFileThatIsThereIsNotWrittenOver) {
+  LightFieldWriter writer = LightFieldWriter::Create(dir(), Header());
+  std::ofstream(dir() / "images/000001.png") << "somebody's only copy";
+  EXPECT_THAT([&] { writer.AddView(NoiseFrame(1), ViewNumber(0)); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("000001.png"), HasSubstr("is there already"))));
+  EXPECT_EQ(ReadWholeFile(dir() / "images/000001.png"), "somebody's only copy");
+  EXPECT_THAT(writer.Contents().views, IsEmpty());
+}
+
+TEST_F(Folder, AMissingPhotographIsNamedAndTakenOutByRepair) {
+  Sample(4);
+  fs::remove(dir() / "images/000002.png");
+  EXPECT_THAT([&] { ReadLightField(dir()); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("000002.png"), HasSubstr("ulf repair"))));
+  Repair(dir());
+  EXPECT_THAT(Ids(ReadSaying({})), ElementsAre(1, 3, 4));
+  EXPECT_THAT(ReadWholeFile(dir() / "kept/journal-1.jsonl"), HasSubstr("000002.png"));
+}
+
+TEST_F(Folder, AMissingMasterIsSaidAndItsPhotographUsed) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  fs::remove(dir() / "masters/000002.tif");
+  const LightField read = ReadSaying({"the masters of view 2 are missing"});
+  EXPECT_EQ(ReadViewLight(read, read.views[1]).pixels.depth(), CV_8U);
+}
+
+// ---- images/ and masters/ ----
+
+TEST_F(Folder, PhotographsOfOtherMastersStopAWriterAndAreMadeAnew) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 4);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  EXPECT_NO_THROW(LightFieldWriter::Resume(dir())) << "they are their masters'";
+  const std::string right = ReadWholeFile(dir() / "images/000002.png");
+  const std::string other = ReadWholeFile(dir() / "images/000003.png");
+  std::ofstream(dir() / "images/000002.png", std::ios::binary) << other;
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("view 2"), HasSubstr("ulf repair"))));
+  Repair(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), right);
+  EXPECT_EQ(ReadWholeFile(dir() / "unposed/000002.png"), other) << "nothing is deleted";
+  EXPECT_NO_THROW(LightFieldWriter::Resume(dir()));
+}
+
+TEST_F(Folder, APhotographOfAnotherSizeStopsAWriter) {
+  Sample(3);
+  cv::imwrite((dir() / "images/000002.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(7)));
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("view 2")));
+}
+
+// ---- journal and unposed/ ----
+
+TEST_F(Folder, WhatWasTakenOutGoesOverNothingInUnposed) {
+  Sample(3);
+  fs::create_directories(dir() / "unposed");
+  std::ofstream(dir() / "unposed/000002.png") << "an older one";
+  LightFieldWriter::Resume(dir()).RemoveView(2);
+  EXPECT_EQ(ReadWholeFile(dir() / "unposed/000002.png"), "an older one");
+  EXPECT_TRUE(fs::exists(dir() / "unposed/000002-2.png"));
+  EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
+}
+
+// ---- points ----
+
+TEST_F(Folder, DamagedPointsCostThePointsOnly) {
+  Sample(3);
+  fs::resize_file(dir() / "points.ply", fs::file_size(dir() / "points.ply") - 3);
+  EXPECT_THAT(ReadSaying({"points.ply", "truncated", "without points"}).points, IsEmpty());
+}
+
+// ---- the journal alone ----
+
+// Whatever one byte of a line becomes: the other views are read, and the line is named or means the same.
+TEST_F(Folder, OfADamagedLineOnlyTheLineIsLost) {
+  Sample(5);
+  const std::string journal = ReadWholeFile(dir() / "journal.jsonl");
+  const std::size_t begin = LineBegin(journal, 6), end = journal.find('\n', begin);
+  ASSERT_THAT(journal.substr(begin, end - begin), HasSubstr("\"id\":3"));
+  std::size_t named = 0;
+  for (std::size_t at = begin; at < end; at += 3) {
+    std::string damaged = journal;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x41);
+    std::ofstream(dir() / "journal.jsonl", std::ios::trunc | std::ios::binary) << damaged;
+    JournalContents read;
+    ASSERT_NO_THROW(read = ReadJournal(dir() / "journal.jsonl")) << at - begin;
+    std::vector<int> ids = Ids(read.light_field);
+    std::erase(ids, 3);
+    EXPECT_THAT(ids, testing::IsSupersetOf({1, 2, 4, 5})) << at - begin;
+    if (read.damaged.empty()) continue;
+    ++named;
+    EXPECT_THAT(read.damaged.front().Words(), AllOf(HasSubstr("line 6"), HasSubstr("view 3 is in doubt")));
+  }
+  EXPECT_GT(named, (end - begin) / 6);
+}
+
+TEST_F(Folder, ADamagedCorrectionPutsThePosesInDoubtThatNoLaterOneTells) {
+  Sample(4);
+  const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.UpdatePoses({{1, moved}, {2, moved}, {3, moved}});
+    writer.UpdatePoses({{2, moved}});
+    writer.Close(3);
+  }
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[bytes.find("pose_update") - 3] = '\x01'; });
+  ReadSaying({"it may have corrected poses: views 1, 3 and 4 are in doubt"});
+}
+
+TEST_F(Folder, TwoLinesOfOneViewAreSaid) {
+  const LightField whole = Sample(3);
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+    const std::size_t begin = LineBegin(bytes, 5);
+    bytes += bytes.substr(begin, bytes.find('\n', begin) + 1 - begin);
+  });
+  ExpectSame(whole, ReadSaying({"view 2 has been told already"}));
+}
+
+// The writer that goes on keeps the damaged line where it is.
+TEST_F(Folder, ADamagedLineIsNotCutOff) {
+  Sample(4);
+  fs::remove(dir() / "transforms.json");
+  fs::remove_all(dir() / "sparse");
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[bytes.find("\"id\":3") + 3] = '\x01'; });
+  const std::string damaged = ReadWholeFile(dir() / "journal.jsonl");
+  EXPECT_EQ(LightFieldWriter::Resume(dir()).AddView(NoiseFrame(7), ViewNumber(2)).id, 5);
+  EXPECT_TRUE(ReadWholeFile(dir() / "journal.jsonl").starts_with(damaged));
+  EXPECT_THAT(Ids(ReadSaying({"view 3 is in doubt"})), ElementsAre(1, 2, 4, 5));
+}
+
+// A disk that is full while the journal is repaired leaves the old one.
+TEST_F(Folder, ARepairThatCannotWriteLeavesTheFolderAsItWas) {
+  Sample(9);
+  CutJournal(dir(), 1.0 / 3);
+  std::ofstream(dir() / "kept") << "a file where a folder should be";
+  auto before = Content(dir());
+  EXPECT_THROW(Repair(dir()), Error);
+  EXPECT_EQ(Content(dir()), before);
+}
+
+}  // namespace
+}  // namespace ulf
