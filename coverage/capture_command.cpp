@@ -21,6 +21,7 @@
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"
 #include "coverage/capture_start.h"
+#include "coverage/close_at_death.h"
 #include "coverage/coverage_drawing.h"
 #include "coverage/light_field_report.h"
 #include "coverage/map_cache.h"
@@ -173,6 +174,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
   FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   {
+    const CloseAtDeath guard(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way

@@ -303,8 +303,8 @@ class Configurator {
   }
 
   void WritePackets(const std::string& address, const AravisOptions& options) {
-    if (PacketSocketWouldMishear(address))
-      arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    // It would take packets past the guard (stream_guard.h), and on some hosts none at all.
+    arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
     std::optional<int> packet_size = options.packet_size;
     if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
     if (packet_size) {

@@ -146,7 +146,7 @@ class AravisDevice : public Device {
   // Of the capture thread.
   bool first_of_stream_ = true;
   bool said_incomplete_ = false;
-  bool said_priority_ = false, said_socket_buffer_ = false;
+  bool said_priority_ = false, said_socket_buffer_ = false, said_refused_ = false;
   std::optional<Clock::time_point> settled_at_;  // frames until then are thrown away; none: no need
   Clock::time_point asked_control_at_;
   bool control_answered_ = true;
@@ -186,7 +186,7 @@ void AravisDevice::Start() {
     started_ = Clock::now();
   }
   first_of_stream_ = true;
-  said_priority_ = said_socket_buffer_ = false;
+  said_priority_ = said_socket_buffer_ = said_refused_ = false;
   trigger_out_ = false;
   settled_at_.reset();
   if (AnyAravisAutomaticIsOn(*session_, options_)) {
@@ -312,8 +312,13 @@ void AravisDevice::Capture() {
     SayOnce();
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
-    if (silence_s > stall_s && !std::exchange(stalled, true))
+    if (silence_s > stall_s && !std::exchange(stalled, true)) {
       Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
+      if (stream_->RefusedPackets() > 0 && stream_->AllowAnyPort())
+        Say(DeviceEventKind::kNotice,
+            "packets come from another port than the camera says it sends from: from now on its address "
+            "alone is checked");
+    }
     if (!FramesAreDue()) stalled = false;
     if (const auto why = WhyLost(silence_s)) {
       Lose(*why);
@@ -331,8 +336,17 @@ void AravisDevice::SayOnce() {
         "the system refused the priority that was asked for; allow it with 'setcap cap_sys_nice+ep' on the "
         "program, or an rtprio line in /etc/security/limits.conf");
   }
+  if (!said_refused_ && stream_->RefusedPackets() > 0) {
+    said_refused_ = true;
+    Say(DeviceEventKind::kNotice,
+        "packets came that are not the camera's, or of no frame that it was set to send: they are refused, "
+        "and "
+        "counted as 'packets refused'");
+  }
   if (said_socket_buffer_ || first_of_stream_) return;
   said_socket_buffer_ = true;
+  if (const auto& why = stream_->WhyUnguarded())
+    Say(DeviceEventKind::kNotice, "whoever can reach this computer can disturb the camera's stream: " + *why);
   if (const auto words = stream_->WhySocketBufferIsSmall()) Say(DeviceEventKind::kNotice, *words);
 }
 
@@ -362,8 +376,12 @@ std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
   if (control_answered_ && silence_s > silent_s)
     return fmt::format(
         "no frame for {:.1f} s although the camera answers; check the firewall, the packet size "
-        "(?packet_size=1400) and that no trigger is awaited",
-        silence_s);
+        "(?packet_size=1400) and that no trigger is awaited{}",
+        silence_s,
+        stream_->RefusedPackets() == 0
+            ? ""
+            : fmt::format("; {} packets were refused as none of the frames that it was set to send",
+                          stream_->RefusedPackets()));
   return std::nullopt;
 }
 

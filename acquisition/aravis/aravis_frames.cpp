@@ -62,7 +62,9 @@ Frame AravisFrames::Read(ArvBuffer* buffer) {
 bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
   const auto format = PixelFormatByCode(arv_buffer_get_image_pixel_format(buffer));
   const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
-  std::size_t size = 0;
+  std::size_t received = 0, size = 0;
+  arv_buffer_get_data(buffer, &received);
+  if (received > configured_.payload_bytes) return false;  // packets forged among the camera's
   const void* data = arv_buffer_get_image_data(buffer, &size);
   gint x_padding = 0, y_padding = 0;
   arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);

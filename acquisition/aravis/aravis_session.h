@@ -10,6 +10,7 @@
 #include <atomic>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/device.h"
@@ -34,7 +35,12 @@ class AravisSession {
   ArvDevice* Device() const { return arv_camera_get_device(camera_); }
   ArvStream* Stream() const { return stream_; }
   void TakeStream(ArvStream* stream) { stream_ = stream; }
-  void ReleaseStream() { g_clear_object(&stream_); }
+  // Outlives the stream, however late that is let go of.
+  void KeepBeyondStream(std::shared_ptr<void> thing) { beyond_stream_ = std::move(thing); }
+  void ReleaseStream() {
+    g_clear_object(&stream_);
+    beyond_stream_.reset();
+  }
   bool ControlLost() const { return control_lost_.load(); }
   bool IsController() const;
   // "another program controls it, from 192.0.2.5; close it ...": for who is refused.
@@ -49,6 +55,7 @@ class AravisSession {
 
   ArvCamera* camera_;
   ArvStream* stream_ = nullptr;
+  std::shared_ptr<void> beyond_stream_;
   gulong handler_ = 0;
   std::atomic<bool> control_lost_{false};
   std::atomic<int> inside_handler_{0};

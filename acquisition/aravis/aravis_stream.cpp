@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <filesystem>
+
+#include "acquisition/aravis/bound_sockets.h"
 
 namespace ulf {
 namespace {
@@ -41,21 +41,10 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", "bytes ignored"},
 };
 
-// The library keeps its socket to itself; among this process's own it is the one at the stream's port.
+// The library keeps its socket to itself.
 int SocketAtUdpPort(int port) {
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end; !error && entry != end;
-       entry.increment(error)) {
-    const int fd = std::atoi(entry->path().filename().c_str());
-    sockaddr_in at{};
-    socklen_t size = sizeof at;
-    int type = 0;
-    socklen_t type_size = sizeof type;
-    if (getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0 && at.sin_family == AF_INET &&
-        ntohs(at.sin_port) == port && getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 &&
-        type == SOCK_DGRAM)
-      return fd;
-  }
+  for (const BoundSocket& socket : BoundUdpSockets())
+    if (socket.Port() == port) return socket.fd;
   return -1;
 }
 
@@ -81,8 +70,8 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
                  static_cast<gint>(socket_buffer_bytes_), nullptr);
     // The library takes it up with the first frame, of which a small buffer has lost a part by then.
     const int bytes = static_cast<int>(socket_buffer_bytes_);
-    const int fd = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
-    if (fd >= 0) setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+    socket_ = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
+    if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
     // Not switched on: the library has where the camera can send again. Asking one that cannot costs more
     // than the frame that lost a packet.
     if (!options.resend) g_object_set(stream, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_NEVER, nullptr);
@@ -91,6 +80,7 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     if (options.frame_retention_ms)
       g_object_set(stream, "frame-retention", static_cast<guint>(1000 * *options.frame_retention_ms),
                    nullptr);
+    Guard();
   }
   constexpr std::size_t kPoolBytes = 64 << 20;
   buffers_ = options.buffers ? static_cast<std::size_t>(*options.buffers)
@@ -98,6 +88,42 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
                                    kPoolBytes / std::max<std::size_t>(configured.payload_bytes, 1), 4, 24);
   for (std::size_t i = 0; i < buffers_; ++i)
     arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured.payload_bytes));
+}
+
+// The library's thread rests meanwhile: what came before the guard stood must not be read.
+void AravisStream::Guard() {
+  ArvStream* stream = session_.Stream();
+  try {
+    if (socket_ < 0) throw Error("the stream's socket was not found");
+    const auto packet_bytes = static_cast<std::size_t>(
+        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(session_.Camera(), e); }, guint{0}));
+    const auto port = Maybe(
+        [&](GError** e) { return arv_device_get_integer_feature_value(session_.Device(), "ArvGevSCSP", e); },
+        gint64{0});
+    arv_stream_stop_thread(stream, FALSE);
+    try {
+      guard_ =
+          std::make_shared<StreamGuard>(socket_, StreamBounds{.camera = session_.GigeAddress(),
+                                                              .source_port = static_cast<int>(port & 0xFFFF),
+                                                              .payload_bytes = configured_.payload_bytes,
+                                                              .packet_bytes = packet_bytes});
+      session_.KeepBeyondStream(guard_);
+      char byte = 0;
+      while (recv(socket_, &byte, 1, MSG_DONTWAIT) >= 0) continue;
+    } catch (...) {
+      arv_stream_start_thread(stream);
+      throw;
+    }
+    arv_stream_start_thread(stream);
+  } catch (const Error& error) {
+    why_unguarded_ = error.what();
+  }
+}
+
+bool AravisStream::AllowAnyPort() {
+  if (!guard_ || !guard_->ChecksPort()) return false;
+  guard_->AllowAnyPort();
+  return true;
 }
 
 void AravisStream::OnStream(void* data, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
@@ -116,11 +142,9 @@ std::optional<bool> AravisStream::PriorityGranted() const {
 }
 
 std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
-  if (!ARV_IS_GV_STREAM(session_.Stream())) return std::nullopt;
-  const int fd = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(session_.Stream())));
   int bytes = 0;
   socklen_t size = sizeof bytes;
-  if (fd < 0 || getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, &size) != 0) return std::nullopt;
+  if (socket_ < 0 || getsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, &size) != 0) return std::nullopt;
   return static_cast<std::size_t>(bytes / 2);  // the kernel counts its own notes besides, as much again
 }
 
@@ -157,6 +181,7 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   ArvGvStreamPacketResend resend = ARV_GV_STREAM_PACKET_RESEND_NEVER;
   g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us,
                "packet-resend", &resend, nullptr);
+  shown.emplace_back("packets refused", static_cast<double>(RefusedPackets()));
   shown.emplace_back("packet size", configured_.packet_size);
   shown.emplace_back("packet size negotiated", configured_.packet_size_negotiated);
   shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));

@@ -1,5 +1,6 @@
 // The receiving side of a session: the library's stream with its buffers, receive socket, resending and
-// thread priority as the options say, and its counters named for people.
+// thread priority as the options say, and its counters named for people. On GigE Vision a guard stands before
+// its socket (stream_guard.h) before the first buffer is given to it.
 #pragma once
 
 #include <atomic>
@@ -12,6 +13,7 @@
 #include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/aravis/stream_guard.h"
 
 namespace ulf {
 
@@ -26,6 +28,11 @@ class AravisStream {
   // Where the system gave a smaller receive buffer than was asked for, with the way out; none: it did not.
   // Known when the first packets are there.
   std::optional<std::string> WhySocketBufferIsSmall() const;
+  // Why packets reach the library unchecked; none: they are checked.
+  const std::optional<std::string>& WhyUnguarded() const { return why_unguarded_; }
+  std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
+  // Of a camera that told the wrong port: true where it was checked until now.
+  bool AllowAnyPort();
   // To be called by the thread that pops buffers, or with that thread at rest.
   std::vector<std::pair<std::string, double>> Transport() const;
 
@@ -41,9 +48,13 @@ class AravisStream {
   AravisOptions options_;
   AravisConfigured configured_;
   std::shared_ptr<Thread> thread_;
+  void Guard();
   // What the kernel really gave the stream's socket; none where it cannot be found.
   std::optional<std::size_t> GrantedSocketBuffer() const;
 
+  int socket_ = -1;                     // the library's; -1: another bus, or not found
+  std::shared_ptr<StreamGuard> guard_;  // none: see why_unguarded_
+  std::optional<std::string> why_unguarded_;
   std::size_t buffers_ = 0;
   std::size_t socket_buffer_bytes_ = 0;  // asked for
 };

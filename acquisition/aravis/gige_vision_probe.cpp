@@ -13,7 +13,6 @@
 #include <array>
 #include <cstring>
 #include <memory>
-#include <set>
 
 namespace ulf {
 namespace {
@@ -226,18 +225,6 @@ std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<Network
       "other's network",
       camera.address, camera.netmask == "0.0.0.0" ? "" : " mask " + camera.netmask,
       own.empty() ? "has none outside itself" : "is elsewhere: " + own);
-}
-
-bool PacketSocketWouldMishear(const std::string& camera_ipv4_address) {
-  const std::uint32_t camera = AddressNumber(camera_ipv4_address);
-  const std::vector<NetworkInterface> interfaces = NetworkInterfaces();
-  if (camera == 0 || camera >> 24 == 127 || interfaces.empty()) return true;
-  std::set<std::string> networks;
-  for (const NetworkInterface& interface : interfaces) {
-    if (interface.address == camera_ipv4_address) return true;
-    if (!interface.loopback) networks.insert(interface.name);
-  }
-  return networks.size() > 1;
 }
 
 }  // namespace ulf

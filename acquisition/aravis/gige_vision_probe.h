@@ -55,8 +55,4 @@ std::vector<NetworkInterface> NetworkInterfaces();
 // that is not it.
 std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces);
 
-// True when the address is this computer's own, or more than one network could lead to the camera: there the
-// packet socket of the streaming library may listen on the wrong one and hear nothing.
-bool PacketSocketWouldMishear(const std::string& camera_ipv4_address);
-
 }  // namespace ulf

@@ -4,6 +4,7 @@
 #include <net/if.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -41,6 +42,35 @@ int AddAlias(const std::string& label, std::uint32_t address) {
   return failed;
 }
 
+void RemoveAlias(const std::string& label) {
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return;
+  ifreq request{};
+  std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
+  if (ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0) {
+    request.ifr_flags = static_cast<short>(request.ifr_flags & ~IFF_UP);  // an alias that is down is gone
+    ioctl(socket_fd, SIOCSIFFLAGS, &request);
+  }
+  close(socket_fd);
+}
+
+// A name that one process of this network can have, and that is free when the process is gone, however it
+// ended. -1: another has it.
+int Claim(const std::string& label) {
+  const int socket_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return -1;
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  const std::string text = "ulf loopback address " + label;  // behind a zero: no file
+  text.copy(name.sun_path + 1, sizeof(name.sun_path) - 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
+  if (bind(socket_fd, reinterpret_cast<const sockaddr*>(&name), size) == 0) return socket_fd;
+  close(socket_fd);
+  return -1;
+}
+
+constexpr char kLabelBegins[] = "lo:ulf";
+
 }  // namespace
 
 void RequireFreeGigeAddress(const std::string& address) {
@@ -66,29 +96,37 @@ void RequireFreeGigeAddress(const std::string& address) {
 LoopbackAddress::LoopbackAddress(const std::string& address) {
   const auto number = Ipv4(address);
   if (!number || !IsLoopback(*number)) return;
-  for (const NetworkInterface& interface : NetworkInterfaces())
-    if (interface.address == address) return;
   // A label has 15 characters; the three lower bytes make it this address's own.
-  const std::string label = fmt::format("lo:ulf{:06x}", *number & 0xFFFFFF);
-  if (const int failed = AddAlias(label, *number))
+  const std::string label = fmt::format("{}{:06x}", kLabelBegins, *number & 0xFFFFFF);
+  bool is_there = false;
+  for (const NetworkInterface& interface : NetworkInterfaces()) {
+    is_there = is_there || interface.address == address;
+    if (!interface.name.starts_with(kLabelBegins)) continue;
+    const int claim = Claim(interface.name);
+    if (claim < 0) continue;  // somebody lives there
+    if (interface.name == label) {
+      claim_ = claim;
+      label_ = label;
+    } else {
+      RemoveAlias(interface.name);
+      close(claim);
+    }
+  }
+  if (is_there) return;
+  claim_ = Claim(label);
+  if (const int failed = AddAlias(label, *number)) {
+    if (claim_ >= 0) close(claim_);
     throw Error(
         "a simulated camera needs the address {} on the loopback interface, and it could not be added ({}); "
         "run 'sudo ip addr add {}/8 dev lo' once, or work in a network of your own: unshare -rn",
         address, std::strerror(failed), address);
+  }
   label_ = label;
 }
 
 LoopbackAddress::~LoopbackAddress() {
-  if (label_.empty()) return;
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (socket_fd < 0) return;
-  ifreq request{};
-  std::strncpy(request.ifr_name, label_.c_str(), IFNAMSIZ - 1);
-  if (ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0) {
-    request.ifr_flags = static_cast<short>(request.ifr_flags & ~IFF_UP);  // an alias that is down is gone
-    ioctl(socket_fd, SIOCSIFFLAGS, &request);
-  }
-  close(socket_fd);
+  if (!label_.empty()) RemoveAlias(label_);
+  if (claim_ >= 0) close(claim_);
 }
 
 std::string HiddenGigeAddress(const std::string& address) {

@@ -11,7 +11,8 @@ namespace ulf {
 void RequireFreeGigeAddress(const std::string& address);
 
 // An address of the loopback network (127.x.x.x) that the interface answers for as long as this object lives.
-// One that was there before stays. Other addresses are left alone.
+// One that was there before stays, unless a killed simulator has left it behind: what nobody claims any more
+// is taken over, and all other such addresses are removed. Other addresses are left alone.
 class LoopbackAddress {
  public:
   // Throws Error, with the command to run, when it is missing and may not be added.
@@ -22,6 +23,7 @@ class LoopbackAddress {
 
  private:
   std::string label_;  // of what was added; empty: nothing was
+  int claim_ = -1;     // that a process which is gone does not hold
 };
 
 // Where a camera hides when a relay stands at `address` in its place: 127.a.b.c to 127.(a+64).b.c. Throws

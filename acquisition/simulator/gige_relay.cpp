@@ -33,7 +33,8 @@ constexpr std::size_t kHeaderBytes = 8;
 constexpr std::uint16_t kDiscoveryAck = 0x0003, kResendCommand = 0x0040, kReadRegister = 0x0080,
                         kReadRegisterAck = 0x0081, kWriteRegister = 0x0082;
 constexpr std::uint32_t kCurrentAddressAt = 0x0024, kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
-                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18;
+                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18,
+                        kSourcePortRegister = 0x0D1C;
 // GVSP: status (2), frame number (2), kind of packet (1), packet number (3).
 constexpr int kLeader = 1, kTrailer = 2;
 
@@ -147,7 +148,9 @@ struct GigeRelay::State {
         : address(a), to_camera(camera_address, 0) {}
     sockaddr_in address;
     Socket to_camera;
-    std::map<std::uint16_t, std::size_t> capability_words;  // by request: which word of the answer
+    // Of requests under way, by their number: a register that is another one here, and its word in the
+    // answer.
+    std::map<std::uint16_t, std::pair<std::uint32_t, std::size_t>> rewritten;
     Clock::time_point last_heard = Clock::now();
   };
   struct KeptFrame {
@@ -246,9 +249,11 @@ void GigeRelay::State::FromClient() {
           stream_client.sin_addr = from.sin_addr;
     }
     Client& client = ClientAt(from);
-    if (command == kReadRegister)
-      for (std::size_t at = kHeaderBytes; at + 4 <= *size; at += 4)
-        if (Read32(&buffer[at]) == kCapabilityRegister) client.capability_words[request] = at;
+    for (std::size_t at = kHeaderBytes; command == kReadRegister && at + 4 <= *size; at += 4) {
+      const std::uint32_t which = Read32(&buffer[at]);
+      if (which == kCapabilityRegister || which == kSourcePortRegister)
+        client.rewritten[request] = {which, at};
+    }
     client.to_camera.SendTo(camera, buffer.data(), *size);
   }
 }
@@ -277,12 +282,15 @@ void GigeRelay::State::FromCamera(Client& client) {
     const std::uint16_t command = Read16(&buffer[2]), request = Read16(&buffer[6]);
     if (command == kDiscoveryAck && *size >= kHeaderBytes + kCurrentAddressAt + 4)
       std::memcpy(&buffer[kHeaderBytes + kCurrentAddressAt], &public_address, 4);
-    if (command == kReadRegisterAck)
-      if (const auto word = client.capability_words.find(request); word != client.capability_words.end()) {
-        if (options.resends && word->second + 4 <= *size)
-          Write32(&buffer[word->second], Read32(&buffer[word->second]) | kResendCapability);
-        client.capability_words.erase(word);
-      }
+    if (const auto found = client.rewritten.find(request);
+        command == kReadRegisterAck && found != client.rewritten.end()) {
+      const auto [which, at] = found->second;
+      client.rewritten.erase(found);
+      if (at + 4 <= *size && which == kSourcePortRegister)
+        Write32(&buffer[at], public_stream.Port());
+      else if (at + 4 <= *size && options.resends)
+        Write32(&buffer[at], Read32(&buffer[at]) | kResendCapability);
+    }
     public_control.SendTo(client.address, buffer.data(), *size);
   }
 }

@@ -23,6 +23,9 @@
 #include "acquisition/host_time.h"
 #include "acquisition/simulator/genicam_description.h"
 #include "acquisition/simulator/gige_address.h"
+#include "acquisition/simulator/gige_registers.h"
+#include "acquisition/simulator/gvcp_door.h"
+#include "acquisition/simulator/taken_sockets.h"
 #include "acquisition/simulator/wire_format.h"
 
 namespace ulf {
@@ -31,9 +34,6 @@ namespace {
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
 constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
 constexpr std::size_t kFramesAhead = 12;
-// Registers of our own, as the description names them.
-constexpr guint32 kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024;
-constexpr guint32 kCurrentAddressAt = 0x24;
 constexpr guint32 kLine0 = 0;
 constexpr double kPauseS = 1.0;  // without a frame for so long: nobody streams, the hand rests
 
@@ -73,6 +73,7 @@ struct SimulatedGigeCamera::State {
   void Serve();
   void OpenPoses();
   std::string StandAt();
+  void StandBehindTheDoor(const std::vector<BoundSocket>& before, const std::string& address);
   void WriteRegisters();
   void RenderLoop();
   void Render();
@@ -96,6 +97,7 @@ struct SimulatedGigeCamera::State {
   SimulatedCamera camera;
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
+  std::unique_ptr<GvcpDoor> door;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
   std::FILE* poses = nullptr;
@@ -133,6 +135,7 @@ SimulatedGigeCamera::State::~State() {
   for (std::thread* thread : {&line, &faults, &renderer})
     if (thread->joinable()) thread->join();
   relay.reset();
+  door.reset();
   if (server) g_object_unref(server);  // joins the thread that calls Fill
   if (poses) std::fclose(poses);
 }
@@ -181,6 +184,7 @@ void SimulatedGigeCamera::State::Serve() {
   RequireFreeGigeAddress(address);  // Aravis does not say when it fails to bind
   OpenPoses();
   RenderLoop();
+  const std::vector<BoundSocket> before = BoundUdpSockets();
   {
     const DescriptionFile description;
     server = arv_gv_fake_camera_new_full(address.c_str(), options.serial.c_str(), description.path());
@@ -189,6 +193,7 @@ void SimulatedGigeCamera::State::Serve() {
     throw Error("no GigE Vision camera could be started at {}; is the address one of this machine's?",
                 address);
   registers = arv_gv_fake_camera_get_fake_camera(server);
+  StandBehindTheDoor(before, address);
   WriteRegisters();
   arv_fake_camera_set_trigger_frequency(registers, 1000);
   arv_fake_camera_set_fill_pattern(registers, OnFill, this);
@@ -202,6 +207,21 @@ void SimulatedGigeCamera::State::Serve() {
   }
   throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
               options.serial, options.interface, kGvcpPort);
+}
+
+void SimulatedGigeCamera::State::StandBehindTheDoor(const std::vector<BoundSocket>& before,
+                                                    const std::string& address) {
+  const TakenSockets taken = TakeControlSockets(before, address);
+  if (taken.unicast < 0) throw Error("{}:{} cannot be opened; another camera there?", address, kGvcpPort);
+  arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
+  door = std::make_unique<GvcpDoor>(GvcpDoorOptions{
+      .unicast = taken.unicast,
+      .broadcasts = taken.broadcasts,
+      .camera = taken.to_library,
+      .memory_bytes = static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE +
+                                                 (std::strlen(kGenicamDescription) + 3) / 4 * 4),
+      .writable = WritableRegisters(options.simulation),
+      .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); }});
 }
 
 void SimulatedGigeCamera::State::WriteRegisters() {
@@ -445,6 +465,7 @@ GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   const std::lock_guard lock(state_->mutex);
   GigeServerStatistics statistics = state_->statistics;
+  statistics.refused = state_->door->Refused();
   if (state_->renders > 0)
     statistics.render_ms_mean = 1e3 * state_->render_s / static_cast<double>(state_->renders);
   return statistics;

@@ -17,6 +17,9 @@
 // LastFrameId (as sent: 16 bits), LastFrameNumber (counted from 1, never wraps), LastExposureTime, LastGain,
 // LastHandTime. All five change together, before the first packet of the frame leaves.
 //
+// The network reaches the library's camera side through a door (gvcp_door.h), which answers junk with the
+// protocol's status codes; the stream leaves without a detour.
+//
 // Faults of the link and of time make a relay stand before the camera (gige_relay.h); the camera itself then
 // hides at another address (gige_address.h).
 //
@@ -49,7 +52,8 @@ struct GigeServerStatistics {
   std::uint64_t served = 0;  // frames handed to the network
   std::uint64_t late = 0;    // of those, sent after their moment because rendering had fallen behind
   double render_ms_mean = 0;
-  double hand_s = 0;  // how far the hand has come
+  double hand_s = 0;          // how far the hand has come
+  std::uint64_t refused = 0;  // requests that got a status code instead of what they asked for
 };
 
 class SimulatedGigeCamera {

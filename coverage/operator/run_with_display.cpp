@@ -44,6 +44,11 @@ void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, Captu
     if (!ShowWhile([&] { return !over; }, *display) || !display->ShowTheEnd()) return;
     const auto until = Clock::now() + kLastWords;
     ShowWhile([&] { return Clock::now() < until; }, *display);
+  } catch (const SurfaceKilled& killed) {
+    fmt::print(stderr, "{}: the capture finishes\n", killed.what());
+    requests.Ask(FinishCapture{});
+    Abandon(std::move(display));
+    Abandon(std::move(surface));
   } catch (const SurfaceGone& gone) {
     let_go(gone.what());
     Abandon(std::move(display));

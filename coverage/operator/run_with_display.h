@@ -12,9 +12,9 @@ namespace ulf {
 using DisplayDoor = std::function<std::unique_ptr<Surface>()>;
 
 // Runs `capture`, which publishes to `feed` and obeys `requests`, to its end, and shows it meanwhile on what
-// `open` gives; without `open` it is not shown. Closing the window asks the capture to finish. Where there is
-// no window to be had (no display, no OpenGL) the capture goes on without, and standard error says so. What
-// `capture` throws comes out here.
+// `open` gives; without `open` it is not shown. Closing the window, also by force, asks the capture to
+// finish. Where there is no window to be had (no display, no OpenGL) the capture goes on without, and
+// standard error says so. What `capture` throws comes out here.
 void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
                     CaptureRequests& requests, const std::function<void()>& capture);
 

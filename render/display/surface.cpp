@@ -7,6 +7,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <atomic>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
@@ -18,6 +19,7 @@
 
 // GLFW's own header for it asks for more of X11's. Not there in a GLFW that was built for Wayland alone.
 extern "C" [[gnu::weak]] Display* glfwGetX11Display();
+extern "C" [[gnu::weak]] ::Window glfwGetX11Window(GLFWwindow*);
 
 namespace ulf {
 namespace {
@@ -90,6 +92,7 @@ class Window : public Surface {
     // title a window is found.
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
+    OutliveTheWindow();
     glfwSwapInterval(0);  // whoever draws has a clock of its own
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
@@ -118,13 +121,15 @@ class Window : public Surface {
     if (gone_) return;
     glfwDestroyWindow(window_);
     glfwTerminate();
+    x11_window = 0;
   }
 
   cv::Size Size() const override {
     cv::Size size;
     glfwGetFramebufferSize(window_, &size.width, &size.height);
     RequireServer();
-    return size;
+    if (!destroyed) size_ = size;  // else it is anything
+    return size_;
   }
   double ContentScale() const override {
     float x = 1, y = 1;
@@ -137,6 +142,7 @@ class Window : public Surface {
     else
       glfwPollEvents();
     RequireServer();
+    if (destroyed) Came(CloseAsked{});
     return std::exchange(events_, {});
   }
   void Bind() override {
@@ -145,10 +151,11 @@ class Window : public Surface {
     glViewport(0, 0, size.width, size.height);
   }
   void Present() override {
-    glfwSwapBuffers(window_);
+    if (!destroyed) glfwSwapBuffers(window_);
     RequireServer();
   }
   void ToggleFullScreen() override {
+    if (destroyed) return;
     if (glfwGetWindowMonitor(window_)) {
       glfwSetWindowMonitor(window_, nullptr, windowed_.x, windowed_.y, windowed_.width, windowed_.height, 0);
       return;
@@ -166,12 +173,29 @@ class Window : public Surface {
   void OutliveTheDisplayServer() {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
+    display_name_ = DisplayString(display);
     XSetIOErrorHandler([](Display*) { return 0; });  // it writes about a fatal error, which it is not
     XSetIOErrorExitHandler(
         display, [](Display*, void* window) { static_cast<Window*>(window)->gone_ = true; }, this);
   }
   void RequireServer() const {
-    if (gone_) throw SurfaceGone("the display server has ended");
+    if (!gone_) return;
+    Display* again = XOpenDisplay(display_name_.c_str());
+    if (!again) throw SurfaceGone("the display server has ended");
+    XCloseDisplay(again);
+    throw SurfaceKilled("the window was closed by force");
+  }
+  // Xlib's own way is to end the process for any request that fails, and requests for a window that another
+  // program has destroyed do. Not before: GLFW puts Xlib's own way back after making a window.
+  void OutliveTheWindow() {
+    if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
+    destroyed = false;
+    x11_window = glfwGetX11Window(window_);
+    XSetErrorHandler([](Display*, XErrorEvent* error) {
+      const bool of_drawable = error->error_code == BadWindow || error->error_code == BadDrawable;
+      if (of_drawable && error->resourceid == x11_window) destroyed = true;
+      return 0;
+    });
   }
   static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
   void Came(InputEvent event) { events_.push_back(event); }
@@ -184,8 +208,14 @@ class Window : public Surface {
             static_cast<double>(pixels.height) / std::max(1, height)};
   }
 
+  // Xlib's handler knows nothing but the error. There is one window at a time.
+  inline static unsigned long x11_window = 0;
+  inline static std::atomic<bool> destroyed{false};
+
   GLFWwindow* window_ = nullptr;
   bool gone_ = false;
+  std::string display_name_;
+  mutable cv::Size size_;
   cv::Rect windowed_;  // where it was before it filled the screen
   std::vector<InputEvent> events_;
 };

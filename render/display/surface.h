@@ -58,6 +58,12 @@ class SurfaceGone : public Error {
   using Error::Error;
 };
 
+// The display server lives, but has cut the connection (xkill does that): somebody wanted the window closed.
+class SurfaceKilled : public SurfaceGone {
+ public:
+  using SurfaceGone::SurfaceGone;
+};
+
 // What may not even be given back is kept to the end of the process.
 template <typename Thing>
 void Abandon(std::unique_ptr<Thing> thing) {
@@ -79,7 +85,8 @@ class Surface {
 };
 
 // Throws Error where there is no display, or no OpenGL 4.5 on it. Whatever is asked of the window throws
-// SurfaceGone once its display server has ended.
+// SurfaceGone once its display server has ended. A window that another program destroys asks to be closed, as
+// by its button, and goes on asking; what is drawn then is seen by nobody.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
 class OffscreenSurface : public Surface {

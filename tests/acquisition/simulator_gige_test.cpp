@@ -9,6 +9,7 @@
 #include <sstream>
 #include <thread>
 
+#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
@@ -298,6 +299,36 @@ TEST_F(GigeSimulator, CommandServesSeveralCamerasWithFaults) {
        {"--fault lots=1", "--fault lost=2", "--fault freeze=3", "--interface 127.0.0.1,127.0.0.2 --seed 3",
         "--fault incomplete=0.1", "--loop 5 --fault drift=1", "--interface 10.9.8.7 --fault lost=0.1"})
     EXPECT_EQ(test::RunUlf(std::string("simulate wall ") + wrong).exit_code, 2) << wrong;
+}
+
+bool LoopbackHas(const std::string& address) {
+  for (const NetworkInterface& interface : NetworkInterfaces())
+    if (interface.address == address) return true;
+  return false;
+}
+
+TEST_F(GigeSimulator, WhatAKilledOneLeftOnTheLoopbackInterfaceIsTakenOverOrRemoved) {
+  const char* binary = std::getenv("ULF_BINARY");
+  ASSERT_NE(binary, nullptr) << "run through ctest";
+  const auto serve = [&](const std::string& address) {
+    auto command = std::make_unique<test::ChildProcess>(std::vector<std::string>{
+        binary, "simulate", "wall", "--interface", address, "--options", "width=64&height=48"});
+    EXPECT_THAT(command->ReadUntil("serving", 30), HasSubstr("at " + address));
+    return command;
+  };
+  const auto living = serve("127.0.0.21");
+  serve("127.0.0.22")->Kill();
+  ASSERT_TRUE(LoopbackHas("127.0.0.22")) << "else the test shows nothing";
+  auto next = serve("127.0.0.22");
+  next->Signal(SIGTERM);
+  EXPECT_EQ(next->Wait(10), 0);
+  EXPECT_FALSE(LoopbackHas("127.0.0.22")) << "taken over, and removed at its end";
+  serve("127.0.0.22")->Kill();
+  ASSERT_TRUE(LoopbackHas("127.0.0.22"));
+  next = serve("127.0.0.23");
+  EXPECT_FALSE(LoopbackHas("127.0.0.22")) << "removed by another";
+  EXPECT_TRUE(LoopbackHas("127.0.0.21")) << "somebody lives there";
+  EXPECT_TRUE(AskGigeCamera("127.0.0.21", std::chrono::seconds(2)));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Whole captures, killed or interrupted as processes: what was recorded is there, and the capture goes on.
+// Whole captures, killed, interrupted or broken as processes: what was recorded is there, and the capture
+// goes on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -9,6 +10,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/light_field_io.h"
 #include "tests/support/test_paths.h"
 
@@ -20,12 +22,12 @@ namespace fs = std::filesystem;
 constexpr const char* kSubject = "0,0,0.07,0.162";  // the studio's
 
 // `ulf capture` of the simulated camera with the poses it brings, as fast as it goes.
-pid_t StartCapture(const fs::path& dir, int seed) {
+pid_t StartCapture(const fs::path& dir, int seed, const fs::path& errors = "/dev/null") {
   const pid_t child = fork();
   if (child != 0) return child;
   const int nowhere = open("/dev/null", O_WRONLY);
   dup2(nowhere, STDOUT_FILENO);
-  dup2(nowhere, STDERR_FILENO);
+  dup2(open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
   const char* binary = std::getenv("ULF_BINARY");
   const std::string uri = "sim:studio?width=320&height=240&seed=" + std::to_string(seed);
   execl(binary, binary, "capture", uri.c_str(), "-o", dir.c_str(), "--headless", "--poses", "known",
@@ -70,6 +72,30 @@ TEST(CaptureProcess, SurvivesSigkillAtRandomMoments) {
     total += killed.views.size();
   }
   EXPECT_GT(total, 2u * KILLS) << "the kills came before anything was recorded: the test shows nothing";
+}
+
+TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
+  test::ScratchFolder scratch;
+  const fs::path dir = scratch / "lf", errors = scratch / "errors";
+  const pid_t child = StartCapture(dir, 3, errors);
+  ASSERT_TRUE(WaitForViews(dir, 1500));
+  kill(child, SIGABRT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status)) << "it died all the same";
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_THAT(ReadWholeFile(errors), testing::AllOf(testing::HasSubstr("died of signal 6 (Aborted)"),
+                                                    testing::HasSubstr(dir.string() + " is closed with "),
+                                                    testing::HasSubstr("--resume")));
+  EXPECT_THAT(ReadWholeFile(dir / "journal.jsonl"), testing::HasSubstr("\"event\":\"close\""));
+  EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+  const LightField closed = ReadLightField(dir);
+  EXPECT_GT(closed.views.size(), 1u);
+  for (const View& view : closed.views) EXPECT_NO_THROW(ReadViewImage(closed, view)) << view.id;
+  const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
+                                    " --headless --poses known --resume --frames 10");
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_GE(ReadLightField(dir).views.size(), closed.views.size());
 }
 
 TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {

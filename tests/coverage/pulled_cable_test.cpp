@@ -112,6 +112,29 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   EXPECT_GT(gap_s, 2) << "as long as the cable was out, and in the journal";
 }
 
+// The thread of the camera library that receives the stream.
+pid_t LibrarysThread(pid_t process) {
+  for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task"))
+    if (ReadWholeFile(task.path() / "comm") == "arv_gv_stream\n") return std::stoi(task.path().filename());
+  return 0;
+}
+
+TEST_F(PulledCable, ALibraryThatDiesLeavesTheLightFieldClosed) {
+  const fs::path dir = scratch_ / "lf";
+  const auto capture = StartCapture();
+  ASSERT_TRUE(WaitForViews(dir, 2, 60));
+  const pid_t thread = LibrarysThread(capture->Pid());
+  ASSERT_NE(thread, 0);
+  tgkill(capture->Pid(), thread, SIGSEGV);
+  EXPECT_THAT(capture->ReadUntil("--resume", 30),
+              ::testing::AllOf(HasSubstr("died of signal 11"), HasSubstr("in its thread 'arv_gv_stream'"),
+                               HasSubstr("is closed with ")));
+  EXPECT_EQ(capture->Wait(30), 1);
+  EXPECT_GE(ReadLightField(dir).views.size(), 2u);
+  EXPECT_TRUE(fs::exists(dir / "transforms.json"));
+  EXPECT_THAT(ReadWholeFile(dir / "journal.jsonl"), HasSubstr("\"event\":\"close\""));
+}
+
 TEST_F(PulledCable, ACrashedProgramsCameraIsHadAgainByTheNextOne) {
   auto capture = StartCapture();
   ASSERT_TRUE(WaitForViews(scratch_ / "lf", 1, 60));

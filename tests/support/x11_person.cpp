@@ -46,11 +46,13 @@ Display* OpenSoon(const char* name) {
 X11Person::X11Person(const std::string& title, const std::string& display)
     : display_(OpenSoon(display.empty() ? nullptr : display.c_str())) {
   if (!display_) throw Error("there is no X11 display; start the test under xvfb-run");
-  XSetErrorHandler(Ignore);
+  // Where the test is the window's program, too, that one's handler comes back.
+  const auto before = XSetErrorHandler(nullptr), xlibs_own = XSetErrorHandler(Ignore);
   for (int i = 0; i < 300 && !window_; ++i) {
     window_ = FindWindow(Of(display_), DefaultRootWindow(Of(display_)), title);
     if (!window_) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+  if (before != xlibs_own) XSetErrorHandler(before);
   if (!window_) throw Error("no window '{}' has come", title);
 }
 
@@ -105,6 +107,16 @@ void X11Person::CloseWindow() {
   event.xclient.data.l[0] = static_cast<long>(XInternAtom(Of(display_), "WM_DELETE_WINDOW", False));
   event.xclient.data.l[1] = CurrentTime;
   XSendEvent(Of(display_), window_, False, NoEventMask, &event);
+  XFlush(Of(display_));
+}
+
+void X11Person::DestroyWindow() {
+  XDestroyWindow(Of(display_), window_);
+  XFlush(Of(display_));
+}
+
+void X11Person::KillClient() {
+  XKillClient(Of(display_), window_);
   XFlush(Of(display_));
 }
 

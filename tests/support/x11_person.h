@@ -18,6 +18,9 @@ class X11Person {
   void MoveMouse(int x, int y);
   void Click(int button);  // 1 left, 3 right, 4 and 5 the wheel
   void CloseWindow();
+  // As other programs can, without asking.
+  void DestroyWindow();
+  void KillClient();
 
  private:
   void* display_;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "acquisition/atomic_file.h"
@@ -96,7 +97,8 @@ TEST(Window, FullScreenAndBack) {
   EXPECT_EQ(window->Size(), cv::Size(400, 300));
 }
 
-TEST(Window, ClosedInMidCaptureClosesTheLightField) {
+// Whichever way the window ends, the capture ends as its button ends it.
+void ExpectClosed(const std::function<void(X11Person&)>& close) {
   const ScratchFolder scratch;
   const auto dir = scratch.path() / "lf";
   ChildProcess capture({std::getenv("ULF_BINARY"), "capture", "sim:studio?width=320&height=240&fps=15", "-o",
@@ -107,13 +109,41 @@ TEST(Window, ClosedInMidCaptureClosesTheLightField) {
     if (std::filesystem::exists(dir / "images") && !std::filesystem::is_empty(dir / "images")) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  person.CloseWindow();
+  close(person);
   const std::string output = capture.ReadUntil("stopped_because", 60);
   EXPECT_EQ(capture.Wait(60), 0);
   EXPECT_THAT(output, HasSubstr("\"stopped_because\":\"closed\""));
   const LightField light_field = ReadLightField(dir);
   EXPECT_GT(light_field.views.size(), 0u);
   EXPECT_TRUE(std::filesystem::exists(dir / "transforms.json"));
+}
+
+TEST(Window, ClosedInMidCaptureClosesTheLightField) {
+  ExpectClosed([](X11Person& person) { person.CloseWindow(); });
+}
+
+TEST(Window, DestroyedByAnotherProgramClosesTheLightField) {
+  ExpectClosed([](X11Person& person) { person.DestroyWindow(); });
+}
+
+TEST(Window, KilledByAnotherProgramClosesTheLightField) {
+  ExpectClosed([](X11Person& person) { person.KillClient(); });
+}
+
+TEST(Window, DestroyedByAnotherProgramAsksToBeClosedAndKeepsItsSize) {
+  const auto window = OpenWindow("ulf test", {400, 300});
+  EXPECT_EQ(window->Size(), cv::Size(400, 300));
+  X11Person("ulf test").DestroyWindow();
+  bool close = false;
+  for (int i = 0; i < 100 && !close; ++i) {
+    EXPECT_EQ(window->Size(), cv::Size(400, 300));
+    for (const InputEvent& event : window->TakeEvents(0.05))
+      close = close || std::holds_alternative<CloseAsked>(event);
+  }
+  EXPECT_TRUE(close);
+  window->Bind();
+  window->Present();
+  window->ToggleFullScreen();
 }
 
 std::size_t Photographs(const std::filesystem::path& dir) {
