@@ -9,6 +9,7 @@
 #include "coverage/capture_session.h"
 #include "tracking/pose_source.h"
 #include "tracking/readout_option.h"
+#include "tracking/tracking_side_option.h"
 
 namespace ulf {
 
@@ -24,6 +25,7 @@ struct CaptureArgs {
   IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
   ReadoutArgs readout;
+  int tracking_side_px = TrackerOptions{}.max_side_px;
   PosesSpec poses;
   std::uint64_t frames = 0;
   double max_seconds = 0;

@@ -274,6 +274,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
+  AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
       ->check(Positive());

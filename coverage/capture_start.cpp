@@ -207,6 +207,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
                      info.uri);
   prepared.poses = args.poses.Open(prepared.camera,
                                    {.tracker = {.deterministic = args.deterministic,
+                                                .max_side_px = args.tracking_side_px,
                                                 .wait_for_mapper = !prepared.device->IsLive(),
                                                 .readout_s = args.readout.readout_s,
                                                 .compensate_found_readout = args.readout.compensate_found},

@@ -19,6 +19,15 @@ constexpr double kMostUncertain = 0.005;  // share of the focal length: more is 
 
 }  // namespace
 
+CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
+  CalibrationCheck check = *this;
+  const double scale = resized.MeanFocalPx() / given_focal_px;
+  check.given_focal_px = resized.MeanFocalPx();
+  check.fitted_focal_px *= scale;
+  check.sigma_px *= scale;
+  return check;
+}
+
 std::string CalibrationCheck::Advice() const {
   return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
                                         "then see which of the two is still said"

@@ -25,6 +25,8 @@ struct CalibrationCheck {
   // focal length does, and the other way round.
   bool rows_uncompensated = false;
 
+  // The same of a camera whose pictures are those that were given, resized.
+  CalibrationCheck Of(const CameraModel& resized) const;
   // "images fit a focal length of 551.2 px (± 1.3), 5.0 % more than the 525.0 given"; empty unless wrong.
   std::string Text() const;
   // The same with what to do about it.

@@ -11,7 +11,6 @@
 namespace ulf {
 namespace {
 
-constexpr int kMinFeatures = 80;
 constexpr int kMinMatches = 60;
 // Followed from frame to frame, nearly all matches are right: where a scene stands still, 0.98 and more give
 // points. A picture half of which moves, or tiles taken for their neighbours, stay below 0.75.
@@ -56,6 +55,15 @@ bool PartMovesOtherwise(const CameraModel& camera, const Rigid3& second_from_fir
   });
 }
 
+// Then that is what stands in the way.
+bool TooFewFeatures(const TrackedImage& image, StartProgress& progress) {
+  if (image.features->size() >= kFewestFeatures) return false;
+  progress.obstacle = StartObstacle::kTooFewFeatures;
+  progress.matches = image.features->size();
+  progress.matches_needed = kFewestFeatures;
+  return true;
+}
+
 StartObstacle ObstacleOf(const RelativePoseResult& relative) {
   switch (relative.outcome) {
     case RelativePoseOutcome::kFound:
@@ -95,10 +103,8 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   progress.matches_needed = kMinMatches;
   progress.parallax_needed_deg = min_parallax_deg_;
   if (!reference_) {
-    if (image.features->size() < kMinFeatures)
-      progress.obstacle = StartObstacle::kTooFewMatches;
-    else
-      SetReference(image);
+    if (TooFewFeatures(image, progress)) return attempt;
+    SetReference(image);
     return attempt;
   }
   const FeatureSet &first = *reference_->features, &second = *image.features;
@@ -109,7 +115,7 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   if (progress.matches < kMinMatches) {
     progress.obstacle = StartObstacle::kTooFewMatches;
     reference_.reset();
-    if (second.size() >= kMinFeatures) SetReference(image);
+    if (!TooFewFeatures(image, progress)) SetReference(image);
     return attempt;
   }
   std::vector<RayPair> pairs;

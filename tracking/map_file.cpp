@@ -218,7 +218,8 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   if (ChecksumOf(bytes) != checksum) return "it is damaged";
   bytes.remove_prefix(sizeof kMagic);
   Reader in(bytes);
-  if (in.Get<std::uint64_t>() != key) return "it belongs to other views or poses";
+  if (in.Get<std::uint64_t>() != key)
+    return "it belongs to other views or poses, or to another --tracking-side";
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 44;
   const std::string inconsistent = "it contradicts itself";
   const std::size_t keyframes = in.Count(kKeyframeBytes);

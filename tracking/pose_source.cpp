@@ -1,9 +1,13 @@
 #include "tracking/pose_source.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <fstream>
 
 #include "acquisition/device.h"
 #include "acquisition/error.h"
+#include "tracking/working_size.h"
 
 namespace ulf {
 namespace {
@@ -26,6 +30,16 @@ Rigid3 ReadHandEye(const std::string& path) {
     return {rotation.normalized(), {v[0], v[1], v[2]}};
   }
   throw Error("hand_eye: {} holds no line 'tx ty tz qx qy qz qw'", path);
+}
+
+// Said beforehand: what fails then looks like a wrong movement.
+void WarnOfLargePictures(const CameraModel& camera, const TrackerOptions& options) {
+  const CameraModel tracked = WorkingSize(camera, options.max_side_px).working();
+  if (std::max(tracked.width, tracked.height) <= TrackerOptions{}.max_side_px) return;
+  spdlog::warn(
+      "pictures are tracked at {}x{}: unless they are sharp at that size, hardly anything is found again; "
+      "then leave --tracking-side out",
+      tracked.width, tracked.height);
 }
 
 double AtLeastZero(const DeviceUri& uri, const char* key, double otherwise) {
@@ -98,6 +112,7 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
 
 std::unique_ptr<PoseSource> PosesSpec::Open(const CameraModel& camera,
                                             const PoseSourceOptions& options) const {
+  if (UseFeatures()) WarnOfLargePictures(camera, options.tracker);
   switch (kind_) {
     case Kind::kKnown:
       return MakeKnownPoseSource(camera, options.subject, options.metric);

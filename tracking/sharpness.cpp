@@ -1,22 +1,25 @@
 #include "tracking/sharpness.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <opencv2/imgproc.hpp>
 
+#include "tracking/features.h"
 #include "tracking/quantile.h"
 
 namespace ulf {
 namespace {
 
-// Energy of fine detail: the variance of the Laplacian, a little below full resolution where noise would
-// rule.
-double DetailOf(const Pyramid& pyramid) {
-  const cv::Mat& image = pyramid.levels[2];
+constexpr int kWidestDetail = 2000;  // px: sums of a row fit 32 bits whatever it shows
+
+// Energy of fine detail: the variance of the Laplacian.
+double DetailOf(const cv::Mat& image) {
   std::int64_t sum = 0, sum2 = 0;
   for (int y = 1; y + 1 < image.rows; ++y) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y);
     const std::uint8_t *above = row - image.step, *below = row + image.step;
-    std::int32_t row_sum = 0, row_sum2 = 0;  // a row of 2,000 pixels fits whatever it shows
+    std::int32_t row_sum = 0, row_sum2 = 0;
     for (int x = 1; x + 1 < image.cols; ++x) {
       const std::int32_t laplacian = above[x] + below[x] + row[x - 1] + row[x + 1] - 4 * row[x];
       row_sum += laplacian;
@@ -32,9 +35,20 @@ double DetailOf(const Pyramid& pyramid) {
 
 }  // namespace
 
-double Sharpness::Step(const Pyramid& pyramid) {
+cv::Mat ForSharpness(const cv::Mat& gray) {
+  const double scale =
+      std::min(1 / LevelScale(kSharpnessLevel), static_cast<double>(kWidestDetail) / gray.cols);
+  cv::Mat below_full;
+  cv::resize(gray, below_full,
+             {std::max(1, static_cast<int>(std::lround(scale * gray.cols))),
+              std::max(1, static_cast<int>(std::lround(scale * gray.rows)))},
+             0, 0, cv::INTER_LINEAR);
+  return below_full;
+}
+
+double Sharpness::Step(const cv::Mat& below_full) {
   constexpr std::size_t kRecent = 31;
-  const double detail = DetailOf(pyramid);
+  const double detail = DetailOf(below_full);
   const double usual = Median({recent_.begin(), recent_.end()});
   recent_.push_back(detail);
   if (recent_.size() > kRecent) recent_.pop_front();

@@ -3,14 +3,20 @@
 
 #include <deque>
 
-#include "tracking/features.h"
+#include <opencv2/core.hpp>
 
 namespace ulf {
 
+// The level of a picture's pyramid that its sharpness is judged on, and the same without a pyramid, at most
+// 2,000 px wide.
+inline constexpr int kSharpnessLevel = 2;
+cv::Mat ForSharpness(const cv::Mat& gray);
+
 class Sharpness {
  public:
-  // Fine detail of this frame over the recent frames' median; 1 while there are none.
-  double Step(const Pyramid& pyramid);
+  // Fine detail of this frame over the recent frames' median; 1 while there are none. `below_full`: grey, a
+  // little below the picture's own resolution, where noise would rule.
+  double Step(const cv::Mat& below_full);
 
  private:
   std::deque<double> recent_;

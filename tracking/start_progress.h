@@ -7,7 +7,8 @@ namespace ulf {
 enum class StartObstacle {
   kNone,                // the map has started
   kFirstView,           // this frame is what later ones are compared with
-  kTooFewMatches,       // hardly any texture, blur, darkness, or a jump
+  kTooFewFeatures,      // in this picture alone: hardly any texture, darkness, or out of focus
+  kTooFewMatches,       // with the reference: blur, noise, or a jump
   kRotationOnly,        // the camera only turned, or stood still
   kLowParallax,         // it moved, not far enough for the direction to be certain
   kAmbiguousPlane,      // what is seen is flat, and two motions explain it
@@ -15,12 +16,15 @@ enum class StartObstacle {
   kMapDidNotHold,       // a map was made and refused: this frame could not be tracked on it
 };
 
+// Fewer corners than that in a picture start no map, and find no camera that was lost.
+inline constexpr int kFewestFeatures = 80;
+
 struct StartProgress {
   StartObstacle obstacle = StartObstacle::kFirstView;
   double parallax_deg = 0;
   // What it takes at this frame's noise, as far as is known: at least the smallest that is ever accepted.
   double parallax_needed_deg = 0;
-  int matches = 0;
+  int matches = 0;  // of kTooFewFeatures: features
   int matches_needed = 0;
 };
 
@@ -31,6 +35,8 @@ inline const char* Advice(StartObstacle obstacle) {
       return "the map has started";
     case StartObstacle::kFirstView:
       return "move the camera sideways";
+    case StartObstacle::kTooFewFeatures:
+      return "the picture shows hardly any corners: more light or texture, or a sharper picture";
     case StartObstacle::kTooFewMatches:
       return "too few features are found again: more light or texture, or a slower hand";
     case StartObstacle::kRotationOnly:

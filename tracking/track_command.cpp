@@ -9,6 +9,7 @@
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "acquisition/calibration/intrinsics.h"
@@ -25,6 +26,7 @@
 #include "tracking/thread_clock.h"
 #include "tracking/track_report.h"
 #include "tracking/track_words.h"
+#include "tracking/tracking_side_option.h"
 #include "tracking/trajectory.h"
 #include "tracking/trajectory_plot.h"
 
@@ -46,15 +48,19 @@ struct TrackArgs {
   bool deterministic = false;
   unsigned seed = 1;
   int features = TrackerOptions{}.features;
+  int tracking_side_px = TrackerOptions{}.max_side_px;
   int frames = 0;
   bool benchmark = false;
   bool explain = false;
   bool json = false;
 };
 
-// What cv::ORB costs on the same frame, thread and moment: the unit in which tracking cost is told.
-double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame) {
-  const cv::Mat gray = GrayForTracking(frame.image);
+// What cv::ORB costs on the same frame, at the size that is tracked, thread and moment: the unit in which
+// tracking cost is told.
+double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const TrackedSize& size) {
+  cv::Mat gray = GrayForTracking(frame.image);
+  if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
+    cv::resize(gray, gray, {size.width, size.height}, 0, 0, cv::INTER_AREA);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   const double start_s = ThreadCpuSeconds();
@@ -98,6 +104,7 @@ void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
                         {.tracker = {.deterministic = args.deterministic,
                                      .seed = args.seed,
                                      .features = args.features,
+                                     .max_side_px = args.tracking_side_px,
                                      .wait_for_mapper = !device.IsLive(),
                                      .readout_s = args.readout.readout_s,
                                      .compensate_found_readout = args.readout.compensate_found},
@@ -113,7 +120,7 @@ void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
-      run.orb_cpu_ms.push_back(TimeOrb(orb, *frame));
+      run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
@@ -226,6 +233,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(NonNegative());
   command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
   command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
+  AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--seed", args->seed, "Of every random draw");
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
   command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "acquisition/counted.h"
 #include "tracking/quantile.h"
@@ -97,6 +98,16 @@ GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
   return poses;
 }
 
+bool IsReduced(const TrackedSize& size) {
+  return size.width != size.original_width || size.height != size.original_height;
+}
+
+std::string SizeLine(const TrackedSize& size) {
+  if (!IsReduced(size)) return {};
+  return fmt::format("pictures of {}x{} tracked at {}x{}; poses and pixels are those of the pictures\n",
+                     size.original_width, size.original_height, size.width, size.height);
+}
+
 std::string MapLine(const TrackerStatistics& map) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
@@ -107,6 +118,19 @@ std::string MapLine(const TrackerStatistics& map) {
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
   if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
   return text;
+}
+
+// What kept the map from starting, by the frames' own words; empty where no map was to start.
+std::string MostOftenInTheWay(const TrackRun& run) {
+  std::map<StartObstacle, int> frames;
+  for (const TrackedFrame& frame : run.frames)
+    if (frame.track.start) ++frames[frame.track.start->obstacle];
+  if (frames.empty()) return {};
+  if (frames.size() > 1) frames.erase(StartObstacle::kFirstView);
+  const auto most = std::max_element(frames.begin(), frames.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return fmt::format("{} (so in {} of {})", Advice(most->first), most->second,
+                     Counted(run.frames.size(), "frame"));
 }
 
 std::string StagesLine(const Counts& counts) {
@@ -202,6 +226,12 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["cpu_ms_p95"] = Quantile(counts.cpu_ms, 0.95);
   for (std::size_t k = 0; k < kStages.size(); ++k)
     report["stage_cpu_ms_mean"][kStages[k].name] = counts.stage_ms[k];
+  report["tracked_size"] = nullptr;
+  if (const TrackedSize& size = run.map.size; size.width > 0)
+    report["tracked_size"] = {{"width", size.width},
+                              {"height", size.height},
+                              {"original_width", size.original_width},
+                              {"original_height", size.original_height}};
   report["map_points"] = run.map.map_points;
   report["keyframes"] = run.map.keyframes;
   report["loops"] = run.map.loops;
@@ -235,15 +265,15 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   if (counts.first_tracked)
     text += fmt::format("initialised at frame {}, {:.1f} % tracked from there on\n", *counts.first_tracked,
                         100 * counts.TrackedShareFromThere());
-  else if (std::any_of(run.frames.begin(), run.frames.end(),
-                       [](const TrackedFrame& f) { return f.track.start.has_value(); }))
-    text += "never initialised: move the camera sideways before a textured scene\n";
+  else if (const std::string obstacle = MostOftenInTheWay(run); !obstacle.empty())
+    text += "never initialised: " + obstacle + "\n";
   else
     text +=
         "no frame has a pose: check what --poses names (a board's size and dictionary, a file's or sender's "
         "times)\n";
   text += fmt::format("lost {}, found again {}\n", Counted(counts.lost, "time"),
                       Counted(counts.found_again, "time"));
+  text += SizeLine(run.map.size);
   if (run.map.keyframes > 0) text += MapLine(run.map);
   if (counts.longest_frame >= 0)
     text += fmt::format(

@@ -17,7 +17,9 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 Track Tracker::Step(const Frame& frame, const std::optional<WorldSight>& sight) {
-  return state_->Step(frame, sight);
+  Track track = state_->Step(frame, sight);
+  track.speed_px = state_->size.ToOriginal(track.speed_px);
+  return track;
 }
 
 void Tracker::MoveWorld(const Similarity3& given_from_world) { state_->MoveWorld(given_from_world); }
@@ -38,6 +40,7 @@ void Tracker::Finish() {
   state_->mapper.Rest();
   state_->mapper.AdjustAll();
   state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
+  if (state_->calibration) *state_->calibration = state_->calibration->Of(state_->size.original());
   const auto rolling = state_->Rolling();
   if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
 }
@@ -47,7 +50,11 @@ Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
   return state_->shared.map.PoseOf(anchor);
 }
 
-std::vector<VisiblePoint> Tracker::VisiblePoints() const { return state_->last.visible; }
+std::vector<VisiblePoint> Tracker::VisiblePoints() const {
+  std::vector<VisiblePoint> visible = state_->last.visible;
+  for (VisiblePoint& point : visible) point.img = state_->size.ToOriginal(point.img);
+  return visible;
+}
 
 std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
 
@@ -72,19 +79,21 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   state.mapper.Drain();
   if (views.size() < 2) return false;
   // Tried on a tracker of its own, so that a failure leaves this one as it was.
-  auto seeded = std::make_unique<State>(state.camera, state.options);
+  auto seeded = std::make_unique<State>(state.size.original(), state.options);
   for (const SeedView& view : views) {
-    if (view.image.width() != state.camera.width || view.image.height() != state.camera.height)
+    const CameraModel& original = state.size.original();
+    if (view.image.width() != original.width || view.image.height() != original.height)
       throw Error(
           "a recorded view is {}x{}, the camera's intrinsics are for {}x{}; resume with the same camera",
-          view.image.width(), view.image.height(), state.camera.width, state.camera.height);
+          view.image.width(), view.image.height(), original.width, original.height);
     NewKeyframe offered;
-    auto pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(view.image)));
+    auto pyramid =
+        std::make_shared<const Pyramid>(BuildPyramid(state.size.Reduced(GrayForTracking(view.image))));
     offered.keyframe.cam_from_world = view.cam_from_world;
     offered.keyframe.features =
         std::make_shared<const FeatureSet>(seeded->extractor.Extract(*pyramid, 2 * state.options.features));
     offered.keyframe.pyramid = std::move(pyramid);
-    offered.keyframe.color = Srgb8(view.image);
+    offered.keyframe.color = state.size.Reduced(Srgb8(view.image));
     seeded->mapper.AddSeed(std::move(offered));
   }
   seeded->mapper.FinishSeeds();
@@ -107,15 +116,16 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
 void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
   state_->mapper.Drain();
   if (state_->shared.map.LivingPoints() == 0) return;
-  WriteFileAtomically(file, MapToBytes(state_->shared.map, key));
+  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtThisSize(key)));
 }
 
 std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
   State& state = *state_;
   state.mapper.Drain();
-  auto restored = std::make_unique<State>(state.camera, state.options);
+  auto restored = std::make_unique<State>(state.size.original(), state.options);
   try {
-    const std::string problem = MapFromBytes(ReadWholeFile(file), key, state.camera, restored->shared.map);
+    const std::string problem =
+        MapFromBytes(ReadWholeFile(file), state.size.KeyAtThisSize(key), state.camera, restored->shared.map);
     if (!problem.empty()) return problem;
   } catch (const Error& error) {
     return error.what();
@@ -139,9 +149,11 @@ TrackerStatistics Tracker::Statistics() const {
           state_->Rolling(),
           static_cast<int>(state_->shared.map.keyframes().size()),
           static_cast<int>(state_->shared.map.points().size()),
-          state_->map_start};
+          state_->map_start,
+          {state_->camera.width, state_->camera.height, state_->size.original().width,
+           state_->size.original().height}};
 }
 
-const CameraModel& Tracker::camera() const { return state_->camera; }
+const CameraModel& Tracker::camera() const { return state_->size.original(); }
 
 }  // namespace ulf

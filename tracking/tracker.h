@@ -2,8 +2,11 @@
 //
 // Frame: the world is the first keyframe's camera until something metric says otherwise; its unit is the
 // median depth of the first two-view map (so scale is arbitrary and the first median depth is 1). Poses are
-// cam_from_world. Times are seconds, image quantities are pixels of the tracked image, angles are degrees
-// where the name says so.
+// cam_from_world. Times are seconds, image quantities are pixels of the pictures as they come, angles are
+// degrees where the name says so.
+//
+// Larger pictures are reduced to a working size before anything else (working_size.h): what goes in and comes
+// out here knows nothing of it.
 //
 // How it works: ORB features spread over the image; two views start the map (homography or essential matrix,
 // and a parallax test; rotation alone never starts it); every frame is matched against the map under a motion
@@ -45,6 +48,7 @@ struct TrackerOptions {
   unsigned seed = 1;           // of every random draw
   int features = 850;          // per frame; twice as many while the map is being started
   int pyramid_levels = 8;      // that features are sought on, each 1 / 1.2 of the one before; 1 to 8
+  int max_side_px = 960;       // pictures with a longer side are reduced to it; 0: tracked as they come
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits instead.
   bool wait_for_mapper = false;
   // Of a rolling shutter, from the first row to the last (negative: from the last); 0: a global one. None:
@@ -75,7 +79,8 @@ struct Track {
   std::optional<Rigid3> middle_row_from_picture;
   // 0 to 1, by the predicted error below: one half where that is a hundredth of the distance of what is seen.
   double quality = 0;
-  int matched_points = 0;  // map points that support the pose
+  int matched_points = 0;       // map points that support the pose
+  std::optional<int> features;  // corners found in the picture; none: none were looked for
   // One standard deviation of the camera centre (world units), predicted: what the matches leave open and
   // what the map's own error is.
   std::optional<double> center_sigma;
@@ -127,6 +132,12 @@ struct MapStart {
   MotionEvidence evidence;
 };
 
+// What a picture's width and height are where it is tracked, and as it comes. Zero: nothing is tracked.
+struct TrackedSize {
+  int width = 0, height = 0;
+  int original_width = 0, original_height = 0;
+};
+
 struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
@@ -137,6 +148,7 @@ struct TrackerStatistics {
   std::optional<Readout> rolling_shutter = {};       // none: global as far as is known
   int keyframes_made = 0, points_made = 0;           // of which those above are left
   std::optional<MapStart> start = {};                // of the last map; none: none was, or it was seeded
+  TrackedSize size = {};
 };
 
 class Tracker {

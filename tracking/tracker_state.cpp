@@ -231,7 +231,7 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   offered.keyframe.cam_from_world = located.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
   offered.keyframe.velocity = last.between;
-  offered.keyframe.color = Srgb8(frame_in.image);
+  offered.keyframe.color = size.Reduced(Srgb8(frame_in.image));
   if (shared.world_given)
     offered.keyframe.corners = CornersOf(shared, image, located.cam_from_world);
   else if (image.sight && !image.pyramid->rows)
@@ -265,7 +265,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   if (!attempt.start) return;
   rows.AtStart(*attempt.start);
   image = attempt.start->second;
-  StartMap(*attempt.start, Srgb8(frame_in.image));
+  StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
   // The map stands or falls by whether this frame can be tracked on it.
   last.anchor = {
       shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1, {}, 1};
@@ -333,23 +333,29 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
     track.skipped = true;
     return track;
   }
-  if (frame_in.image.width() != camera.width || frame_in.image.height() != camera.height)
+  if (frame_in.image.width() != size.original().width || frame_in.image.height() != size.original().height)
     throw Error(
         "frame {}: its image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
-        frame_in.id, frame_in.image.width(), frame_in.image.height(), camera.width, camera.height);
+        frame_in.id, frame_in.image.width(), frame_in.image.height(), size.original().width,
+        size.original().height);
 
   if (readout_search) readout_search->Step();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
-  if (sight) image.sight = std::make_shared<const WorldSight>(*sight);
+  if (sight) image.sight = std::make_shared<const WorldSight>(size.Reduced(*sight));
   StageTimer pyramid(&track.stages.pyramid_s);
-  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(GrayForTracking(frame_in.image)));
-  track.sharpness = sharpness.Step(*image.pyramid);
+  const cv::Mat gray = GrayForTracking(frame_in.image);
+  image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(size.Reduced(gray)));
+  // Of the picture as it comes: that is what is recorded, and a blur of a few of its pixels is none of a
+  // reduced one's.
+  track.sharpness =
+      sharpness.Step(size.IsReduced() ? ForSharpness(gray) : image.pyramid->levels[kSharpnessLevel]);
   pyramid.Stop();
   StageTimer detection(&track.stages.features_s);
   const int features = state == TrackState::kInitializing ? 2 * options.features : options.features;
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, features));
   detection.Stop();
+  track.features = image.features->size();
   ++frames_since_keyframe;
   located_.reset();
   // A replay gives the mapper the time that a camera would: it may be a few frames behind, not more.

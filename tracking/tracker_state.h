@@ -1,4 +1,5 @@
 // What a tracker is made of and what it does with a frame: the inside of tracker.h, for its two sources only.
+// Pixels are those of the working size; only frames and photographs come as they are.
 #pragma once
 
 #include <memory>
@@ -16,6 +17,7 @@
 #include "tracking/row_motion.h"
 #include "tracking/sharpness.h"
 #include "tracking/tracker.h"
+#include "tracking/working_size.h"
 
 namespace ulf {
 
@@ -32,20 +34,22 @@ struct LastFrame {
 
 struct Tracker::State {
   State(const CameraModel& camera_in, const TrackerOptions& options_in)
-      : camera(camera_in),
+      : size(camera_in, options_in.max_side_px),
+        camera(size.working()),
         options(options_in),
-        extractor(camera_in, options_in.pyramid_levels),
-        shared(camera_in),
+        extractor(camera, options_in.pyramid_levels),
+        shared(camera),
         index(options_in.seed),
-        mapper(camera_in, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
-        locator(camera_in, shared, options_in.features / 5),
-        initializer(camera_in, options_in.min_initial_parallax_deg, options_in.seed),
-        rows(camera_in, options_in.readout_s.value_or(0)) {
+        mapper(camera, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
+        locator(camera, shared, options_in.features / 5),
+        initializer(camera, options_in.min_initial_parallax_deg, options_in.seed),
+        rows(camera, options_in.readout_s.value_or(0)) {
     if (!options.readout_s)
       readout_search.emplace(camera, rows, shared, mapper, options.compensate_found_readout);
   }
 
-  CameraModel camera;
+  WorkingSize size;
+  CameraModel camera;  // of the working size, as every image point in here
   TrackerOptions options;
   FeatureExtractor extractor;
   SharedMap shared;

@@ -39,11 +39,13 @@ std::vector<Frame> FirstFrames(Device& device, int count) {
   return frames;
 }
 
-Recording ReadRecording(const std::string& name, unsigned seed, int frames) {
+Recording ReadRecording(const std::string& name, unsigned seed, int frames, int width) {
   Recording recording;
   if (name == kSimulator) {
-    const auto device = OpenDevice(fmt::format("sim:studio?row_deg=4&seed={}", seed));
-    recording.camera = ResolveIntrinsics(*device, {}, 640, 480);
+    const int height = width * 3 / 4;
+    const auto device =
+        OpenDevice(fmt::format("sim:studio?row_deg=4&seed={}&width={}&height={}", seed, width, height));
+    recording.camera = ResolveIntrinsics(*device, {}, width, height);
     recording.frames = FirstFrames(*device, frames);
     for (const Frame& frame : recording.frames)
       recording.truth.push_back({frame.device_time_s, *frame.known_cam_from_world});
@@ -59,8 +61,12 @@ Recording ReadRecording(const std::string& name, unsigned seed, int frames) {
   return recording;
 }
 
-double OrbSeconds(const cv::Ptr<cv::ORB>& orb, const cv::Mat& pixels) {
-  cv::Mat gray;
+// Of a picture that is at most 640 pixels wide: the same unit whatever is done to the pictures.
+double OrbSeconds(const cv::Ptr<cv::ORB>& orb, const cv::Mat& picture) {
+  constexpr int kWidest = 640;
+  cv::Mat gray, pixels = picture;
+  if (picture.cols > kWidest)
+    cv::resize(picture, pixels, {kWidest, picture.rows * kWidest / picture.cols}, 0, 0, cv::INTER_AREA);
   if (pixels.channels() == 1)
     gray = pixels;
   else
@@ -72,14 +78,40 @@ double OrbSeconds(const cv::Ptr<cv::ORB>& orb, const cv::Mat& pixels) {
   return ThreadCpuSeconds() - start;
 }
 
-TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options) {
-  Tracker tracker(recording.camera, options);
+Frame Changed(Frame frame, const PictureChange& change, std::uint64_t seed) {
+  cv::Mat& pixels = frame.image.pixels;
+  if (change.enlarged != 1 || change.blur_px > 0 || change.noise > 0)
+    frame.image = {.pixels = GrayForTracking(frame.image), .transfer = Transfer::kSrgb};
+  if (change.enlarged != 1) {
+    cv::Mat larger;
+    cv::resize(pixels, larger, {}, change.enlarged, change.enlarged, cv::INTER_CUBIC);
+    pixels = larger;
+  }
+  if (change.blur_px > 0) {
+    cv::Mat blurred;
+    cv::GaussianBlur(pixels, blurred, {}, change.blur_px);
+    pixels = blurred;
+  }
+  if (change.noise > 0) {
+    cv::Mat noise(pixels.size(), CV_16S), sum;
+    cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, change.noise);
+    cv::add(pixels, noise, sum, {}, CV_8U);
+    pixels = sum;
+  }
+  return frame;
+}
+
+TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options, const PictureChange& change) {
+  const auto changed_px = [&](int px) { return static_cast<int>(std::lround(px * change.enlarged)); };
+  Tracker tracker(
+      recording.camera.ScaledTo(changed_px(recording.camera.width), changed_px(recording.camera.height)),
+      options);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   std::vector<TimedPose> live, after;
   std::vector<std::pair<double, Anchored>> anchors;
   std::vector<double> cpu_s, orb_s;
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
-    const Frame& frame = recording.frames[i];
+    const Frame frame = Changed(recording.frames[i], change, i + 1);
     if (i % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame.image.pixels));
     const Track track = tracker.Step(frame);
     if (!track.cam_from_world) continue;
@@ -94,7 +126,12 @@ TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options) {
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();
   };
   const TrackerStatistics map = tracker.Statistics();
-  return {1000 * Median(cpu_s), Median(cpu_s) / Median(orb_s), error_mm(live), error_mm(after), map.keyframes,
+  return {1000 * Median(cpu_s),
+          Median(cpu_s) / Median(orb_s),
+          static_cast<double>(live.size()) / static_cast<double>(recording.frames.size()),
+          error_mm(live),
+          error_mm(after),
+          map.keyframes,
           map.map_points};
 }
 
@@ -105,20 +142,21 @@ bool HasRecording(const std::string& recording) {
 }
 
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases) {
-  using Key = std::tuple<std::string, unsigned, int>;
+  using Key = std::tuple<std::string, unsigned, int, int>;
   const auto key_of = [](const TrackedCase& one) {
-    return Key{one.recording, one.recording == kSimulator ? one.options.seed : 0, one.frames};
+    const bool drawn = one.recording == kSimulator;
+    return Key{one.recording, drawn ? one.options.seed : 0, one.frames, drawn ? one.width : 0};
   };
   std::map<Key, Recording> recordings;
   for (const TrackedCase& one : cases)
     if (const Key key = key_of(one); !recordings.contains(key))
-      recordings.emplace(key, ReadRecording(one.recording, one.options.seed, one.frames));
+      recordings.emplace(key, ReadRecording(one.recording, one.options.seed, one.frames, one.width));
 
   std::vector<TrackedRun> runs(cases.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++)
-      runs[i] = TrackRun(recordings.at(key_of(cases[i])), cases[i].options);
+      runs[i] = TrackRun(recordings.at(key_of(cases[i])), cases[i].options, cases[i].change);
   };
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads.emplace_back(work);

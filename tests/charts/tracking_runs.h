@@ -11,8 +11,17 @@ namespace ulf::test {
 struct TrackedRun {
   double cpu_ms = 0;                 // of a frame, median; mapping apart
   double cpu_over_orb = 0;           // in units of cv::ORB with 1,000 features on frames of the same run
+  double tracked_share = 0;          // of all frames
   double live_mm = 0, after_mm = 0;  // centres, RMS after alignment; infinite where too few were tracked
   int keyframes = 0, points = 0;
+};
+
+// What is made of a recording's pictures before they are tracked: enlarged (cubic), then blurred as by a soft
+// lens, then noise added; their camera with them.
+struct PictureChange {
+  double enlarged = 1;
+  double blur_px = 0;  // standard deviations, of the enlarged picture's pixels and grey levels
+  double noise = 0;
 };
 
 // `recording`: "simulator" (the studio, `frames` at 15 a second, its scene and hand by the options' seed) or
@@ -21,6 +30,8 @@ struct TrackedCase {
   std::string recording;
   TrackerOptions options;
   int frames = 0;
+  int width = 640;  // that the simulator draws at
+  PictureChange change{};
 };
 // On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);

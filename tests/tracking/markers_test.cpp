@@ -361,6 +361,29 @@ TEST(Markers, PhotographsAreFoundInTheBoardsFrame) {
   EXPECT_LT(map_mm, 3);
 }
 
+// The board is looked for in the picture as it comes, its corners count in the reduced one that is tracked.
+TEST(Markers, TheBoardHelpsReducedPicturesToo) {
+  constexpr int kCovered = 34, kEnd = 42;
+  const BesideABoard scene(7);
+  const auto both =
+      PosesSpec::Parse("features+markers:" + scene.standing.board.Text())
+          .Open(scene.camera.camera(), {.tracker = {.deterministic = true, .max_side_px = 320}});
+  std::vector<double> hidden_mm, in_sight_mm;
+  for (int i = 0; i < kEnd; ++i) {
+    const bool covered = i >= kCovered;
+    const Frame frame = scene.At(i, covered ? BesideABoard::Hidden::kBoard : BesideABoard::Hidden::kNothing);
+    const Track track = both->Step(frame);
+    if (track.cam_from_world)
+      (covered ? hidden_mm : in_sight_mm).push_back(CentreErrorMm(*track.cam_from_world, scene.Truth(frame)));
+  }
+  std::printf("reduced: in sight %.2f mm, covered %.2f mm\n", Median(in_sight_mm), Median(hidden_mm));
+  EXPECT_EQ(both->Statistics().size.width, 320);
+  EXPECT_GE(in_sight_mm.size(), 33u);
+  EXPECT_GE(hidden_mm.size(), 7u);
+  EXPECT_LT(Median(in_sight_mm), 3);
+  EXPECT_LT(Median(hidden_mm), 6);
+}
+
 // A map that was moved into the board's frame by a similarity that is wrong by 3 % and a degree: the corners
 // in its adjustment mend it, and without them it stays wrong.
 TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {

@@ -54,6 +54,21 @@ TEST(Refine, PosesThatAreALittleOffComeBack) {
   }
 }
 
+// Reduced for refining, pictures keep their own pixels in what is told.
+TEST(Refine, ErrorsAreInThePicturesOwnPixels) {
+  const auto views = MakeViews(8, 0.01, 0.1, 1);
+  const auto refine = [&](int max_side_px) {
+    RefineOptions options;
+    options.features = 800;
+    options.max_side_px = max_side_px;
+    return Refine(views->input, options);
+  };
+  const RefineResult whole = refine(640), reduced = refine(320);
+  EXPECT_NEAR(reduced.rms_before_px / whole.rms_before_px, 1, 0.25);
+  EXPECT_NEAR(reduced.start_error_px / whole.start_error_px, 1, 0.35);
+  EXPECT_GT(reduced.median_after_px, 0.9 * whole.median_after_px) << "no better than of the whole pictures";
+}
+
 TEST(Refine, PosesOffByAPercentAndADegreeComeBack) {
   const auto views = MakeViews(16, 0.03, 1, 3);
   const RefineResult result = RefineRoom(*views);

@@ -234,5 +234,53 @@ TEST(TrackCommand, TheStartIsToldInWords) {
   EXPECT_THAT(InWords(track), testing::HasSubstr("12 of 60"));
 }
 
+// Where the picture itself shows nothing, nobody is told to move otherwise.
+TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
+  Tracker tracker(test::TexturedRoom::Camera(), {.deterministic = true});
+  Frame frame;
+  frame.status = FrameStatus::kComplete;
+  frame.image = {.pixels = cv::Mat(480, 640, CV_8U, cv::Scalar(90)), .transfer = Transfer::kSrgb};
+  const std::string starting = InWords(tracker.Step(frame));
+  EXPECT_THAT(starting,
+              testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("0 of 80"),
+                             testing::Not(testing::HasSubstr("hand"))));
+  Track lost;
+  lost.state = TrackState::kLost;
+  lost.features = 12;
+  EXPECT_THAT(InWords(lost),
+              testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("12 of 80"),
+                             testing::Not(testing::HasSubstr("seen before"))));
+  lost.features = 700;
+  EXPECT_THAT(InWords(lost), testing::HasSubstr("nothing in view is recognised"));
+}
+
+TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {
+  const auto size_of = [](const std::string& option) {
+    const auto run = test::RunUlf("track 'sim:studio?width=320&height=240' --frames 2 --json " + option);
+    return nlohmann::json::parse(run.output)["tracked_size"];
+  };
+  EXPECT_EQ(
+      size_of("--tracking-side 200"),
+      nlohmann::json({{"width", 200}, {"height", 150}, {"original_width", 320}, {"original_height", 240}}));
+  // What fails on large pictures looks like a wrong movement: said beforehand.
+  for (const bool full : {true, false}) {
+    const auto run = test::RunUlf("track 'sim:studio?width=1000&height=96' --frames 2 " +
+                                  std::string(full ? "--tracking-side full" : ""));
+    EXPECT_EQ(run.errors.find("unless they are sharp") != std::string::npos, full) << run.errors;
+    EXPECT_THAT(run.output, testing::AnyOf(testing::Not(testing::HasSubstr("never initialised")),
+                                           testing::HasSubstr("of 2 frames")));
+  }
+  for (const char* option : {"", "--tracking-side full", "--tracking-side 0"})
+    EXPECT_EQ(size_of(option)["width"], 320) << option;
+  for (const char* command : {"track sim:studio", "capture sim:studio -o nowhere"})
+    for (const char* wrong : {"12", "-1", "640.5", "half", "100000"}) {
+      const auto refused = test::RunUlf(std::string(command) + " --frames 2 --tracking-side " + wrong);
+      EXPECT_EQ(refused.exit_code, 2) << wrong;
+      EXPECT_THAT(refused.errors,
+                  testing::AllOf(testing::HasSubstr("--tracking-side"), testing::HasSubstr(wrong),
+                                 testing::HasSubstr("from 160 to")));
+    }
+}
+
 }  // namespace
 }  // namespace ulf

@@ -227,7 +227,13 @@ struct Errors {
   double rms = 0, median = 0;
 };
 
-Errors ErrorsUnder(const RefineScene& scene, bool start) {
+// What a pixel of the working resolution is in pixels of the pictures as they were given.
+double GivenByWorking(const CameraModel& given, const CameraModel& working) {
+  return static_cast<double>(given.width + given.height) / (working.width + working.height);
+}
+
+// In pixels of the pictures as they were given, whose cameras are `given`.
+Errors ErrorsUnder(const RefineScene& scene, const std::vector<CameraModel>& given, bool start) {
   RefineScene at;
   at.lenses = scene.lenses;
   for (const RefineView& view : scene.views) {
@@ -247,7 +253,9 @@ Errors ErrorsUnder(const RefineScene& scene, bool start) {
       if (const auto point = TriangulatePoint(rays)) track.position = *point;
     }
     for (const TrackObservation& o : track.observations) {
-      const double error = std::min(1e3, ReprojectionErrorPx(at, track, o));
+      const auto lens = static_cast<std::size_t>(at.view(o.view).lens);
+      const double error =
+          GivenByWorking(given[lens], scene.lenses[lens]) * std::min(1e3, ReprojectionErrorPx(at, track, o));
       errors.push_back(error);
       squared += error * error;
     }
@@ -296,13 +304,8 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineS
   for (int l = 0; l < static_cast<int>(scene.lenses.size()); ++l) {
     CameraModel& working = scene.lenses[static_cast<std::size_t>(l)];
     const CameraModel& given = input.lenses[static_cast<std::size_t>(l)];
-    const double to_given = static_cast<double>(given.width) / working.width;
-    if (auto check = CheckCalibration(working, problem, l)) {
-      check->given_focal_px *= to_given;
-      check->fitted_focal_px *= to_given;
-      check->sigma_px *= to_given;
-      result.checks.push_back(*check);
-    }
+    const double to_given = GivenByWorking(given, working);
+    if (const auto check = CheckCalibration(working, problem, l)) result.checks.push_back(check->Of(given));
     const auto fit = ChooseLens(working, PartForLens(problem, l), {}, &result.lens_trials.emplace_back());
     if (!fit) continue;
     LensEstimate scaled = *fit;
@@ -327,7 +330,8 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
     result.points.push_back({track.position, track.rgb});
     result.observations += track.observations.size();
   }
-  const Errors before = ErrorsUnder(scene, true), after = ErrorsUnder(scene, false);
+  const Errors before = ErrorsUnder(scene, result.lenses, true),
+               after = ErrorsUnder(scene, result.lenses, false);
   result.rms_before_px = before.rms;
   result.median_before_px = before.median;
   result.rms_after_px = after.rms;
@@ -363,7 +367,11 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   const auto start_error_px = MeasurePoseErrorPx(scene, pairs);
   // Where hardly anything matches without knowing where to look: as bad as may be.
   const double error_px = start_error_px.value_or(kMostErrorPx);
-  result.start_error_px = error_px;
+  std::vector<double> given_by_working;
+  for (const RefineView& view : scene.views)
+    given_by_working.push_back(
+        GivenByWorking(input.lenses[static_cast<std::size_t>(view.lens)], scene.LensOf(view)));
+  result.start_error_px = error_px * Median(std::move(given_by_working));
   const bool guided = error_px < kGuidingErrorPx;
   std::vector<PairMatches> matched = MatchPairs(scene, pairs, error_px, matching);
   BuildTracks(matched,
