@@ -1,19 +1,19 @@
-// COLMAP's text model (sparse/0): cameras.txt, images.txt, points3D.txt. Its poses are world-to-camera with
-// our axes, its pixel centres at integer + 0.5: both as ours. Image names are relative to the images folder.
+// COLMAP's text model: cameras.txt, images.txt, points3D.txt.
 #pragma once
 
 #include <string>
 
-#include "acquisition/light_field.h"
+#include "acquisition/colmap_model.h"
 
 namespace ulf {
 
-struct ColmapText {
+struct ColmapFiles {
   std::string cameras;
   std::string images;
   std::string points3d;
 };
 
-ColmapText ToColmapText(const LightField& light_field);
+// Places in images are written to a ten-thousandth of a pixel, all else exactly.
+ColmapFiles ToColmapText(const ColmapReconstruction& model);
 
 }  // namespace ulf

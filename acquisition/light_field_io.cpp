@@ -15,7 +15,8 @@
 #include "acquisition/error.h"
 #include "acquisition/image_header.h"
 #include "acquisition/journal.h"
-#include "acquisition/point_ply.h"
+#include "acquisition/point_io.h"
+#include "acquisition/point_tracks.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 
@@ -54,7 +55,7 @@ void RequireImages(const LightField& light_field) {
 
 JournalContents ReadJournalWithPoints(const fs::path& dir) {
   JournalContents contents = ReadJournal(dir / kJournal);
-  if (fs::is_regular_file(dir / "points.ply")) contents.light_field.points = ReadPointPly(dir / "points.ply");
+  ReadPoints(contents.light_field);
   return contents;
 }
 
@@ -218,12 +219,11 @@ Image ReadViewImage(const LightField& light_field, const View& view) {
 void WriteDerivedFiles(const LightField& light_field) {
   const fs::path sparse = light_field.root / "sparse" / "0";
   MakeFolder(sparse);
-  const ColmapText colmap = ToColmapText(light_field);
+  const ColmapFiles colmap = ToColmapText(ToColmap(light_field));
   WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
   WriteFileAtomically(sparse / "images.txt", colmap.images);
   WriteFileAtomically(sparse / "points3D.txt", colmap.points3d);
-  if (!light_field.points.empty())
-    WriteFileAtomically(light_field.root / "points.ply", PointPlyBytes(light_field.points));
+  if (!light_field.points.empty()) WritePoints(light_field);
   WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field));
 }
 
@@ -251,6 +251,7 @@ struct LightFieldWriter::State {
   // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
+  std::set<int> moved_since_points;  // views
 };
 
 LightFieldWriter::LightFieldWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -372,6 +373,9 @@ void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_b
   for (View& view : state_->light_field.views)
     if (const auto found = cam_from_world_by_view.find(view.id); found != cam_from_world_by_view.end())
       view.cam_from_world = found->second;
+  for (const View& view : state_->light_field.views)
+    if (cam_from_world_by_view.contains(view.id) || cameras.contains(view.camera))
+      state_->moved_since_points.insert(view.id);
 }
 
 void LightFieldWriter::SetSubject(const Subject& subject) {
@@ -391,8 +395,10 @@ void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
-  WriteFileAtomically(state_->light_field.root / "points.ply", PointPlyBytes(points));
   state_->light_field.points = std::move(points);
+  state_->moved_since_points.clear();
+  MeasurePoints(state_->light_field);
+  WritePoints(state_->light_field);
 }
 
 void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& reason) {
@@ -459,6 +465,8 @@ void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::
   state_->journal.Close(capture_s, reasons);
   state_->light_field.capture_s = capture_s;
   state_->light_field.reasons = reasons;
+  FitPointsOf(state_->moved_since_points, state_->light_field);
+  MeasurePoints(state_->light_field);
   WriteDerivedFiles(state_->light_field);
 }
 

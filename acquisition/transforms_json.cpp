@@ -164,6 +164,16 @@ void WriteCamera(const CameraModel& camera, json& object) {
   }
 }
 
+// nerfstudio looks for the kind of lens at the top alone.
+void WriteKind(const std::vector<CameraModel>& cameras, json& object) {
+  const auto is_fisheye = [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; };
+  if (cameras.empty()) return;
+  if (std::all_of(cameras.begin(), cameras.end(), is_fisheye))
+    object["camera_model"] = "OPENCV_FISHEYE";
+  else if (std::none_of(cameras.begin(), cameras.end(), is_fisheye))
+    object["camera_model"] = "OPENCV";
+}
+
 json OurKeys(const LightField& light_field) {
   json ours = {{"format_version", kFormatVersion},
                {"units", light_field.units},
@@ -278,6 +288,10 @@ std::string TransformsJsonText(const LightField& light_field) {
   document["aabb_scale"] = 16;  // instant-ngp: how far beyond the unit cube it looks; ignored by others
   if (!light_field.points.empty()) document["ply_file_path"] = "points.ply";
   document["ulf"] = OurKeys(light_field);
+  if (!one_camera) WriteKind(light_field.cameras, document);
+  // nerfstudio takes masks of all frames or of none.
+  const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
+                                       [](const View& view) { return view.mask_path.empty(); });
   json& frames = document["frames"] = json::array();
   for (const View& view : light_field.views) {
     const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
@@ -286,6 +300,7 @@ std::string TransformsJsonText(const LightField& light_field) {
       rows.push_back(
           {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
     json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", ViewToJson(view)}};
+    if (all_masked) frame["mask_path"] = view.mask_path;
     if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
     frames.push_back(std::move(frame));
   }

@@ -1,6 +1,7 @@
 #include "coverage/commands.h"
 
 #include "coverage/capture_command.h"
+#include "coverage/export_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
 #include "coverage/refine_command.h"
@@ -16,6 +17,7 @@ void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddSheetCommand(app, chosen);
   AddReviewCommand(app, chosen);
   AddRefineCommand(app, chosen);
+  AddExportCommand(app, chosen);
 }
 
 }  // namespace ulf
