@@ -20,38 +20,21 @@ namespace {
 constexpr const char* kStamp = "from journal.jsonl, ";
 constexpr const char* kStampFormat = "%" SCNu64 " bytes, crc32 %" SCNu32;
 
-std::string CameraLine(int id, const CameraModel& camera) {
-  const auto& c = camera.coefficients;
-  const std::string pinhole = fmt::format("{} {} {} {}", camera.fx, camera.fy, camera.cx, camera.cy);
-  const auto line = [&](const char* model, const std::string& rest) {
-    return fmt::format("{} {} {} {} {}{}\n", id, model, camera.width, camera.height, pinhole, rest);
-  };
-  switch (camera.distortion) {
-    case Distortion::kFisheye:
-      return line("OPENCV_FISHEYE", fmt::format(" {} {} {} {}", c[0], c[1], c[2], c[3]));
-    case Distortion::kRadialTangential:
-      if (c[4] != 0)
-        return line("FULL_OPENCV", fmt::format(" {} {} {} {} {} 0 0 0", c[0], c[1], c[2], c[3], c[4]));
-      return line("OPENCV", fmt::format(" {} {} {} {}", c[0], c[1], c[2], c[3]));
-    case Distortion::kNone:
-      break;
+void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std::string& text) {
+  auto out = std::back_inserter(text);
+  const char* before = "";
+  for (const ColmapReconstruction::Point2d& seen : points) {
+    fmt::format_to(out, "{}{:.4f} {:.4f} ", before, seen.in_img.x(), seen.in_img.y());
+    if (seen.point == ColmapReconstruction::kNoPoint)
+      fmt::format_to(out, "-1");
+    else
+      fmt::format_to(out, "{}", seen.point);
+    before = " ";
   }
-  return line("PINHOLE", "");
-}
-
-std::string NameInImagesFolder(const std::string& image_path) {
-  constexpr std::string_view kFolder = "images/";
-  return image_path.starts_with(kFolder) ? image_path.substr(kFolder.size()) : image_path;
+  text += '\n';
 }
 
 }  // namespace
-
-std::string SafeName(const std::string& name) {
-  std::string safe = name;
-  for (char& c : safe)
-    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
-  return safe;
-}
 
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt) {
   std::ifstream file(images_txt);
@@ -88,30 +71,34 @@ ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt) {
   return poses;
 }
 
-ColmapText ToColmapText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
-  ColmapText text;
+ColmapFiles ToColmapText(const ColmapReconstruction& model,
+                         const std::optional<JournalStamp>& made_from) {
+  ColmapFiles text;
   text.cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
-  for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
-    text.cameras += CameraLine(static_cast<int>(i) + 1, light_field.cameras[i]);
+  for (const ColmapReconstruction::Camera& camera : model.cameras)
+    fmt::format_to(std::back_inserter(text.cameras), "{} {} {} {} {}\n", camera.id, camera.name, camera.width,
+                   camera.height, fmt::join(camera.parameters, " "));
 
-  text.images = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of POINTS2D[] (empty)";
+  text.images = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of POINTS2D[] X Y POINT3D_ID";
   if (made_from)
     text.images += fmt::format("; {}{} bytes, crc32 {}", kStamp, made_from->bytes, made_from->crc32);
   text.images += '\n';
-  for (const View& view : light_field.views) {
-    const Eigen::Quaterniond& q = view.cam_from_world.rotation;
-    const Eigen::Vector3d& t = view.cam_from_world.translation;
-    fmt::format_to(std::back_inserter(text.images), "{} {} {} {} {} {} {} {} {} {}\n\n", view.id, q.w(),
-                   q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), view.camera + 1,
-                   SafeName(NameInImagesFolder(view.image_path)));
+  for (const ColmapReconstruction::Image& image : model.images) {
+    const Eigen::Quaterniond& q = image.cam_from_world.rotation;
+    const Eigen::Vector3d& t = image.cam_from_world.translation;
+    fmt::format_to(std::back_inserter(text.images), "{} {} {} {} {} {} {} {} {} {}\n", image.id, q.w(), q.x(),
+                   q.y(), q.z(), t.x(), t.y(), t.z(), image.camera, image.name);
+    AppendPoints(image.points, text.images);
   }
 
-  text.points3d = "# POINT3D_ID X Y Z R G B ERROR TRACK[]\n";
-  for (std::size_t i = 0; i < light_field.points.size(); ++i) {
-    const ScenePoint& point = light_field.points[i];
-    fmt::format_to(std::back_inserter(text.points3d), "{} {} {} {} {} {} {} 0\n", i + 1,
-                   point.position_in_world.x(), point.position_in_world.y(), point.position_in_world.z(),
-                   point.rgb[0], point.rgb[1], point.rgb[2]);
+  text.points3d = "# POINT3D_ID X Y Z R G B ERROR TRACK[] as IMAGE_ID POINT2D_IDX\n";
+  for (const ColmapReconstruction::Point& point : model.points) {
+    auto out = std::back_inserter(text.points3d);
+    fmt::format_to(out, "{} {} {} {} {} {} {} {:.5g}", point.id, point.position.x(), point.position.y(),
+                   point.position.z(), point.rgb[0], point.rgb[1], point.rgb[2], point.error_px);
+    for (const ColmapReconstruction::Seen& seen : point.track)
+      fmt::format_to(out, " {} {}", seen.image, seen.index);
+    text.points3d += '\n';
   }
   return text;
 }

@@ -1,5 +1,4 @@
-// COLMAP's text model (sparse/0): cameras.txt, images.txt, points3D.txt. Its poses are world-to-camera with
-// our axes, its pixel centres at integer + 0.5: both as ours. Image names are relative to the images folder.
+// COLMAP's text model: cameras.txt, images.txt, points3D.txt.
 #pragma once
 
 #include <filesystem>
@@ -7,24 +6,21 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/colmap_model.h"
 #include "acquisition/journal.h"
-#include "acquisition/light_field.h"
 
 namespace ulf {
 
-struct ColmapText {
+struct ColmapFiles {
   std::string cameras;
   std::string images;
   std::string points3d;
 };
 
-// `made_from`: the journal that the values are from. Names that would break a row are written as SafeName()
-// has them.
-ColmapText ToColmapText(const LightField& light_field,
-                        const std::optional<JournalStamp>& made_from = std::nullopt);
-
-// The name without white space and control characters, for rows whose fields are parted by spaces.
-std::string SafeName(const std::string& name);
+// Places in images are written to a ten-thousandth of a pixel, all else exactly. `made_from`: the journal that
+// the values are from.
+ColmapFiles ToColmapText(const ColmapReconstruction& model,
+                         const std::optional<JournalStamp>& made_from = std::nullopt);
 
 // What images.txt of such a model says.
 struct ColmapPoses {

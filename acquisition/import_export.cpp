@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "acquisition/atomic_file.h"
-#include "acquisition/colmap_text.h"
+#include "acquisition/colmap_model.h"
 #include "acquisition/command_line.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"

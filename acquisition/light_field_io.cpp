@@ -18,7 +18,8 @@
 #include "acquisition/folder_check.h"
 #include "acquisition/image_header.h"
 #include "acquisition/journal.h"
-#include "acquisition/point_ply.h"
+#include "acquisition/point_io.h"
+#include "acquisition/point_tracks.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"
@@ -49,17 +50,6 @@ void RequireImages(const LightField& light_field, const FolderCheck& check) {
       "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take out what is gone: ulf repair {0}",
       light_field.root.string(), view->image_path, id,
       check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "");
-}
-
-// Points are of use, and nothing that cannot be made again: without them a light field is whole.
-void ReadPoints(const fs::path& dir, LightField& light_field) {
-  const fs::path file = dir / "points.ply";
-  if (!fs::is_regular_file(file)) return;
-  try {
-    light_field.points = ReadPointPly(file);
-  } catch (const Error& error) {
-    light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
-  }
 }
 
 void RemoveLeftovers(const fs::path& dir) {
@@ -226,7 +216,7 @@ LightField ReadLightField(const fs::path& path) {
   RequireImages(journal.light_field, check);
   LightField light_field = std::move(journal.light_field);
   light_field.doubts = check.words;
-  ReadPoints(path, light_field);
+  ReadPoints(light_field);
   WarnOnce(light_field.doubts);
   if (check.not_closed && !light_field.views.empty())
     spdlog::debug("{}: transforms.json and sparse/ are older than the journal", path.string());
@@ -296,12 +286,11 @@ void WriteDerivedFiles(const LightField& light_field) {
   const fs::path sparse = light_field.root / "sparse" / "0";
   MakeFolder(sparse);
   const auto made_from = StampOf(light_field.root / kJournal);
-  const ColmapText colmap = ToColmapText(light_field, made_from);
+  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), made_from);
   WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
   WriteFileAtomically(sparse / "images.txt", colmap.images);
   WriteFileAtomically(sparse / "points3D.txt", colmap.points3d);
-  if (!light_field.points.empty())
-    WriteFileAtomically(light_field.root / "points.ply", PointPlyBytes(light_field.points));
+  if (!light_field.points.empty()) WritePoints(light_field);
   WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field, made_from));
 }
 
@@ -329,6 +318,7 @@ struct LightFieldWriter::State {
   // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
+  std::set<int> moved_since_points;  // views
 };
 
 LightFieldWriter::LightFieldWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -389,7 +379,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   WarnOnce(check.words);
   state->journal.CutAt(contents.whole_bytes);
   RemoveLeftovers(dir);
-  ReadPoints(dir, contents.light_field);
+  ReadPoints(contents.light_field);
   state->light_field = std::move(contents.light_field);
   state->light_field.doubts = check.words;
   // A number that any file bears is never given again, whatever the journal says.
@@ -460,6 +450,9 @@ void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_b
   for (View& view : state_->light_field.views)
     if (const auto found = cam_from_world_by_view.find(view.id); found != cam_from_world_by_view.end())
       view.cam_from_world = found->second;
+  for (const View& view : state_->light_field.views)
+    if (cam_from_world_by_view.contains(view.id) || cameras.contains(view.camera))
+      state_->moved_since_points.insert(view.id);
 }
 
 void LightFieldWriter::SetSubject(const Subject& subject) {
@@ -479,8 +472,10 @@ void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
-  WriteFileAtomically(state_->light_field.root / "points.ply", PointPlyBytes(points));
   state_->light_field.points = std::move(points);
+  state_->moved_since_points.clear();
+  MeasurePoints(state_->light_field);
+  WritePoints(state_->light_field);
 }
 
 void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& reason) {
@@ -544,6 +539,8 @@ void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::
   state_->journal.Close(capture_s, reasons);
   state_->light_field.capture_s = capture_s;
   state_->light_field.reasons = reasons;
+  FitPointsOf(state_->moved_since_points, state_->light_field);
+  MeasurePoints(state_->light_field);
   WriteDerivedFiles(state_->light_field);
 }
 

@@ -2,13 +2,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
@@ -31,20 +35,38 @@ bool IsMountPoint(const fs::path& folder) {
   return Device::Of(folder) != Device::Of(folder / "..");
 }
 
+// Of processes that are gone.
+void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
+  std::error_code unknown;
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(parent, unknown)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(kTemporaryEnding)) continue;
+    const std::string number =
+        name.substr(prefix.size(), name.size() - prefix.size() - kTemporaryEnding.size());
+    const bool is_number = !number.empty() && number.find_first_not_of("0123456789") == std::string::npos;
+    const pid_t pid = is_number ? static_cast<pid_t>(std::atol(number.c_str())) : 0;
+    if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) fs::remove_all(path, unknown);
+}
+
 }  // namespace
 
 StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   std::error_code unknown;
   if (target_.filename().empty()) target_ = target_.parent_path();
   if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
-    throw Error("{}: exists already; choose another folder", target_.string());
+    throw Error("{}: exists already and is not an empty folder; choose another name", target_.string());
   if (IsMountPoint(target_)) {
     path_ = target_;
     return;
   }
   const fs::path parent = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
   MakeFolder(parent);
-  path_ = parent / fmt::format(".{}.{}{}", target_.filename().string(), getpid(), kTemporaryEnding);
+  const std::string prefix = fmt::format(".{}.", target_.filename().string());
+  RemoveUnfinished(parent, prefix);
+  path_ = parent / fmt::format("{}{}{}", prefix, getpid(), kTemporaryEnding);
   fs::remove_all(path_, unknown);
   MakeFolder(path_);
 }

@@ -343,6 +343,16 @@ void WriteCamera(const CameraModel& camera, json& object) {
   }
 }
 
+// nerfstudio looks for the kind of lens at the top alone.
+void WriteKind(const std::vector<CameraModel>& cameras, json& object) {
+  const auto is_fisheye = [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; };
+  if (cameras.empty()) return;
+  if (std::all_of(cameras.begin(), cameras.end(), is_fisheye))
+    object["camera_model"] = "OPENCV_FISHEYE";
+  else if (std::none_of(cameras.begin(), cameras.end(), is_fisheye))
+    object["camera_model"] = "OPENCV";
+}
+
 json OurKeys(const LightField& light_field) {
   json ours = {{"format_version", kFormatVersion},
                {"units", light_field.units},
@@ -421,6 +431,7 @@ std::string TransformsJsonText(const LightField& light_field, const std::optiona
   if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
   json& ours = document["ulf"] = OurKeys(light_field);
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
+  if (!one_camera) WriteKind(light_field.cameras, document);
   // nerfstudio takes masks of all frames or of none.
   const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
                                        [](const View& view) { return view.mask_path.empty(); });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -21,6 +22,24 @@ std::string ViewsInWords(const std::vector<int>& ids) {
   std::string text;
   for (const int id : ids) text += fmt::format("{}{}", text.empty() ? "" : ", ", id);
   return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
+}
+
+// A map that was made anew from recorded views does not know what those showed of it: the earlier session's
+// points stay then, and of the map's own those that this session's views show. A map that was kept knows
+// both.
+std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std::vector<ScenePoint> now,
+                                    int first_new_id) {
+  const auto is_tracked = [](const ScenePoint& point) { return point.track.size() > 1; };
+  const auto shown_earlier = [&](const ScenePoint& point) {
+    return std::any_of(point.track.begin(), point.track.end(),
+                       [&](const ViewObservation& seen) { return seen.view_id < first_new_id; });
+  };
+  if (std::none_of(earlier.begin(), earlier.end(), is_tracked) ||
+      std::any_of(now.begin(), now.end(), shown_earlier))
+    return now;
+  std::erase_if(now, [&](const ScenePoint& point) { return !is_tracked(point); });
+  std::copy_if(earlier.begin(), earlier.end(), std::back_inserter(now), is_tracked);
+  return now;
 }
 
 }  // namespace
@@ -65,8 +84,8 @@ double CaptureRecord::Repaint() {
   return fell_open;
 }
 
-std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track,
-                                      std::optional<double> bound_px) {
+std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track, std::optional<double> bound_px,
+                                      PoseSource& poses) {
   View view;
   view.cam_from_world = *track.cam_from_world;
   view.tracking_quality = track.quality;
@@ -74,6 +93,8 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track,
   const std::optional<int> id =
       frame.kind == FrameKind::kStill ? spool_.AddView(frame, view) : spool_.TryAddView(frame, view);
   if (!id) return std::nullopt;
+  poses.NoteView(*id, track);
+  if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world});
   MapToChange().Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
   reopened_.DropCovered(*map_);
@@ -147,6 +168,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
   for (const auto& [name, count] : reasons) all_reasons[name] += count;
   try {
     writer.UpdatePoses(final_poses);
+    points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
     if (!points.empty()) writer.SetPoints(std::move(points));
     writer.Close(earlier_s_ + capture_s, all_reasons);
   } catch (const std::exception& error) {

@@ -57,8 +57,10 @@ class CaptureRecord {
 
   // What was recorded is painted anew.
   void SetSubject(const Subject& subject);
-  // The view's id; none when there is no room for it. A photograph is always taken.
-  std::optional<int> Add(const Frame& frame, const Track& track, std::optional<double> bound_px);
+  // The view's id; none when there is no room for it. A photograph is always taken. `poses`, which the track
+  // is of, keep what the view shows.
+  std::optional<int> Add(const Frame& frame, const Track& track, std::optional<double> bound_px,
+                         PoseSource& poses);
   // How many there were to take back.
   std::size_t TakeBack(const std::vector<int>& ids);
   // What later adjustments say of the views' poses: painted, and journaled unless it is the last time. False

@@ -183,7 +183,7 @@ bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
 std::optional<int> Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
-  looked_.recorded_view = record_.Add(kept, track, decision.bound_px);
+  looked_.recorded_view = record_.Add(kept, track, decision.bound_px, poses_);
   if (looked_.recorded_view)
     summary_.last_recorded = std::make_shared<RecordedView>(
         RecordedView{*looked_.recorded_view, std::move(kept), recorded_camera_, *track.cam_from_world});

@@ -2,6 +2,7 @@
 
 #include "coverage/capture_command.h"
 #include "coverage/close_at_death.h"
+#include "coverage/export_command.h"
 #include "coverage/info_command.h"
 #include "coverage/plan_command.h"
 #include "coverage/refine_command.h"
@@ -18,6 +19,7 @@ void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen) {
   AddReviewCommand(app, chosen);
   AddRefineCommand(app, chosen);
   AddCloseAfterDeathCommand(app, chosen);
+  AddExportCommand(app, chosen);
 }
 
 }  // namespace ulf

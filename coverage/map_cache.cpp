@@ -8,28 +8,21 @@
 #include <vector>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/digest.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "coverage/still_capture.h"
-#include "tracking/map_file.h"
 
 namespace ulf {
 namespace {
 
 std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   Digest digest;
-  const auto add_camera = [&](const CameraModel& camera) {
-    for (const double number : {static_cast<double>(camera.width), static_cast<double>(camera.height),
-                                camera.fx, camera.fy, camera.cx, camera.cy})
-      digest.Add(number);
-    digest.Add(static_cast<double>(camera.distortion));
-    for (const double coefficient : camera.coefficients) digest.Add(coefficient);
-  };
-  add_camera(tracked);
+  digest.Add(tracked);
   for (const View& view : light_field.views) {
     digest.Add(static_cast<double>(view.id));
     digest.Add(view.cam_from_world);
-    add_camera(light_field.CameraOf(view));
+    digest.Add(light_field.CameraOf(view));
   }
   return digest.Value();
 }

@@ -21,7 +21,9 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/model_choice.h"
 #include "acquisition/number_checks.h"
+#include "acquisition/point_tracks.h"
 #include "coverage/coverage_map.h"
+#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_truth.h"
 
@@ -52,17 +54,6 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-RefineInput InputOf(const LightField& light_field) {
-  RefineInput input;
-  input.lenses = light_field.cameras;
-  for (const View& view : light_field.views)
-    input.views.push_back({view.image_path, view.camera, view.cam_from_world});
-  input.read = [&light_field](int index) {
-    return ReadRecordedImage(light_field, light_field.views[static_cast<std::size_t>(index)]);
-  };
-  return input;
-}
-
 // In one step, so that a kill leaves the old or the new poses.
 void Write(const LightField& before, const RefineResult& result, LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
@@ -73,7 +64,7 @@ void Write(const LightField& before, const RefineResult& result, LightFieldWrite
     if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
   writer.UpdatePoses(poses, lenses);
   try {
-    writer.SetPoints(result.points);
+    writer.SetPoints(WithViewIds(result.points, before));
     writer.Close(before.capture_s, before.reasons);
   } catch (const Error& error) {
     throw Error(
@@ -137,8 +128,11 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
                                  {"image", before.views[v].image_path},
                                  {"why", result.views[v].why}});
   json["groups"] = result.groups;
-  json["points"] = result.points.size();
-  json["observations"] = result.observations;
+  const PointStatistics points = StatisticsOf(result.points);
+  json["points"] = points.points;
+  json["observations"] = points.observations;
+  json["mean_error_px"] = points.mean_error_px;
+  json["adjusted"] = {{"points", result.adjusted_points}, {"observations", result.adjusted_observations}};
   json["start_error_px"] = result.start_error_px;
   json["reprojection_before_px"] = {{"rms", result.rms_before_px}, {"median", result.median_before_px}};
   json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
@@ -214,9 +208,12 @@ std::string Describe(const LensEstimate& fit) {
 
 void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
                const RefineArgs& args, const Cost& cost) {
-  fmt::print("{}: {} of {} registered, {}, seen {} times\n", dir, result.registered,
-             Counted(before.views.size(), "view"), Counted(result.points.size(), "point"),
-             result.observations);
+  const PointStatistics points = StatisticsOf(result.points);
+  fmt::print("{}: {} of {} registered by {}, seen {} times\n", dir, result.registered,
+             Counted(before.views.size(), "view"), Counted(result.adjusted_points, "point"),
+             result.adjusted_observations);
+  fmt::print("points: {}, seen {} times, {:.3f} px off (mean)\n", points.points, points.observations,
+             points.mean_error_px);
   fmt::print(
       "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
       result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);
@@ -285,8 +282,9 @@ int RunRefine(const RefineArgs& args) {
     Progress progress("refine", args.json);
     try {
       RefineOptions options = args.options;
+      options.all_points = true;
       options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-      result = Refine(InputOf(before), options);
+      result = Refine(RefineInputOf(before), options);
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }

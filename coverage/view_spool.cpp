@@ -18,6 +18,7 @@ namespace {
 // For the journal's next lines and the derived files of a light field.
 constexpr std::uint64_t kClosingBytes = 256 << 10;
 constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
+constexpr std::uint64_t kClosingBytesPerSeenPoint = 64;  // of a view, in points.ulf and COLMAP's text
 // That go to the disk together, so that its waits, a few milliseconds each, are shared.
 constexpr std::size_t kViewsTogether = 8;
 constexpr int kPictureNiceness = 10;
@@ -294,7 +295,7 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
 std::uint64_t ViewSpool::NeededBytes(std::uint64_t views) const {
   return views * largest_view_bytes_ +
          (pictures_.size() + pictures_being_made_.size()) * largest_picture_bytes_ + kClosingBytes +
-         kClosingBytesPerView * (views_on_disk_ + views);
+         (kClosingBytesPerView + kClosingBytesPerSeenPoint * most_seen_points_) * (views_on_disk_ + views);
 }
 
 std::optional<SpoolPause> ViewSpool::Pause() {

@@ -19,6 +19,7 @@
 // capacity but for photographs.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -60,6 +61,10 @@ class ViewSpool {
   // up. Before one is asked for, Pause() is.
   int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame);
+  // A view that was added shows so many points: room is kept for what the files say of them in the end.
+  void ExpectSeenPoints(std::size_t points) {
+    most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
+  }
   // A view that was added, on disk or still waiting: it is written first, so that its photograph is never
   // lost, and then moves to unposed/.
   void RemoveView(int id);
@@ -123,6 +128,7 @@ class ViewSpool {
   int next_id_ = 0;                  // of views that are added; the adding thread's
   std::map<int, Rigid3> journaled_;  // poses by id, as the journal has them; the writing thread's
   std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};
+  std::atomic<std::uint64_t> most_seen_points_{0};
 
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;

@@ -70,6 +70,7 @@ class FeaturesAndMarkers : public PoseSource {
   std::vector<ExpectedPoint> ExpectedPoints() const override {
     return on_map_ ? tracker_.ExpectedPoints() : std::vector<ExpectedPoint>();
   }
+  void NoteView(int view_id, const Track& track) override { tracker_.NoteView(view_id, track); }
   std::vector<ScenePoint> Points() const override {
     return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
   }

@@ -48,6 +48,14 @@ bool Map::Observe(int id, const Observation& observation) {
   return true;
 }
 
+void Map::SeenInView(int id, const ViewObservation& seen) {
+  std::vector<ViewObservation>& views = point(id).views;
+  // The newest stand last, and few views ask for the same point twice.
+  if (std::none_of(views.rbegin(), views.rend(),
+                   [&](const ViewObservation& o) { return o.view_id == seen.view_id; }))
+    views.push_back(seen);
+}
+
 void Map::Forget(int id, int keyframe_id) {
   MapPoint& seen = point(id);
   const auto found = std::find_if(seen.observations.begin(), seen.observations.end(),
@@ -69,6 +77,7 @@ void Map::RemovePoint(int id) {
   }
   if (!gone.alive) return;
   gone.observations = {};
+  gone.views = {};
   gone.patch.reset();
   gone.alive = false;
   --living_points_;
@@ -78,8 +87,10 @@ void Map::RemovePoint(int id) {
 void Map::Merge(int gone_id, int kept_id) {
   if (gone_id == kept_id) return;
   const std::vector<Observation> moving = point(gone_id).observations;
+  const std::vector<ViewObservation> views = std::move(point(gone_id).views);
   RemovePoint(gone_id);
   for (const Observation& observation : moving) Observe(kept_id, observation);
+  for (const ViewObservation& view : views) SeenInView(kept_id, view);
   point(kept_id).found += point(gone_id).found;
   point(kept_id).expected += point(gone_id).expected;
   point(gone_id).merged_into = kept_id;

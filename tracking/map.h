@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "acquisition/camera_model.h"
+#include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
 #include "tracking/absolute_pose.h"
 #include "tracking/anchored.h"
@@ -49,7 +50,8 @@ struct MapPoint {
   int merged_into = -1;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::vector<Observation> observations;
-  int first_keyframe = -1;  // newest keyframe when it was made
+  std::vector<ViewObservation> views;  // that were recorded and show it, one each; most are no keyframes
+  int first_keyframe = -1;             // newest keyframe when it was made
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
   // How often frames expected to see it, and did.
   int expected = 0;
@@ -97,6 +99,8 @@ class Map {
   int AddPoint(const Eigen::Vector3d& position);
   // False when either already has another partner there.
   bool Observe(int point, const Observation& observation);
+  // A recorded view shows it; only the first time counts.
+  void SeenInView(int point, const ViewObservation& seen);
   void Forget(int point, int keyframe);  // removes an observation; a point with fewer than two goes
   void RemovePoint(int point);
   void Merge(int gone, int kept);     // moves what observations it can

@@ -1,90 +1,18 @@
 #include "tracking/map_file.h"
 
-#include <bit>
 #include <cstring>
 #include <optional>
-#include <type_traits>
 #include <vector>
+
+#include "acquisition/byte_stream.h"
+#include "acquisition/digest.h"
 
 namespace ulf {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file's numbers are little-endian");
+constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 2};  // the last byte is the version
 
-constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 1};  // the last byte is the version
-
-std::uint64_t ChecksumOf(std::string_view bytes) {
-  Digest digest;
-  digest.Add(std::as_bytes(std::span(bytes)));
-  return digest.Value();
-}
-
-class Writer {
- public:
-  template <typename T>
-  void Put(const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  void Put(const Eigen::Vector2d& v) { Put(v.x()), Put(v.y()); }
-  void Put(const Eigen::Vector3d& v) { Put(v.x()), Put(v.y()), Put(v.z()); }
-  void Put(const Rigid3& pose) {
-    for (int i = 0; i < 4; ++i) Put(pose.rotation.coeffs()(i));
-    Put(pose.translation);
-  }
-  void Count(std::size_t count) { Put(static_cast<std::uint32_t>(count)); }
-  std::string& bytes() { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-
-// Past the end it gives zeros and remembers.
-class Reader {
- public:
-  explicit Reader(std::string_view bytes) : bytes_(bytes) {}
-  template <typename T>
-  T Get() {
-    T value{};
-    if (sizeof value > bytes_.size() - at_) {
-      short_ = true;
-      at_ = bytes_.size();
-      return value;
-    }
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  Eigen::Vector2d Get2() {
-    const double x = Get<double>(), y = Get<double>();
-    return {x, y};
-  }
-  Eigen::Vector3d Get3() {
-    const double x = Get<double>(), y = Get<double>(), z = Get<double>();
-    return {x, y, z};
-  }
-  Rigid3 GetPose() {
-    Rigid3 pose;
-    for (int i = 0; i < 4; ++i) pose.rotation.coeffs()(i) = Get<double>();
-    pose.translation = Get3();
-    return pose;
-  }
-  // Of things that take at least `least` bytes each; more than are left cannot be.
-  std::size_t Count(std::size_t least) {
-    const std::size_t count = Get<std::uint32_t>();
-    if (count * least > bytes_.size() - at_) short_ = true;
-    return short_ ? 0 : count;
-  }
-  bool IsShort() const { return short_; }
-  bool AtEnd() const { return at_ == bytes_.size(); }
-
- private:
-  std::string_view bytes_;
-  std::size_t at_ = 0;
-  bool short_ = false;
-};
-
-void PutKeyframe(const Map& map, const Keyframe& keyframe, Writer& out) {
+void PutKeyframe(const Map& map, const Keyframe& keyframe, ByteWriter& out) {
   out.Put(keyframe.alive);
   // A removed one is only asked where it was.
   out.Put(map.PoseOf(keyframe.id));
@@ -100,7 +28,7 @@ void PutKeyframe(const Map& map, const Keyframe& keyframe, Writer& out) {
   }
 }
 
-std::optional<Keyframe> GetKeyframe(Reader& in, const CameraModel& camera) {
+std::optional<Keyframe> GetKeyframe(ByteReader& in, const CameraModel& camera) {
   Keyframe keyframe;
   const bool alive = in.Get<std::uint8_t>() != 0;
   keyframe.cam_from_world = in.GetPose();
@@ -126,7 +54,7 @@ std::optional<Keyframe> GetKeyframe(Reader& in, const CameraModel& camera) {
   return keyframe;
 }
 
-void PutPoint(const MapPoint& point, Writer& out) {
+void PutPoint(const MapPoint& point, ByteWriter& out) {
   out.Put(point.position);
   out.Put(point.rgb);
   out.Put(point.expected);
@@ -139,6 +67,11 @@ void PutPoint(const MapPoint& point, Writer& out) {
     out.Put(o.img);
     out.Put(o.sigma_px);
   }
+  out.Count(point.views.size());
+  for (const ViewObservation& o : point.views) {
+    out.Put(o.view_id);
+    out.Put(o.in_img);
+  }
   out.Put(point.patch != nullptr);
   if (!point.patch) return;
   out.Put(point.patch_keyframe);
@@ -146,7 +79,7 @@ void PutPoint(const MapPoint& point, Writer& out) {
 }
 
 // False when it names what is not there.
-bool GetPoint(Reader& in, Map& map) {
+bool GetPoint(ByteReader& in, Map& map) {
   const int keyframes = static_cast<int>(map.keyframes().size());
   const int id = map.AddPoint(in.Get3());
   MapPoint& point = map.point(id);
@@ -166,6 +99,12 @@ bool GetPoint(Reader& in, Map& map) {
         o.feature >= map.keyframe(o.keyframe).features->size() || !map.Observe(id, o))
       return false;
   }
+  constexpr std::size_t kViewBytes = 20;
+  point.views.resize(in.Count(kViewBytes));
+  for (ViewObservation& o : point.views) {
+    o.view_id = in.Get<int>();
+    o.in_img = in.Get2();
+  }
   if (in.Get<std::uint8_t>() != 0) {
     point.patch_keyframe = in.Get<int>();
     point.patch = std::make_shared<const ReferencePatch>(in.Get<ReferencePatch>());
@@ -178,24 +117,8 @@ bool GetPoint(Reader& in, Map& map) {
 
 }  // namespace
 
-void Digest::Add(std::span<const std::byte> bytes) {
-  for (const std::byte byte : bytes) {
-    value_ ^= static_cast<std::uint64_t>(byte);
-    value_ *= 1099511628211ull;
-  }
-}
-void Digest::Add(double number) { Add(std::as_bytes(std::span(&number, 1))); }
-void Digest::Add(const Rigid3& pose) {
-  for (int i = 0; i < 4; ++i) Add(pose.rotation.coeffs()(i));
-  for (int i = 0; i < 3; ++i) Add(pose.translation(i));
-}
-void Digest::Add(const std::string& text) {
-  Add(static_cast<double>(text.size()));
-  Add(std::as_bytes(std::span(text)));
-}
-
 std::string MapToBytes(const Map& map, std::uint64_t key) {
-  Writer out;
+  ByteWriter out;
   out.Put(kMagic);
   out.Put(key);
   out.Count(map.keyframes().size());
@@ -217,10 +140,10 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   bytes.remove_suffix(kSum);
   if (ChecksumOf(bytes) != checksum) return "it is damaged";
   bytes.remove_prefix(sizeof kMagic);
-  Reader in(bytes);
+  ByteReader in(bytes);
   if (in.Get<std::uint64_t>() != key)
     return "it belongs to other views or poses, or to another --tracking-side";
-  constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 44;
+  constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;
   const std::string inconsistent = "it contradicts itself";
   const std::size_t keyframes = in.Count(kKeyframeBytes);
   for (std::size_t i = 0; i < keyframes; ++i) {

@@ -11,28 +11,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <span>
 #include <string>
+#include <string_view>
 
 #include "acquisition/camera_model.h"
-#include "acquisition/rigid3.h"
 #include "tracking/map.h"
 
 namespace ulf {
-
-// Of anything that must be the same again.
-class Digest {
- public:
-  void Add(std::span<const std::byte> bytes);
-  void Add(double number);
-  void Add(const Rigid3& pose);
-  void Add(const std::string& text);
-  std::uint64_t Value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 14695981039346656037ull;
-};
 
 std::string MapToBytes(const Map& map, std::uint64_t key);
 

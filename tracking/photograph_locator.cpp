@@ -20,6 +20,13 @@ cv::Mat ResizedTo(const cv::Mat& gray, const CameraModel& camera) {
   return resized;
 }
 
+void ScaleMatches(std::vector<PointMatch>& matches, const Eigen::Vector2d& scale) {
+  for (PointMatch& match : matches) {
+    match.img = match.img.cwiseProduct(scale);
+    match.sigma_px *= scale.mean();
+  }
+}
+
 std::shared_ptr<const WorldSight> ResizedTo(WorldSight sight, const cv::Mat& from,
                                             const CameraModel& camera) {
   const Eigen::Vector2d scale(static_cast<double>(camera.width) / from.cols,
@@ -37,6 +44,7 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
                                      const SharedMap& shared, const KeyframeIndex& index,
                                      const Options& options)
     : options_(options),
+      photograph_px_(photograph.width, photograph.height),
       // A patch of the map is found on the pyramid level where its pixels are the image's: more than the
       // pyramid spans would not be used.
       full_(Reduced(photograph, LevelScale(kPyramidLevels - 1) * live.MeanFocalPx())),
@@ -61,7 +69,10 @@ std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray, const std:
   TrackedImage at_full;
   at_full.pyramid = std::make_shared<const Pyramid>(BuildPyramid(full));
   if (sight) at_full.sight = ResizedTo(*sight, gray, full_);
-  return RefineAtFull(std::move(at_full), std::move(*located));
+  Located at_photograph = RefineAtFull(std::move(at_full), std::move(*located));
+  ScaleMatches(at_photograph.matches,
+               photograph_px_.cwiseQuotient(Eigen::Vector2d(full_.width, full_.height)));
+  return at_photograph;
 }
 
 std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
@@ -96,11 +107,8 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
 Located PhotographLocator::RefineAtFull(TrackedImage image, Located located) const {
   const Eigen::Vector2d full_by_small(static_cast<double>(full_.width) / small_.width,
                                       static_cast<double>(full_.height) / small_.height);
+  ScaleMatches(located.matches, full_by_small);
   std::vector<PointMatch> matches = located.matches;
-  for (PointMatch& match : matches) {
-    match.img = match.img.cwiseProduct(full_by_small);
-    match.sigma_px *= full_by_small.mean();
-  }
   AlignMatches(full_, image, located.candidates, located.cam_from_world, matches);
   std::vector<PointObservation> observations = ToObservations(located.candidates, matches);
   for (const PointObservation& corner : CornersOf(shared_, image, located.cam_from_world))

@@ -26,7 +26,7 @@ class PhotographLocator {
                     const KeyframeIndex& index, const Options& options);
 
   // `gray` has the photograph's size, and `sight`, what it shows of a given world, is in its pixels. Takes
-  // the map's lock. None when unsure.
+  // the map's lock. None when unsure. Matches are in pixels of the photograph.
   std::optional<Located> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
                                 const std::optional<WorldSight>& sight = {}) const;
 
@@ -35,8 +35,9 @@ class PhotographLocator {
   Located RefineAtFull(TrackedImage image, Located located) const;
 
   Options options_;
-  CameraModel full_;   // of the photograph as it is
-  CameraModel small_;  // the same with the live view's focal length
+  Eigen::Vector2d photograph_px_;  // its size
+  CameraModel full_;               // of the photograph as it is
+  CameraModel small_;              // the same with the live view's focal length
   const SharedMap& shared_;
   const KeyframeIndex& index_;
   FrameLocator locator_;

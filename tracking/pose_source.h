@@ -34,6 +34,8 @@ class PoseSource {
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
+  // The image of that track was recorded as a view, before the next Step(): Points() know it then.
+  virtual void NoteView(int /*view_id*/, const Track& /*track*/) {}
   virtual std::vector<ScenePoint> Points() const { return {}; }
   // Before the first Step(), to go on with a capture.
   virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }

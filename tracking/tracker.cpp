@@ -62,8 +62,17 @@ std::vector<ScenePoint> Tracker::Points() const {
   const std::lock_guard lock(state_->shared.mutex);
   std::vector<ScenePoint> points;
   for (const MapPoint& point : state_->shared.map.points())
-    if (point.alive) points.push_back({point.position, point.rgb});
+    if (point.alive) points.push_back({point.position, point.rgb, 0, point.views});
   return points;
+}
+
+void Tracker::NoteView(int view_id, const Track& track) {
+  if (!track.seen) return;
+  const std::lock_guard lock(state_->shared.mutex);
+  Map& map = state_->shared.map;
+  for (const MapSighting& seen : *track.seen)
+    // The mapper may have merged or removed it meanwhile.
+    if (const int point = map.Resolve(seen.point); point >= 0) map.SeenInView(point, {view_id, seen.img});
 }
 
 std::vector<Anchored> Tracker::Keyframes() const {

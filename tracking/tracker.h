@@ -62,6 +62,12 @@ struct TrackerOptions {
 
 enum class TrackState { kInitializing, kTracking, kLost };
 
+// Where an image shows a map point: pixels of the image as it is, distortion and rolling shutter included.
+struct MapSighting {
+  int point = -1;
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();
+};
+
 // What became of one frame.
 struct Track {
   TrackState state = TrackState::kInitializing;
@@ -91,6 +97,8 @@ struct Track {
   bool keyframe = false;  // this frame was handed to the mapper
   // Changes when a closed loop or the like has moved much of the map: ask PoseOf() for all poses again.
   int map_revision = 0;
+  // The map points that support the pose, for NoteView(); null where there are none.
+  std::shared_ptr<const std::vector<MapSighting>> seen = {};
   double cpu_s = 0;   // CPU time of tracking, without mapping even where it ran inside Step()
   StageTimes stages;  // where it went; their sum is a little less
 };
@@ -189,7 +197,11 @@ class Tracker {
   // Those, and the ones that were looked for in vain.
   std::vector<ExpectedPoint> ExpectedPoints() const;
 
-  // All map points with the colour they were seen in.
+  // The image that `track` is of was recorded as a view: its points are seen there. At once, before the next
+  // Step().
+  void NoteView(int view_id, const Track& track);
+
+  // All map points with the colour they were seen in and the recorded views that show them.
   std::vector<ScenePoint> Points() const;
 
   // Anchors of all living keyframes, in order of time (each anchored to itself).

@@ -14,6 +14,7 @@ class TrackerSource : public PoseSource {
   Rigid3 PoseOf(const Anchored& anchor) const override { return tracker_.PoseOf(anchor); }
   std::vector<VisiblePoint> VisiblePoints() const override { return tracker_.VisiblePoints(); }
   std::vector<ExpectedPoint> ExpectedPoints() const override { return tracker_.ExpectedPoints(); }
+  void NoteView(int view_id, const Track& track) override { tracker_.NoteView(view_id, track); }
   std::vector<ScenePoint> Points() const override { return tracker_.Points(); }
   bool SeedMap(std::span<const SeedView> views) override { return tracker_.SeedMap(views); }
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {

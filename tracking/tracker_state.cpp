@@ -24,6 +24,17 @@ namespace {
 
 constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
 
+// Where the sensor saw what the pose rests on.
+std::shared_ptr<const std::vector<MapSighting>> SeenIn(const Located& located, const Pyramid* pyramid) {
+  auto seen = std::make_shared<std::vector<MapSighting>>();
+  for (const PointMatch& match : located.matches) {
+    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
+    const Vector3d in_cam = located.cam_from_world * candidate.position;
+    seen->push_back({candidate.id, pyramid ? pyramid->Seen(match.img, &in_cam) : match.img});
+  }
+  return seen;
+}
+
 }  // namespace
 
 // None where frames are missing between: the hand was free to do anything.
@@ -376,6 +387,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
       if (Relocalize(image, track)) state = TrackState::kTracking;
       break;
   }
+  if (located_) track.seen = SeenIn(*located_, image.pyramid.get());
   if (located_) TellVelocity(image, *located_);
   if (state == TrackState::kTracking && located_ && !track.keyframe)
     OfferKeyframe(image, frame_in, *located_, track);
@@ -412,6 +424,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
   const std::lock_guard lock(shared.mutex);
   Describe(*located, track);
   track.anchor = AnchorOf(*located);
+  track.seen = SeenIn(*located, nullptr);
   return track;
 }
 

@@ -4,12 +4,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "acquisition/light_field_io.h"
+#include "acquisition/point_tracks.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -215,6 +218,22 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   // The hand begins anew: what it sees first has all been recorded.
   const std::filesystem::path saved_map = scratch / "lf" / "cache" / "map.ulf";
   ASSERT_TRUE(std::filesystem::exists(saved_map));
+  // However the map came about, all but a few views keep what they show of the points.
+  const auto observations = [&](const std::string& folder) {
+    const LightField light_field = ReadLightField(scratch / folder);
+    const PointStatistics statistics = StatisticsOf(light_field.points);
+    EXPECT_LT(statistics.mean_error_px, 0.5);
+    EXPECT_GT(statistics.mean_track_length, 4);
+    std::map<int, int> by_view;
+    for (const ScenePoint& point : light_field.points)
+      for (const ViewObservation& seen : point.track) ++by_view[seen.view_id];
+    const auto poor = std::count_if(light_field.views.begin(), light_field.views.end(),
+                                    [&](const View& view) { return by_view[view.id] < 50; });
+    EXPECT_LE(poor, 2) << folder;
+    return statistics.observations;
+  };
+  const std::size_t at_first = observations("lf");
+  EXPECT_GT(at_first, 1000u);
   const CommandResult with_map = RunUlf(capture + " --resume --frames 130");
   EXPECT_EQ(with_map.errors.find("made anew"), std::string::npos) << with_map.errors;
   const auto second = JsonOf(with_map);
@@ -226,6 +245,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_GT(counted("covered"), 70);
   EXPECT_GT(second["recorded"], 2) << "and it goes on";
   EXPECT_EQ(second["subject"], first["subject"]);
+  EXPECT_GT(observations("lf"), at_first) << "those of both sessions";
 
   // Refined poses are another world than the saved map's.
   std::filesystem::copy(scratch / "lf", scratch / "refined", std::filesystem::copy_options::recursive);
@@ -235,6 +255,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const auto before = covered();
   const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --features 500 --json");
   ASSERT_EQ(refine.exit_code, 0) << refine.errors;
+  EXPECT_EQ(observations("refined"), nlohmann::json::parse(refine.output)["observations"]);
   const auto change = nlohmann::json::parse(refine.output)["covered"];
   EXPECT_GT(change["before"], 0.05);
   EXPECT_EQ(change["before"], before);
@@ -259,6 +280,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_EQ(without.errors.find("; the map is made anew"), std::string::npos) << without.errors;
   EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
   EXPECT_TRUE(std::filesystem::exists(saved_map));
+  EXPECT_GT(observations("lf"), at_first) << "without the map's memory, too";
 }
 
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {

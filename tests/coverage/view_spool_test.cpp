@@ -198,6 +198,19 @@ TEST(ViewSpool, WhatWasTakenIsWrittenWhenThereIsRoomAgain) {
   EXPECT_EQ(FilesIn(scratch / "lf/images"), 12u);
 }
 
+// What views show of points stands in the files that closing writes.
+TEST(ViewSpool, KeepsRoomForWhatIsSaidOfPoints) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
+  ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header()), 16, false);
+  ASSERT_TRUE(spool.TryAddView(FrameNumber(0), {}));
+  spool.ExpectSeenPoints(700);
+  EXPECT_FALSE(spool.Pause());
+  spool.ExpectSeenPoints(200'000);
+  ASSERT_TRUE(spool.Pause());
+  EXPECT_TRUE(spool.Pause()->disk_is_full);
+}
+
 // Room for some of those that wait: these are recorded, the others are counted.
 TEST(ViewSpool, OnADiskThatStaysFullWhatFitsIsRecordedAndTheRestCounted) {
   const ScratchFolder scratch;

@@ -6,6 +6,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "acquisition/digest.h"
 #include "tests/tracking/geometry_scene.h"
 #include "tracking/map_adjustment.h"
 #include "tracking/map_file.h"
@@ -176,6 +177,7 @@ std::string SavedWorld(World& world) {
     point.patch = std::make_shared<const ReferencePatch>(patch);
     point.patch_keyframe = id % 2 == 0 ? 2 : 1;
     point.found = id % 7;
+    for (int view = 0; view < id % 4; ++view) world.map.SeenInView(id, {10 + view, {0.25 * id, 7.5}});
   }
   return MapToBytes(world.map, 77);
 }
@@ -193,6 +195,9 @@ TEST(MapFileTest, ComesBackAsItWas) {
   const int point = back.keyframe(3).point_of_feature[5], was = world.map.keyframe(3).point_of_feature[5];
   EXPECT_EQ(back.point(point).descriptor, world.map.point(was).descriptor);
   EXPECT_EQ(back.point(point).reference_distance, world.map.point(was).reference_distance);
+  std::size_t seen = 0;
+  for (const MapPoint& restored : back.points()) seen += restored.views.size();
+  EXPECT_GT(seen, 10u);
   EXPECT_EQ(MapToBytes(back, 77), bytes);
 }
 

@@ -1,8 +1,11 @@
 // Photographs of another camera, located against the map that live view has made.
 #include <gmock/gmock.h>
 
+#include <map>
+
 #include "acquisition/error.h"
 #include "tests/tracking/textured_room.h"
+#include "tracking/quantile.h"
 #include "tracking/tracker.h"
 #include "tracking/trajectory.h"
 
@@ -39,6 +42,7 @@ class Photographs : public ::testing::Test {
 
 TEST_F(Photographs, AreLocatedAsWellAsLiveFramesAlthoughTheHandHasMovedOn) {
   std::vector<TimedPose> live, truth, photographs, without_hint;
+  std::map<int, Rigid3> poses;
   for (int k = 30; k + 6 < 90; k += 4) {
     const Rigid3 taken_at = TexturedRoom::HandAt(k + 6);  // a fifth of a second after the pose that is known
     const Frame photograph = Photograph(taken_at, 1000 + k);
@@ -52,6 +56,8 @@ TEST_F(Photographs, AreLocatedAsWellAsLiveFramesAlthoughTheHandHasMovedOn) {
     EXPECT_LT(RotationAngle(anchored.rotation) + anchored.translation.norm(), 1e-9);
     const auto found = tracker_.Locate(photograph.image, PhotographCamera());
     ASSERT_TRUE(found) << "frame " << k << ", without a hint";
+    tracker_.NoteView(k, *located);
+    poses[k] = tracker_.PoseOf(*located->anchor);
     const auto time_s = static_cast<double>(k);
     truth.push_back({time_s, taken_at});
     photographs.push_back({time_s, *located->cam_from_world});
@@ -67,6 +73,17 @@ TEST_F(Photographs, AreLocatedAsWellAsLiveFramesAlthoughTheHandHasMovedOn) {
   EXPECT_LT(error->ate_rmse, 1.3 * live_error->ate_rmse);
   EXPECT_LT(error->rotation_rmse_deg, 0.1);
   EXPECT_LT(error_without_hint->ate_rmse, 0.004);
+  // What they show of the map's points, in their own pixels: three of these are one of live view.
+  EXPECT_GT(poses.size(), 10u);
+  std::vector<double> errors_px;
+  for (const ScenePoint& point : tracker_.Points())
+    for (const ViewObservation& seen : point.track)
+      errors_px.push_back(
+          (*PhotographCamera().ImgFromCam(poses.at(seen.view_id) * point.position_in_world) - seen.in_img)
+              .norm());
+  EXPECT_GT(errors_px.size(), 100 * poses.size());
+  EXPECT_LT(Median(errors_px), 1.5);
+  EXPECT_LT(Quantile(errors_px, 0.95), 6);
 }
 
 TEST_F(Photographs, NothingOfTheTrackerChanges) {

@@ -17,7 +17,8 @@
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/track_extension.h"
-#include "tracking/refine/view_pairs.h"
+#include "tracking/refine/triangulate.h"
+#include "tracking/refine/view_matching.h"
 #include "tracking/triangulation.h"
 
 namespace ulf {
@@ -25,40 +26,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Poses off by more do not show where to look for a match.
-constexpr double kGuidingErrorPx = 2.5;
 constexpr double kMostErrorPx = 40;
-constexpr int kMinPairMatches = 15;
 constexpr int kMinViewPoints = 20;
 // Of settled poses, in units of the errors' own scale: where the loss begins to doubt, and where an
 // observation is wrong (of errors that are normal 0.03 % are that far off).
 constexpr double kDoubtAtScales = 2;
 constexpr double kWrongAtScales = 4;
-
-struct Stage {
-  const RefineOptions& options;
-  double from = 0, to = 1;
-  void Show(double share, const std::string& what) const {
-    if (options.progress) options.progress(from + (to - from) * share, what);
-  }
-};
-
-RefineScene Prepare(const RefineInput& input, const RefineOptions& options) {
-  RefineScene scene;
-  for (const CameraModel& lens : input.lenses) {
-    const double share =
-        std::min(1.0, static_cast<double>(options.max_side_px) / std::max(lens.width, lens.height));
-    scene.lenses.push_back(lens.ScaledTo(static_cast<int>(std::lround(share * lens.width)),
-                                         static_cast<int>(std::lround(share * lens.height))));
-  }
-  for (const RefineInput::View& given : input.views) {
-    RefineView& view = scene.views.emplace_back();
-    view.name = given.name;
-    view.lens = given.lens;
-    view.start = view.cam_from_world = given.cam_from_world;
-  }
-  return scene;
-}
 
 int Registered(const RefineScene& scene) {
   return static_cast<int>(std::count_if(scene.views.begin(), scene.views.end(),
@@ -74,41 +47,13 @@ void RequireReadable(const RefineScene& scene) {
               Counted(scene.views.size(), "view"), why);
 }
 
-// Along epipolar lines where poses are good to a few pixels, else with the relative poses moved first.
-std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
-                                    double error_px, const Stage& stage) {
-  const double band_px = std::max(2.0, 4 * error_px);
-  std::vector<PairMatches> matched(pairs.size());
-  std::mutex mutex;
-  int done = 0;
-  ForAll(static_cast<int>(pairs.size()), [&](int p) {
-    const auto [first, second] = pairs[static_cast<std::size_t>(p)];
-    PairMatches& pair = matched[static_cast<std::size_t>(p)];
-    if (error_px < kGuidingErrorPx) {
-      const RefineView &a = scene.view(first), &b = scene.view(second);
-      pair = {first, second,
-              MatchAlongEpipolarLines(a.features, b.features, b.cam_from_world * a.cam_from_world.Inverse(),
-                                      scene.LensOf(a).MeanFocalPx(), band_px,
-                                      {.max_distance = 60, .max_ratio = 0.85}),
-              0};
-      pair.alike = static_cast<int>(pair.matches.size());
-    } else {
-      pair = MatchAroundPose(scene, first, second, error_px, kMinPairMatches);
-    }
-    if (static_cast<int>(pair.matches.size()) < kMinPairMatches) pair.matches.clear();
-    const std::lock_guard lock(mutex);
-    stage.Show(static_cast<double>(++done) / static_cast<double>(pairs.size()),
-               fmt::format("comparing views, pair {} of {}", done, pairs.size()));
-  });
-  return matched;
-}
-
 int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
 
 // What does not fit is, the better the poses: asked again later, doubted, wrong.
 enum class Unfit { kOutlier, kDoubtful, kWrong };
 
-BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Stage& stage, const char* what) {
+BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const RefineStage& stage,
+                     const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
@@ -326,10 +271,8 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
     result.views.push_back({view.cam_from_world, view.registered, view.why, seen[v]});
   }
   result.registered = Registered(scene);
-  for (const SceneTrack& track : scene.tracks) {
-    result.points.push_back({track.position, track.rgb});
-    result.observations += track.observations.size();
-  }
+  for (const SceneTrack& track : scene.tracks) result.adjusted_observations += track.observations.size();
+  result.adjusted_points = scene.tracks.size();
   const Errors before = ErrorsUnder(scene, result.lenses, true),
                after = ErrorsUnder(scene, result.lenses, false);
   result.rms_before_px = before.rms;
@@ -346,8 +289,8 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
 RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   RefineResult result;
   result.lenses = input.lenses;
-  RefineScene scene = Prepare(input, options);
-  const Stage reading{options, 0, 0.3}, matching{options, 0.3, 0.5};
+  RefineScene scene = SceneOf(input, options.max_side_px);
+  const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.5};
   // Few views can afford more corners, and need them.
   const bool few = input.views.size() <= 100;
   const int features = options.features > 0 ? options.features : few ? 4000 : 1500;
@@ -382,7 +325,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
   RequireParallax(scene, matched, options.seed);
-  Adjust(scene, guided ? 10 : 60, Unfit::kOutlier, {options, 0.5, 0.6}, "first adjustment");
+  Adjust(scene, guided ? 10 : 60, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
   if (!guided) {
     // Now the poses can guide: more is found, and what was wrong goes.
     RegisterAgain(scene, options.seed);
@@ -394,19 +337,20 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
           {.gate_px = 8 * now_px, .min_views = MinViews(scene), .per_view = now_px < 1 ? per_view : kRoughly},
           scene);
       RequireParallax(scene, matched, options.seed);
-      Adjust(scene, 30, Unfit::kOutlier, {options, 0.5, 0.6}, "first adjustment");
+      Adjust(scene, 30, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
     }
   }
   RegisterAgain(scene, options.seed);
   BundleSummary summary;
-  for (const Stage stage : {Stage{options, 0.6, 0.75}, Stage{options, 0.75, 0.85}}) {
+  for (const RefineStage stage :
+       {RefineStage{options.progress, 0.6, 0.7}, RefineStage{options.progress, 0.7, 0.8}}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks(extension, scene);
     Adjust(scene, 12, Unfit::kDoubtful, stage, "adjustment");
   }
   DropUnsupported(scene);
   if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
-  const Stage lens{options, 0.85, 0.9}, last{options, 0.9, 1};
+  const RefineStage lens{options.progress, 0.8, 0.85}, last{options.progress, 0.85, 0.9};
   lens.Show(0, "weighing the lens");
   WeighLenses(input, options, scene, result);
   // Only under the lens that is kept: what contradicts a wrong one would look wrong itself.
@@ -423,7 +367,14 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");
-  return Summarise(scene, std::move(result));
+  result = Summarise(scene, std::move(result));
+  if (options.all_points) {
+    const RefineStage all{options.progress, 0.9, 1};
+    all.Show(0, "measuring all points");
+    MeasureAllTracks(matched, scene);
+  }
+  result.points = PointsOf(scene, input.lenses);
+  return result;
 }
 
 }  // namespace ulf

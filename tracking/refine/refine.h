@@ -39,6 +39,7 @@ struct RefineOptions {
   int features = 0;         // corners a view; 0: by the number of views
   int max_side_px = 1600;   // larger pictures are reduced
   bool intrinsics = false;  // take over the lens that the evidence speaks for
+  bool all_points = false;  // measures all points that the views share, not only those that poses need
   unsigned seed = 1;
   std::function<void(double share, const std::string& stage)> progress = {};
 };
@@ -52,6 +53,7 @@ struct RefinedView {
 
 struct RefineResult {
   std::vector<RefinedView> views;
+  // Under the new poses, with what views show of them; in a track a view is its index.
   std::vector<ScenePoint> points;
   std::vector<CameraModel> lenses;      // changed with RefineOptions::intrinsics only
   std::vector<LensEstimate> lens_fits;  // what the evidence speaks for, lens by lens; sizes of the input
@@ -59,7 +61,7 @@ struct RefineResult {
   std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
   int registered = 0;
   int groups = 0;  // of views that share points; more than one: they hold together by their start poses alone
-  std::size_t observations = 0;
+  std::size_t adjusted_points = 0, adjusted_observations = 0;  // that the poses come from
   double start_error_px = 0;  // of epipolar lines by the start poses, one standard deviation
   // Of the same observations, root mean square and median, px; the points are best for each set of poses.
   double rms_before_px = 0, rms_after_px = 0;

@@ -1,0 +1,25 @@
+#include "tracking/refine/light_field_input.h"
+
+#include "acquisition/light_field_io.h"
+
+namespace ulf {
+
+RefineInput RefineInputOf(const LightField& light_field) {
+  RefineInput input;
+  input.lenses = light_field.cameras;
+  for (const View& view : light_field.views)
+    input.views.push_back({view.image_path, view.camera, view.cam_from_world});
+  input.read = [&light_field](int index) {
+    return ReadRecordedImage(light_field, light_field.views[static_cast<std::size_t>(index)]);
+  };
+  return input;
+}
+
+std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field) {
+  for (ScenePoint& point : points)
+    for (ViewObservation& seen : point.track)
+      seen.view_id = light_field.views[static_cast<std::size_t>(seen.view_id)].id;
+  return points;
+}
+
+}  // namespace ulf
