@@ -123,7 +123,7 @@ std::string ToText(const CoverageChange& change) {
       fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after", 100 * change.before,
                   change.cap.Degrees().x(), change.cap.Degrees().y(), 100 * change.after);
   if (change.after < change.before - 0.0005)
-    text += ": some fell open again; ulf info lists the holes, ulf capture --resume fills them";
+    text += ": refining reopened some of it; ulf info lists the holes, ulf capture --resume fills them";
   return text + "\n";
 }
 
@@ -214,9 +214,9 @@ std::string Describe(const LensEstimate& fit) {
 
 void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
                const RefineArgs& args, const Cost& cost) {
-  fmt::print("{}: {} of {} registered, {}, seen {} times\n", dir, result.registered,
+  fmt::print("{}: {} of {} registered, {}, seen {}\n", dir, result.registered,
              Counted(before.views.size(), "view"), Counted(result.points.size(), "point"),
-             result.observations);
+             Counted(result.observations, "time"));
   fmt::print(
       "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
       result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);
