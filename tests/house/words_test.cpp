@@ -19,7 +19,7 @@ std::vector<std::string> BareCounts(const std::string& text) {
   static const std::regex several(
       R"(\b(of|all|the|its|x|needs|holds|into|for) \{(?::\.0f)?\} \w+|\{\}x\{\} \w+)");
   static const std::regex counted(
-      R"(\{(?::\.0f)?\} (rounds|features|points|frames|views|photographs|packets|requests|markers|images|keyframes)\b)");
+      R"(\{(?::\.0f)?\} (rounds|features|points|frames|views|photographs|packets|requests|markers|images|keyframes)(?![\w/]))");
   std::vector<std::string> found;
   std::size_t begin = 0;
   while (begin < text.size()) {
