@@ -43,6 +43,18 @@ cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
   return linear;
 }
 
+// Between pixel centres; NaN beside what is not known.
+float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
+  const double u = std::clamp(img.x() - 0.5, 0.0, light.cols - 1.0),
+               v = std::clamp(img.y() - 0.5, 0.0, light.rows - 1.0);
+  const int x = std::min(static_cast<int>(u), light.cols - 2),
+            y = std::min(static_cast<int>(v), light.rows - 2);
+  if (x < 0 || y < 0) return light.at<float>(0, 0);
+  const auto right = static_cast<float>(u - x), down = static_cast<float>(v - y);
+  return (1 - down) * ((1 - right) * light.at<float>(y, x) + right * light.at<float>(y, x + 1)) +
+         down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
+}
+
 double MedianLog(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -88,13 +100,12 @@ std::optional<double> LogLightRatio(const cv::Mat& now, const Rigid3& now_from_w
       if (!ray || !(ray->z() > 0)) continue;
       const auto img = small.ImgFromCam(before_from_now * Eigen::Vector3d(*ray * (depth / ray->z())));
       if (!img || !small.Contains(*img)) continue;
-      const float there = before.at<float>(std::clamp(static_cast<int>(img->y()), 0, before.rows - 1),
-                                           std::clamp(static_cast<int>(img->x()), 0, before.cols - 1));
+      const float there = Between(before, *img);
       if (there > 0) ratios.push_back(std::log(here / there));
     }
   if (static_cast<double>(ratios.size()) < kLeastShared * now.cols * now.rows) return std::nullopt;
   // A hand before the lens, a lamp that was switched on: no exposure does that.
-  constexpr double kAgree = 0.15;  // of the logarithm, median deviation
+  constexpr double kAgree = 0.3;  // of the logarithm, median deviation
   const double median = MedianLog(ratios);
   std::vector<double> deviations;
   for (const double ratio : ratios) deviations.push_back(std::abs(ratio - median));
