@@ -156,7 +156,7 @@ class SettlingDevice : public PlanarDevice {
  public:
   SettlingDevice(std::vector<PlanarShot> shots, bool tells, std::optional<bool> held)
       : PlanarDevice(std::move(shots)), tells_(tells), held_(held) {}
-  HeldAutomatics Held() const override { return {.exposure = held_}; }
+  HeldAutomatics Held() const override { return {.exposure = held_, .white_balance = {}, .focus = {}}; }
   std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
     auto frame = PlanarDevice::Next(timeout);
     if (!frame) return frame;
