@@ -424,7 +424,7 @@ TEST(CaptureStateTest, ViewsExpectedComeFromTheEstimateAndThenFromWhatIsOpen) {
               static_cast<double>(last.view_ids.size()) +
                   std::max(0.0, 1 - *last.covered / options.until_share) * estimate,
               1);
-  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px, "), HasSubstr("keep"))));
+  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px within the cap"), HasSubstr("; stay"))));
 }
 
 }  // namespace
