@@ -41,7 +41,7 @@ std::string ToText(const DeviceStatistics& statistics) {
     text += fmt::format(" in {:.1f} s ({:.1f} a second, {:.1f} MB/s)", statistics.seconds,
                         PerSecond(static_cast<double>(statistics.delivered), statistics.seconds),
                         1e-6 * PerSecond(static_cast<double>(statistics.bytes), statistics.seconds));
-  text += fmt::format("; {} incomplete, {} dropped because we were slow, {} missing", statistics.incomplete,
+  text += fmt::format("; {} incomplete, {} dropped (processing too slow), {} missing", statistics.incomplete,
                       statistics.dropped, statistics.missing);
   if (statistics.out_of_order > 0) text += fmt::format(", {} out of order", statistics.out_of_order);
   if (statistics.late > 0) text += fmt::format(", {} late", statistics.late);

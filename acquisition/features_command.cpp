@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/feature_file.h"
 #include "acquisition/features.h"
@@ -198,8 +199,8 @@ void PrintInFull(const CameraFeature& feature) {
 }
 
 void PrintLoad(const std::string& path, const FeatureLoadSummary& summary) {
-  fmt::print("{}: {} features as in the file, {} of them changed, in {} rounds\n", path, summary.taken,
-             summary.changed, summary.rounds);
+  fmt::print("{}: {} as in the file, {} of them changed, in {}\n", path, Counted(summary.taken, "feature"),
+             summary.changed, Counted(summary.rounds, "round"));
   for (const FeatureRefusal& refusal : summary.refused)
     fmt::print("  not taken: {}={} (reads {}){}\n", refusal.wanted.Text(), refusal.wanted.value,
                refusal.reads.empty() ? "nothing" : refusal.reads,
@@ -266,7 +267,7 @@ int RunFeatures(const FeaturesArgs& args) {
   if (!args.save.empty()) {
     const FeatureFile saved = CollectFeatures(*access);
     WriteFeatureFile(args.save, saved);
-    if (!args.json) fmt::print("{}: {} features saved\n", args.save, saved.features.size());
+    if (!args.json) fmt::print("{}: {} saved\n", args.save, Counted(saved.features.size(), "feature"));
     json["saved"] = {{"file", args.save}, {"features", saved.features.size()}};
   }
 

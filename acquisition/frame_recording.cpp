@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording_json.h"
 #include "acquisition/host_time.h"
@@ -261,8 +262,8 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
         state_->bytes + bytes > state_->waiting_bytes) {
       ++state_->summary.left_out;
       if (state_->pause.empty()) {
-        state_->pause = fmt::format("{}: the disk is slow: {} frames wait to be written",
-                                    state_->dir.string(), state_->waiting.size());
+        state_->pause = fmt::format("{}: disk slow ({} to be written)", state_->dir.string(),
+                                    Counted(state_->waiting.size(), "frame"));
         state_->summary.problem = state_->pause;
       }
       return false;

@@ -46,13 +46,17 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
   const Eigen::Vector3d center = normal.ldlt().solve(right_side);
 
   std::vector<double> distances, half_angles;
+  std::size_t see_it = 0;
   for (const View& view : light_field.views) {
     const Eigen::Vector3d center_in_cam = view.cam_from_world * center;
     if (center_in_cam.z() <= 0) return std::nullopt;
     distances.push_back(center_in_cam.norm());
     const CameraModel& camera = light_field.CameraOf(view);
+    const auto img = camera.ImgFromCam(center_in_cam);
+    see_it += img && camera.Contains(*img);
     half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
   }
+  if (2 * see_it < light_field.views.size()) return std::nullopt;  // a walk, not round anything
   const auto median = [](std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());

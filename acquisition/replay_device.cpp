@@ -10,6 +10,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
 #include "acquisition/image_header.h"
@@ -115,8 +116,8 @@ class FolderSource : public Source {
   }
 
   std::string Describe() const override {
-    return fmt::format("{} images{}, {}x{}", files_.size(), header_ ? " (" + header_->kind + ")" : "",
-                       first_.cols, first_.rows);
+    return fmt::format("{}{}, {}x{}", Counted(files_.size(), "image"),
+                       header_ ? " (" + header_->kind + ")" : "", first_.cols, first_.rows);
   }
   void Rewind() override { next_ = 0; }
   double Length() const override { return static_cast<double>(files_.size()); }
@@ -263,7 +264,7 @@ class LightFieldSource : public Source {
 
   std::string Describe() const override {
     const CameraModel& camera = light_field_.CameraOf(light_field_.views.front());
-    return fmt::format("light field of {} views, {}x{}", light_field_.views.size(), camera.width,
+    return fmt::format("light field of {}, {}x{}", Counted(light_field_.views.size(), "view"), camera.width,
                        camera.height);
   }
   RecordingHeader Header() const override {
@@ -317,7 +318,7 @@ class RecordedSource : public Source {
   }
 
   std::string Describe() const override {
-    return fmt::format("recording of {} frames from {}", recording_.entries.size(),
+    return fmt::format("recording of {} from {}", Counted(recording_.entries.size(), "frame"),
                        recording_.header.device.uri);
   }
   RecordingHeader Header() const override { return recording_.header; }

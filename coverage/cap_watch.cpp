@@ -15,15 +15,16 @@ constexpr double kWorthGaining = 0.002;   // of the cap
 // Twice there and back again along both sides, which finds every hole of a cap that can be reached.
 double WayWithoutHope(const Cap& cap) { return std::max(2 * (cap.width + cap.height), M_PI / 2); }
 
+std::string OpenInWords(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0); }
+
 std::string Where(const CoverageMap& map) {
   const std::vector<CoverageHole> holes = map.Holes();
   if (holes.empty() || !map.frame()) return "";
   const CapFrame::Angles at = map.frame()->Of(holes[0].direction);
   const auto side = [](double radians, const char* positive, const char* negative) {
-    return fmt::format("{:.0f} degrees {}", std::abs(radians) * 180 / M_PI,
-                       radians < 0 ? negative : positive);
+    return fmt::format("{:.0f}° {}", std::abs(radians) * 180 / M_PI, radians < 0 ? negative : positive);
   };
-  return fmt::format(", most of it {} and {} of the first view", side(at.azimuth, "right", "left"),
+  return fmt::format(", mostly {} and {} of the first view", side(at.azimuth, "right", "left"),
                      side(at.elevation, "up", "down"));
 }
 
@@ -83,19 +84,14 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   if (said_ || way_ < WayWithoutHope(cap)) return std::nullopt;
   said_ = true;
   const std::optional<Cap> there = LargestCovered(map, share_);
-  std::string smaller = "; finish, and ask for a smaller cap";
+  std::string smaller = "ask for a smaller cap";
   if (there) {
     const Eigen::Vector2d degrees = there->Degrees();
-    smaller = fmt::format(
-        "; of {0:.0f} x {1:.0f} degrees {2:g} % are covered: that cap can be had by finishing now, or by "
-        "--resume "
-        "with --until-covered {0:.0f}x{1:.0f}",
-        degrees.x(), degrees.y(), 100 * share_);
+    smaller = fmt::format("resume with --until-covered {:.0f}x{:.0f}, which is covered to {:g} %",
+                          degrees.x(), degrees.y(), 100 * share_);
   }
-  return fmt::format(
-      "the cap fills no more: in {:.0f} degrees of movement nothing was gained, and {:.1f} % is "
-      "open{}. If that is out of reach, this capture does not end by itself{}",
-      way_ * 180 / M_PI, 100 * (1 - covered), Where(map), smaller);
+  return fmt::format("no new coverage in the last {:.0f}° of movement; {} still open{}. Finish now, or {}",
+                     way_ * 180 / M_PI, OpenInWords(1 - covered), Where(map), smaller);
 }
 
 }  // namespace ulf

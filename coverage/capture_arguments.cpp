@@ -16,10 +16,43 @@ void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
   if (goal.share) options->until_share = *goal.share;
 }
 
+// What measures by a subject's sphere has nothing to measure without one.
+PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
+  const CaptureArgs usual;
+  const auto refuse = [](bool given, const char* option) {
+    if (given)
+      throw UsageError("--no-subject and {}: {} needs a subject to go round; leave out one of the two",
+                       option, option);
+  };
+  refuse(!args.until_covered.empty() && args.until_covered != "none", "--until-covered");
+  refuse(args.subject != usual.subject, "--subject");
+  refuse(args.subject_size != usual.subject_size, "--subject-size");
+  refuse(!args.quality.empty(), "--quality");
+  refuse(args.threshold_px.has_value(), "--threshold-px");
+  refuse(args.coverage_width_px.has_value(), "--coverage-width");
+  refuse(!args.person.empty(), "--operator");
+  refuse(!args.overlay.empty(), "--overlay");
+  refuse(!args.map.empty(), "--map");
+  if (!args.poses.UseFeatures())
+    throw UsageError(
+        "--no-subject and --poses {}: how much a view adds is told by tracked points, which these poses do "
+        "without; leave out --poses, or give --subject x,y,z,radius in place of --no-subject",
+        args.poses.Text());
+  PhotographSpacing spacing;
+  if (args.parallax_deg) spacing.parallax_deg = *args.parallax_deg;
+  return spacing;
+}
+
 }  // namespace
 
 CaptureOptions OptionsFrom(const CaptureArgs& args) {
   CaptureOptions options;
+  if (args.parallax_deg && !args.no_subject)
+    throw UsageError(
+        "--parallax-deg {:g}: is the spacing of photographs without a subject; give --no-subject, too, or "
+        "--quality or --threshold-px in its place",
+        *args.parallax_deg);
+  if (args.no_subject) options.without_subject = SpacingWithoutSubject(args);
   ParseUntilCovered(args.until_covered, &options);
   if (!args.quality.empty() && args.threshold_px)
     throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,

@@ -18,6 +18,8 @@ struct CaptureArgs {
   std::string dir;
   std::string subject = "auto";
   double subject_size = 0.28;
+  bool no_subject = false;
+  std::optional<double> parallax_deg;
   std::string until_covered;
   std::string quality;
   std::optional<double> threshold_px;

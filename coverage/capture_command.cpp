@@ -101,8 +101,8 @@ std::string ProgressLine(const CaptureState& now, double until_share) {
   const std::string covered =
       now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
   std::string what = InWords(now.decision.reason);
-  if (!now.waiting_for.empty())
-    what = "waiting for " + now.waiting_for;
+  if (!now.why_waiting.empty())
+    what = now.why_waiting;
   else if (!now.tracking_words.empty())
     what = now.tracking_words;
   const std::string way = WayInWords(now);
@@ -189,7 +189,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     hooks.while_waiting = [&](const SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
-      if (!now->waiting_for.empty()) progress.Show(shown_share, ProgressLine(*now, options.until_share));
+      if (!now->why_waiting.empty()) progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
     hooks.after_frame = [&](const SharedCaptureState& now) {
       read_requests();
@@ -216,8 +216,8 @@ int RunCaptureCommand(const CaptureArgs& args) {
     if (recorder) kept = recorder->Finish();
   }
   if (kept.left_out > 0)
-    fmt::print(stderr, "{}: {} of {} frames are not in the recording: {}\n", args.keep_frames, kept.left_out,
-               kept.left_out + kept.written, kept.problem);
+    fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
+               Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
   SayWhatTheDiskRefused(summary);
   const LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != StoppedBecause::kDisk && !light_field.views.empty())
@@ -231,9 +231,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
   constexpr double kBetweenCells = 0.005;  // that a full map may leave open
   if (summary.stopped_because == StoppedBecause::kCovered &&
       report.covered < std::min(options.until_share, 1 - kBetweenCells))
-    fmt::print(
-        stderr,
-        "the last adjustment of the poses opened some of the cap again; go on with --resume to fill it\n");
+    fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
   if (summary.stopped_because == StoppedBecause::kDisk) return kFailed;
   if (summary.stopped_because == StoppedBecause::kDeviceLost) {
     fmt::print(stderr,
@@ -247,6 +245,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
   }
+  if (const std::string why = WhyFewRecorded(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
   return kOk;
 }
 
@@ -262,6 +261,14 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command->add_option("--subject-size", args->subject_size, "auto: the sphere's share of the image's width")
       ->capture_default_str();
+  command->add_flag(
+      "--no-subject", args->no_subject,
+      "Posed photographs of a place, whatever is seen: recorded by parallax and overlap, the sharpest of "
+      "neighbouring frames (docs/tracking.md)");
+  command
+      ->add_option("--parallax-deg", args->parallax_deg,
+                   "With --no-subject: a view more when what is seen has shifted by so many degrees (1)")
+      ->check(Positive());
   command->add_option(
       "--until-covered", args->until_covered,
       "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said). With --resume: as "

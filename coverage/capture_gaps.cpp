@@ -46,7 +46,7 @@ void CaptureGaps::Disk(const std::optional<SpoolPause>& pause, double now_s) {
   if (!disk_) disk_ = Open{now_s, pause->words};
   if (disk_->said || now_s - disk_->from_s < kShortest_s) return;
   disk_->said = true;
-  say_("recording waits, tracking goes on: " + pause->words);
+  say_("recording paused, tracking goes on: " + pause->words);
 }
 
 void CaptureGaps::EndDisk(double now_s, bool ended) {
@@ -57,9 +57,8 @@ void CaptureGaps::EndDisk(double now_s, bool ended) {
     paused_s_ += length_s;
     spool_.NoteGap(disk_->from_s, now_s, "recording paused: " + disk_->reason);
     if (disk_->said)
-      say_(ended
-               ? fmt::format("recording was still waiting, since {:.1f} s, when the capture ended", length_s)
-               : fmt::format("recording goes on after {:.1f} s", length_s));
+      say_(ended ? fmt::format("recording was still paused when the capture ended, after {:.1f} s", length_s)
+                 : fmt::format("recording goes on after {:.1f} s", length_s));
   }
   disk_.reset();
 }

@@ -1,4 +1,5 @@
 #include "coverage/capture_prediction.h"
+#include "acquisition/counted.h"
 
 #include <fmt/format.h>
 
@@ -33,8 +34,8 @@ std::string InWords(const ViewsEstimate& views) {
     const double step = std::pow(10, std::max(0.0, std::floor(std::log10(std::max(1.0, value))) - 1));
     return step * std::round(value / step);
   };
-  return fmt::format("about {:.0f} views ({:.0f} to {:.0f})", rounded(views.usual), rounded(views.fewest),
-                     rounded(views.most));
+  return fmt::format("about {} ({:.0f} to {:.0f})", Counted(std::lround(rounded(views.usual)), "view"),
+                     rounded(views.fewest), rounded(views.most));
 }
 
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
@@ -58,29 +59,26 @@ std::optional<std::string> WhyTooFine(const CapturePrediction& prediction, const
   const double finest = CoverageMap::FinestDiscRadius(cap.value_or(Cap::WholeSphere()));
   if (prediction.disc_radius < finest)
     return fmt::format(
-        "one view covers {:.2g} degrees around it, and over such a cap coverage is told apart in steps that "
-        "suit {:.2g} degrees or more: small gaps will not be seen; {}",
+        "one view covers {:.2g}°, finer than the coverage map of such a cap can show ({:.2g}°): small gaps "
+        "will "
+        "not be seen; {}",
         prediction.disc_radius * 180 / M_PI, finest * 180 / M_PI, kWayOut);
   return std::nullopt;
 }
 
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric) {
-  const char* unit = metric ? " m" : "";
-  std::string keep;
+  const std::string from = metric ? " m from the subject's centre" : " units from the subject's centre";
+  std::string stay = "any distance will do";
   if (prediction.nearest && prediction.farthest)
-    keep = fmt::format("keep {:.2f} to {:.2f}{} from its centre", *prediction.nearest, *prediction.farthest,
-                       unit);
+    stay = fmt::format("stay {:.2f} to {:.2f}", *prediction.nearest, *prediction.farthest) + from;
   else if (prediction.nearest)
-    keep = fmt::format("keep at least {:.2f}{} from its centre", *prediction.nearest, unit);
+    stay = fmt::format("stay at least {:.2f}", *prediction.nearest) + from;
   else if (prediction.farthest)
-    keep = fmt::format("keep at most {:.2f}{} from its centre", *prediction.farthest, unit);
-  else
-    keep = "any distance will do";
-  const std::string covers =
-      fmt::format("one covers {:.1f} degrees around it", prediction.disc_radius * 180 / M_PI);
-  return prediction.views
-             ? fmt::format("{} at {:g} px, {}; {}", InWords(*prediction.views), threshold_px, covers, keep)
-             : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, keep);
+    stay = fmt::format("stay at most {:.2f}", *prediction.farthest) + from;
+  const std::string covers = fmt::format("one covers {:.1f}° around it", prediction.disc_radius * 180 / M_PI);
+  return prediction.views ? fmt::format("{} at {:g} px within the cap, more for ways beyond it; {}; {}",
+                                        InWords(*prediction.views), threshold_px, covers, stay)
+                          : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, stay);
 }
 
 }  // namespace ulf

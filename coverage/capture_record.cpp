@@ -96,6 +96,7 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track, st
   poses.NoteView(*id, track);
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world});
+  if (!map_) return id;
   MapToChange().Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
   reopened_.DropCovered(*map_);
   measured_ = false;
@@ -119,8 +120,8 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   std::sort(taken.begin(), taken.end());
   const double fell_open = Repaint();
   measured_ = false;
-  say_(fmt::format("taken back, kept in unposed/: {}; {:.1f} % {} fell open again", ViewsInWords(taken),
-                   100 * fell_open, OfWhat()));
+  say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
+                   map_ ? fmt::format("; this reopened {:.1f} % {}", 100 * fell_open, OfWhat()) : ""));
   return taken.size();
 }
 
@@ -135,7 +136,7 @@ bool CaptureRecord::CorrectPoses(const PoseSource& poses, bool last) {
   const double fell_open = Repaint();
   constexpr double kWorthAWord = 0.005;
   if (fell_open >= kWorthAWord)
-    say_(fmt::format("poses were corrected: {:.1f} % {} fell open again", 100 * fell_open, OfWhat()));
+    say_(fmt::format("pose correction reopened {:.1f} % {}", 100 * fell_open, OfWhat()));
   return true;
 }
 

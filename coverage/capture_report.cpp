@@ -34,27 +34,24 @@ const char* InWords(StoppedBecause why) {
 const char* WayOut(Reason reason) {
   switch (reason) {
     case Reason::kTracking:
-      return "the pose was too uncertain, or there were too few frames to place the subject; move slowly, "
+      return "the pose was too uncertain, or there were too few frames to place the subject; move slowly "
              "sideways, with the subject in view";
     case Reason::kCovered:
       return "every frame showed what recorded views show already";
     case Reason::kBehind:
       return "the subject lies behind the camera: turn round, or correct --subject (x to the right, y down, "
-             "z "
-             "forward from where the world begins)";
+             "z forward from where the world begins)";
     case Reason::kOutsideRectangle:
     case Reason::kInsideSphere:
       return "the subject was not wholly in view; aim at it, step back, or make its sphere smaller "
-             "(--subject-size, or "
-             "the radius of --subject)";
+             "(--subject-size, or the radius of --subject)";
     case Reason::kBlur:
       return "every frame was blurred; move slower, or expose shorter";
     case Reason::kExposure:
       return "the subject was clipped or black; set the exposure (ulf features)";
     case Reason::kUnsettled:
       return "the exposure never came to rest; switch the camera's automatics off (ulf features), or keep "
-             "the light "
-             "steady";
+             "the light steady";
     case Reason::kSpeed:
       return "the camera moved too fast for its exposure time; move slower, or expose shorter";
     case Reason::kSpool:
@@ -76,7 +73,7 @@ const char* WayOut(Reason reason) {
 std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
   std::string text = fmt::format("device         {}\n", ToText(summary.device));
   if (summary.pauses > 0)
-    text += fmt::format("disk           recording waited {}, {:.1f} s in all\n",
+    text += fmt::format("disk           recording paused {}, {:.1f} s in all\n",
                         Counted(summary.pauses, "time"), summary.paused_s);
   text += fmt::format("this session   {}, {} tracked, {} recorded\n", Counted(summary.frames, "frame"),
                       tracked, summary.recorded);
@@ -133,13 +130,40 @@ std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) 
   if (tracked == 0)
     return fmt::format(
         "nothing was recorded: the camera's position was found in none of {}; move it slowly sideways, so "
-        "that "
-        "near and far things shift against each other",
+        "that near and far things shift against each other",
         Counted(summary.frames, "frame"));
   const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
   const auto reason = static_cast<Reason>(commonest - summary.reasons.begin());
   return fmt::format("nothing was recorded: for {} of {} the reason was '{}': {}", *commonest,
                      Counted(summary.frames, "frame"), InWords(reason), WayOut(reason));
+}
+
+std::string WhyFewRecorded(const CaptureSummary& summary) {
+  constexpr double kMost = 0.5;
+  const bool as_wanted = summary.stopped_because == StoppedBecause::kCovered || summary.recorded == 0;
+  if (as_wanted) return {};
+  const auto count = [&](Reason reason) { return summary.reasons[static_cast<std::size_t>(reason)]; };
+  for (const Reason reason : kReasons) {
+    const bool refused = reason != Reason::kRecorded && reason != Reason::kCovered &&
+                         reason != Reason::kStill && reason != Reason::kPaused;
+    if (!refused || static_cast<double>(count(reason)) < kMost * static_cast<double>(summary.frames))
+      continue;
+    std::string way_out = WayOut(reason);
+    const bool elsewhere =
+        reason == Reason::kOutsideRectangle || reason == Reason::kInsideSphere || reason == Reason::kBehind;
+    if (elsewhere)
+      way_out = fmt::format(
+          "the camera did not go round the subject{}. If that is not what you want to capture, say where it "
+          "is: "
+          "ulf track URI -o poses.txt, then --poses tum:poses.txt --subject x,y,z,radius; for posed "
+          "photographs "
+          "of a walk give --no-subject",
+          summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures"
+                                    : "");
+    return fmt::format("only {} of {} recorded: for {} the reason was '{}': {}", summary.recorded,
+                       Counted(summary.frames, "frame"), count(reason), InWords(reason), way_out);
+  }
+  return {};
 }
 
 }  // namespace ulf

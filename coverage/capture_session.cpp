@@ -18,7 +18,9 @@
 #include "coverage/capture_outlook.h"
 #include "coverage/capture_record.h"
 #include "coverage/capture_subject.h"
+#include "coverage/exposure_match.h"
 #include "coverage/exposure_watch.h"
+#include "coverage/posed_photographs.h"
 #include "coverage/sphere_outline.h"
 #include "tracking/quantile.h"
 #include "tracking/track_words.h"
@@ -27,6 +29,8 @@ namespace ulf {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -53,6 +57,9 @@ class Session {
   void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
   Decision DecideAndRecord(const Frame& frame, const Track& track);
+  Decision DecideOnAWalk(const Frame& frame, const Track& track);
+  void RecordHeld(const HeldFrame& held);
+  double DistanceOfTheSeen(const Track& track) const;
   std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
   Reason ReasonOfTheDisk();
   void WatchTheCap(const Track& track, const Decision& decision);
@@ -87,12 +94,15 @@ class Session {
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
   const std::filesystem::path root_;
+  ExposureMatch light_;
   CaptureRecord record_;
   CaptureOutlook outlook_;
   CaptureSubject subject_;
   CaptureGaps gaps_;
   CaptureMeters meters_;
 
+  std::optional<PosedPhotographs> walk_;
+  int tracked_in_a_row_ = 0;
   ExposureWatch exposure_;
   CapWatch cap_watch_{options_.until_share};
   CaptureSummary summary_;
@@ -122,6 +132,7 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       root_(writer.Contents().root),
+      light_(writer.Contents()),
       record_(std::move(writer),
               {.camera = recorded_camera_,
                .coverage_width_px = options.coverage_width_px,
@@ -136,6 +147,7 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
                 .stable_frames = options.stable_frames},
                [this](const std::string& text) { Say(text); }),
       gaps_(record_.spool(), [this](const std::string& text) { Say(text); }) {
+  if (options.without_subject) walk_.emplace(camera, *options.without_subject);
   if (options.still_camera)
     stills_.emplace(device_, *options.still_camera, poses_, options_.limits, options_.coverage_width_px);
 }
@@ -150,7 +162,7 @@ void Session::SayWhatToExpect() {
 }
 
 void Session::CheckBeforeFirstView(const Frame& frame) {
-  if (!record_.views().empty() || outlook_.IsDue()) return;
+  if (!record_.views().empty() || (outlook_.IsDue() && !walk_)) return;
   const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
                               (static_cast<double>(camera_.width) * camera_.height);
   outlook_.Check({.calibrated = options_.calibrated,
@@ -158,6 +170,7 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
                   .held = device_.Held(),
                   .prediction = {},
                   .cap = options_.cap,
+                  .without_subject = walk_.has_value(),
                   .bytes_per_view = static_cast<std::uint64_t>(
                       of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
@@ -177,13 +190,23 @@ std::optional<double> Session::PoseErrorNow() const {
 
 bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
   if (!record_.map() || !track.cam_from_world) return true;
-  return exposure_.Settled(frame, camera_, *track.cam_from_world, record_.map()->subject());
+  return exposure_.Settled(frame, camera_, *track.cam_from_world, record_.map()->subject(),
+                           device_.Held().exposure);
+}
+
+double Session::DistanceOfTheSeen(const Track& track) const {
+  if (record_.map()) return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
+  return MedianDepth(poses_.VisiblePoints()).value_or(1);
 }
 
 std::optional<int> Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
+  if (light_is_matched)
+    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, DistanceOfTheSeen(track));
   looked_.recorded_view = record_.Add(kept, track, decision.bound_px, poses_);
+  if (light_is_matched && looked_.recorded_view) light_.Keep(*looked_.recorded_view, *track.cam_from_world);
   if (looked_.recorded_view)
     summary_.last_recorded = std::make_shared<RecordedView>(
         RecordedView{*looked_.recorded_view, std::move(kept), recorded_camera_, *track.cam_from_world});
@@ -203,7 +226,41 @@ void Session::WatchTheCap(const Track& track, const Decision& decision) {
   if (hopeless) Say(*hopeless);
 }
 
+void Session::RecordHeld(const HeldFrame& held) {
+  const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}).has_value();
+  ++summary_.reasons[static_cast<std::size_t>(recorded ? Reason::kRecorded : ReasonOfTheDisk())];
+}
+
+// A frame that is held is counted when it is known what becomes of it.
+Decision Session::DecideOnAWalk(const Frame& frame, const Track& track) {
+  const auto start = Clock::now();
+  const auto count = [&](Reason reason) { ++summary_.reasons[static_cast<std::size_t>(reason)]; };
+  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+  PosedPhotographs::Step step;
+  if (record_.views().empty() &&
+      tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
+    if (walk_->TakeHeld()) count(Reason::kTracking);
+  } else {
+    step = walk_->After({.frame = frame,
+                         .track = track,
+                         .camera = camera_,
+                         .frame_period_s = frame_period_s_,
+                         .coverage_width_px = options_.coverage_width_px},
+                        poses_.VisiblePoints(), record_.views(), options_.limits);
+  }
+  ms_decide_.push_back(MillisecondsSince(start));
+  if (step.record) RecordHeld(*step.record);
+  if (step.replaced) count(Reason::kCovered);
+  if (step.decision.reason == Reason::kRecorded && !recording_) {
+    walk_->TakeHeld();
+    step.decision.reason = Reason::kPaused;
+  }
+  if (step.decision.reason != Reason::kRecorded) count(step.decision.reason);
+  return step.decision;
+}
+
 Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
+  if (walk_) return DecideOnAWalk(frame, track);
   const auto start = Clock::now();
   const bool exposure_settled = ExposureIsSettled(frame, track);
   Decision decision = Decide({.frame = frame,
@@ -277,15 +334,19 @@ void Session::Answer(const TakeBackLast& asked) {
 void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
 
 void Session::Answer(const PlaceSubject& asked) {
+  if (walk_) return Say(kNoSubjectToPlace);
   subject_.Place(asked.subject, looked_.track.cam_from_world);
 }
 
-void Session::Answer(const FindSubject& asked) { subject_.Find(asked, looked_.track.cam_from_world); }
+void Session::Answer(const FindSubject& asked) {
+  if (walk_) return Say(kNoSubjectToPlace);
+  subject_.Find(asked, looked_.track.cam_from_world);
+}
 
 void Session::Answer(const SetRecording& asked) {
   recording_ = asked.on;
   if (last_time_s_) gaps_.Recording(asked.on, *last_time_s_);
-  Say(asked.on ? "recording" : "recording is paused, tracking goes on");
+  Say(asked.on ? "recording" : "recording paused, tracking goes on");
 }
 
 void Session::Answer(const FinishCapture&) {
@@ -318,6 +379,8 @@ SharedCaptureState Session::State() {
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
 
+  state->without_subject = walk_.has_value();
+  state->finding_subject = subject_.Finding();
   record_.Describe(*state);
   outlook_.Describe(*state);
   state->rectangle_share = options_.limits.rectangle_share;
@@ -331,9 +394,9 @@ SharedCaptureState Session::State() {
   state->recorded_view = looked_.recorded_view;
   state->device_problem = DeviceProblem();
   if (!state->device_problem.empty())
-    state->waiting_for = "the device, " + state->device_problem;
-  else
-    state->waiting_for = gaps_.DiskReason();
+    state->why_waiting = "waiting for the device, " + state->device_problem;
+  else if (const std::string disk = gaps_.DiskReason(); !disk.empty())
+    state->why_waiting = "recording paused: " + disk;
   state->exposure_locked = device_.Held().exposure;
   state->said = said_;
   state->times_said = times_said_;
@@ -397,7 +460,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   ms_track_.push_back(MillisecondsSince(start));
   looked_ = {frame->image, track, {}, {}, {}};
   gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
-  subject_.FindFirst(track);
+  if (!walk_) subject_.FindFirst(track);
   SayWhatToExpect();
   CheckBeforeFirstView(*frame);
   subject_.Watch(track, *last_time_s_);
@@ -434,7 +497,8 @@ void Session::Close() {
   summary_.pauses = gaps_.pauses();
   summary_.paused_s = gaps_.paused_s();
   if (const std::size_t following = record_.spool().PicturesWaiting(); following > 10)
-    Say(fmt::format("everything recorded is on disk; {} photographs of images/ are being made", following));
+    Say(fmt::format("everything recorded is on disk; {} of images/ to be made",
+                    Counted(following, "photograph")));
   std::map<std::string, std::uint64_t> reasons;
   for (const Reason reason : kReasons)
     reasons[Name(reason)] = summary_.reasons[static_cast<std::size_t>(reason)];
@@ -472,6 +536,7 @@ CaptureSummary Session::Run() {
     // Photographs that were on their way, or came before the end was asked for.
     for (const Frame& frame : std::exchange(first_, {}))
       if (frame.kind == FrameKind::kStill) TakeStill(frame);
+    if (const auto held = walk_ ? walk_->TakeHeld() : std::nullopt) RecordHeld(*held);
     while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
       if (frame->kind == FrameKind::kStill) TakeStill(*frame);
   } catch (...) {
@@ -485,6 +550,7 @@ CaptureSummary Session::Run() {
   summary_.ms_track_median = Median(ms_track_);
   summary_.ms_decide_median = Median(ms_decide_);
   summary_.subject = record_.subject();
+  summary_.subject_was_found = subject_.FoundByItself();
   summary_.map = record_.SharedMap();
   return std::move(summary_);
 }

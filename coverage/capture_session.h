@@ -28,6 +28,7 @@
 #include "coverage/capture_request.h"
 #include "coverage/capture_state.h"
 #include "coverage/coverage_map.h"
+#include "coverage/posed_photographs.h"
 #include "coverage/still_capture.h"
 #include "coverage/view_decision.h"
 #include "coverage/view_spool.h"
@@ -51,6 +52,8 @@ struct CaptureOptions {
   // With one, photographs of this camera are recorded instead of live frames (still_capture.h); the device
   // takes them.
   std::optional<CameraModel> still_camera;
+  // With one there is no subject, no map and no cap: photographs of a walk (posed_photographs.h).
+  std::optional<PhotographSpacing> without_subject;
   DecisionLimits limits;
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
@@ -95,6 +98,7 @@ struct CaptureSummary {
   std::optional<CalibrationCheck> calibration;  // what the tracker's map says about the focal length
   std::optional<Readout> rolling_shutter;       // and about the shutter; none: global as far as is known
   std::optional<Subject> subject;
+  bool subject_was_found = false;                     // by the capture itself, not given
   std::shared_ptr<const RecordedView> last_recorded;  // null: none
   std::shared_ptr<const CoverageMap>
       map;  // as it was at the end, with final poses; none when no subject was found

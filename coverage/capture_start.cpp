@@ -105,6 +105,15 @@ std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
 }
 
 void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
+  if (args.no_subject) {
+    if (light_field.subject)
+      throw UsageError("{}: was captured round a subject; leave out --no-subject, or begin a new folder",
+                       args.dir);
+    return;
+  }
+  if (!light_field.subject && !light_field.views.empty() && args.subject == "auto")
+    spdlog::info("{}: has no subject yet, this session looks for one (--no-subject: goes on without)",
+                 args.dir);
   if (!args.threshold_px && args.quality.empty() && light_field.threshold_px)
     options->threshold_px = *light_field.threshold_px;
   if (light_field.threshold_px && options->threshold_px != *light_field.threshold_px)
@@ -202,6 +211,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
   }
   const DeviceInfo info = prepared.device->Info();
+  if (args.no_subject && stills)
+    throw UsageError(
+        "--no-subject: {} is asked for photographs where the coverage of a subject needs them; leave out "
+        "--no-subject, or take the photographs by hand and track a video of the same place",
+        info.uri);
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
     throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
                      info.uri);
@@ -224,7 +238,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     header.device_model = info.model;
     if (!stills) header.window = prepared.device->Window();
     header.units = prepared.poses->IsMetric() ? "metres" : "arbitrary";
-    header.threshold_px = options->threshold_px;
+    if (!args.no_subject) header.threshold_px = options->threshold_px;
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }

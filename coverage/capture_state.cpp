@@ -33,9 +33,8 @@ std::string WayInWords(const CaptureState& state) {
   const double wanted = state.guidance.distance;
   const double farther = wanted > 0 ? 100 * (wanted / distance - 1) : 0;
   std::string words;
-  for (const std::string& part :
-       {Part(in_cam.x(), " degrees", "right", "left"), Part(in_cam.y(), " degrees", "down", "up"),
-        Part(farther, " %", "back", "nearer")})
+  for (const std::string& part : {Part(in_cam.x(), "°", "right", "left"), Part(in_cam.y(), "°", "down", "up"),
+                                  Part(farther, " %", "back", "nearer")})
     if (!part.empty()) words += (words.empty() ? "" : ", ") + part;
   return words;
 }

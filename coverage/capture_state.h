@@ -53,6 +53,8 @@ struct CaptureState {
   std::optional<StartProgress> start;
   std::vector<VisiblePoint> points;  // found in this frame
 
+  bool without_subject = false;  // posed photographs are asked for, no subject is looked for
+  bool finding_subject = false;  // what is in the middle will be it: its distance is being found
   std::optional<Subject> subject;
   bool subject_moved = false;                   // tracked points on it no longer agree with the rest
   double rectangle_share = 0.8;                 // of width and height
@@ -72,7 +74,7 @@ struct CaptureState {
   Decision decision;                 // of this frame, with its reason
   bool recording = true;             // false: paused by request
   std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
-  std::string waiting_for;           // device or disk, for people; empty: nothing
+  std::string why_waiting;           // for the device or the disk, in words; empty: for nothing
   std::string device_problem;        // empty: none
   std::optional<std::uint64_t> disk_left_bytes;
   std::optional<bool> exposure_locked;  // none: cannot be known
@@ -84,7 +86,7 @@ struct CaptureState {
   std::optional<StoppedBecause> ended;  // what is recorded is being closed
 };
 
-// To the viewpoint to fill next, for who has no display: "8 degrees right, 3 up, 5 % nearer", as the camera
+// To the viewpoint to fill next, for who has no display: "8° right, 3° up, 5 % nearer", as the camera
 // is held. Empty where nothing is to be said, or less than a degree.
 std::string WayInWords(const CaptureState& state);
 

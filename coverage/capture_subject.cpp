@@ -19,13 +19,18 @@ void CaptureSubject::Set(const Subject& subject) {
 
 void CaptureSubject::FindFirst(const Track& track) {
   tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
-  if (record_.map() || tracked_in_a_row_ < options_.stable_frames || !track.cam_from_world) return;
-  if (const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_))
-    Set(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.size));
+  finding_ = false;
+  if (record_.map() || !track.cam_from_world) return;
+  const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_);
+  finding_ = depth.has_value();
+  if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
+  Set(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.size));
+  found_ = true;
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
   const std::string problem = ProblemOf(subject, cam_from_world);
+  found_ &= !problem.empty();
   if (!problem.empty()) return say_("the subject stays as it was: " + problem);
   Move(subject);
 }

@@ -40,6 +40,9 @@ class CaptureSubject {
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const Track& track, double time_s);
   bool Moved() const { return moved_; }
+  // What is in the middle of the picture can be told; not long enough yet.
+  bool Finding() const { return finding_; }
+  bool FoundByItself() const { return found_; }
 
  private:
   void Move(const Subject& subject);
@@ -52,6 +55,8 @@ class CaptureSubject {
   const std::function<void(const std::string&)> say_;
   SubjectWatch watch_;
   bool moved_ = false;
+  bool finding_ = false;
+  bool found_ = false;
   int tracked_in_a_row_ = 0;
 };
 

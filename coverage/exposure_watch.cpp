@@ -19,7 +19,9 @@ bool Differ(double a, double b, double share) { return a > 0 && b > 0 && std::ab
 }  // namespace
 
 bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
-                            const Subject& subject) {
+                            const Subject& subject, std::optional<bool> held) {
+  const bool told = frame.exposure_s > 0;
+  if (!held || !(*held || told)) return true;
   Seen now{.time_s = frame.device_time_s, .setting = frame.exposure_s * frame.gain};
   now.direction = (cam_from_world.OriginInSource() - subject.center_in_world).normalized();
   const auto outline = SphereOutline(camera, cam_from_world, subject);

@@ -296,7 +296,8 @@ void Guide::Expect(const CoverageMap& map, double time_s, Guidance& guidance) {
   guidance.views_left = open_.OpenSr() / sr_per_view;
   const Painted& before = painted_.front();
   const double seconds = time_s - before.time_s, sr = open_.CoveredSr() - before.sr;
-  if (seconds > 2 && sr > 0) guidance.seconds_left = open_.OpenSr() * seconds / sr;
+  // A sliver that was painted on the way says nothing of how fast a hand fills a cap.
+  if (seconds > 2 && sr > sr_per_view) guidance.seconds_left = open_.OpenSr() * seconds / sr;
 }
 
 }  // namespace ulf

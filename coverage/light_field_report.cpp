@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "coverage/view_decision.h"
 #include "render/viewpoint_mesh.h"
@@ -90,6 +91,13 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
                      holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
 }
 
+std::string ReasonsText(const LightFieldReport& report) {
+  std::string reasons;
+  for (const auto& [reason, count] : report.reasons)
+    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
+  return reasons.empty() ? reasons : "frames         " + reasons + "\n";
+}
+
 }  // namespace
 
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
@@ -103,16 +111,17 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   if (!report.cap && light_field.goal) report.cap = Cap::FromDegrees(light_field.goal->cap_deg);
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
   report.subject = options.subject ? options.subject : light_field.subject;
-  if (!report.subject && !light_field.views.empty()) {
-    report.subject = SubjectFromAxes(light_field);
-    if (!report.subject)
-      throw UsageError(
-          "{}: has no subject, and its optical axes are too nearly parallel to find one; give --subject "
-          "x,y,z,r",
-          light_field.root.string());
-  }
+  if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
   if (light_field.views.empty()) {
     if (report.cap) report.covered = 0;
+    return report;
+  }
+  if (!report.subject) {
+    if (options.cap)
+      throw UsageError(
+          "{}: has no subject, and its views look at no common point: no cap to measure; give --subject "
+          "x,y,z,radius, or leave out --cap",
+          light_field.root.string());
     return report;
   }
   std::vector<Vector3d> directions, centers;
@@ -176,12 +185,15 @@ std::string ToText(const LightFieldReport& report) {
   if (report.taken_back > 0) text += fmt::format("taken back     {}, kept in unposed/\n", report.taken_back);
   text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
                                : "capture time   unknown\n";
+  if (report.views > 0 && !report.subject)
+    return text +
+           "subject        none: the views look at no common point (--subject x,y,z,radius measures)\n" +
+           ReasonsText(report);
   if (report.angular_range_deg)
     text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
                         report.angular_range_deg->y());
-  text += report.mean_edge_deg
-              ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
-              : "average angle  none: the views span no surface (too few have others on all sides)\n";
+  text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
+                               : "average angle: n/a (too few neighbouring views)\n";
   if (report.subject)
     text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
                         report.subject->center_in_world.x(), report.subject->center_in_world.y(),
@@ -198,12 +210,8 @@ std::string ToText(const LightFieldReport& report) {
                         100 * report.distances->nearest / report.distances->median,
                         100 * report.distances->farthest / report.distances->median);
   if (report.duplicates > 0)
-    text += fmt::format("duplicates     {} of the views are covered by earlier ones\n", report.duplicates);
-  std::string reasons;
-  for (const auto& [reason, count] : report.reasons)
-    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
-  if (!reasons.empty()) text += "frames         " + reasons + "\n";
-  return text;
+    text += fmt::format("duplicates     {} covered by earlier ones\n", Counted(report.duplicates, "view"));
+  return text + ReasonsText(report);
 }
 
 }  // namespace ulf

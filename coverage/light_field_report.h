@@ -49,7 +49,8 @@ struct ReportOptions {
   std::optional<double> threshold_px = std::nullopt;  // none: the light field's, else 7
 };
 
-// Throws UsageError where there is no subject and the axes do not give one.
+// Without a subject, where the axes do not give one either, what is measured about it is none. Throws
+// UsageError when it is asked for a cap all the same.
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options);
 
 nlohmann::json ToJson(const LightFieldReport& report);

@@ -99,14 +99,13 @@ int RunPlan(const PlanArgs& args) {
   }
   fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", SphereImagePx(setup),
              args.coverage_width_px);
-  fmt::print("one view covers  {:.2f} degrees around it, within {:g} px\n", disc_radius_deg,
-             args.threshold_px);
+  fmt::print("one view covers  {:.2f}° around it, within {:g} px\n", disc_radius_deg, args.threshold_px);
   fmt::print("distances        from {} to {} times the recorded one\n",
              near ? fmt::format("{:.3f}", *near) : "0", far ? fmt::format("{:.3f}", *far) : "any number of");
   fmt::print("views            {} for {} degrees\n", InWords(*prediction->views), args.cap);
   if (bound_px)
-    fmt::print("bound            {:.2f} px at {:g} degrees and {:g} times the distance\n", *bound_px,
-               *args.angle_deg, *args.distance_ratio);
+    fmt::print("bound            {:.2f} px at {:g}° and {:g} × the distance\n", *bound_px, *args.angle_deg,
+               *args.distance_ratio);
   return kOk;
 }
 

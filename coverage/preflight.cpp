@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "acquisition/counted.h"
+
 namespace ulf {
 namespace {
 
@@ -21,11 +23,11 @@ PreflightItem Disk(const PreflightInput& input) {
   if (!input.prediction || !input.prediction->views)
     return {"disk",
             {},
-            fmt::format("{:.1f} GB left, room for {:.0f} views or more", left_gb,
-                        view_gb > 0 ? std::floor(left_gb / view_gb) : 0)};
+            fmt::format("{:.1f} GB free, room for at least {}", left_gb,
+                        Counted(view_gb > 0 ? std::lround(std::floor(left_gb / view_gb)) : 0, "view"))};
   const double needed_gb = input.prediction->views->most * view_gb;
   return {"disk", needed_gb <= left_gb,
-          fmt::format("{:.1f} GB left, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
+          fmt::format("{:.1f} GB free, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
                       needed_gb, needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
 }
 
@@ -53,12 +55,13 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     return items;
   }
   if (!input.pose_error_px) {
-    items.push_back({"tracking", true, "poses are given"});
+    items.push_back(
+        {"tracking", true, input.without_subject ? "the camera's place is known" : "poses are given"});
     return items;
   }
   const bool healthy = *input.pose_error_px <= input.most_pose_error_px;
   items.push_back({"tracking", healthy,
-                   fmt::format("the pose's error moves the subject by {:.2g} px, {:g} px at most will do{}",
+                   fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px){}",
                                *input.pose_error_px, input.most_pose_error_px,
                                healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;

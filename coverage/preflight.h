@@ -24,7 +24,8 @@ struct PreflightInput {
   HeldAutomatics held;
   std::optional<CapturePrediction> prediction;
   std::optional<Cap> cap = std::nullopt;  // none: the operator ends the capture
-  std::uint64_t bytes_per_view = 0;       // at most
+  bool without_subject = false;
+  std::uint64_t bytes_per_view = 0;  // at most
   std::optional<std::uint64_t> disk_left_bytes;
   bool has_pose = true;  // of the present frame
   // Of a view taken now (view_decision.h); none: the pose is given.

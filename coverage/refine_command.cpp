@@ -114,7 +114,7 @@ std::string ToText(const CoverageChange& change) {
       fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after", 100 * change.before,
                   change.cap.Degrees().x(), change.cap.Degrees().y(), 100 * change.after);
   if (change.after < change.before - 0.0005)
-    text += ": some fell open again; ulf info lists the holes, ulf capture --resume fills them";
+    text += ": refining reopened some of it; ulf info lists the holes, ulf capture --resume fills them";
   return text + "\n";
 }
 
@@ -209,11 +209,11 @@ std::string Describe(const LensEstimate& fit) {
 void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
                const RefineArgs& args, const Cost& cost) {
   const PointStatistics points = StatisticsOf(result.points);
-  fmt::print("{}: {} of {} registered by {}, seen {} times\n", dir, result.registered,
+  fmt::print("{}: {} of {} registered by {}, seen {}\n", dir, result.registered,
              Counted(before.views.size(), "view"), Counted(result.adjusted_points, "point"),
-             result.adjusted_observations);
-  fmt::print("points: {}, seen {} times, {:.3f} px off (mean)\n", points.points, points.observations,
-             points.mean_error_px);
+             Counted(result.adjusted_observations, "time"));
+  fmt::print("points: {}, seen {}, {:.3f} px off (mean)\n", points.points,
+             Counted(points.observations, "time"), points.mean_error_px);
   fmt::print(
       "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
       result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);

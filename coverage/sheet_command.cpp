@@ -10,6 +10,7 @@
 
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
 #include "coverage/contact_sheet.h"
@@ -28,6 +29,7 @@ struct SheetArgs {
   std::string dir;
   std::string live;
   std::string cap;
+  std::string subject;
   std::string out = "contact_sheet.png";
 };
 
@@ -46,8 +48,9 @@ CoverageMap MapOf(const LightField& light_field, const Subject& subject, const s
 }
 
 // Over the best geometry that it brings itself.
-std::shared_ptr<const RenderScene> SceneOf(const LightField& light_field) {
-  const auto scene = LoadScene(light_field, {});
+std::shared_ptr<const RenderScene> SceneOf(const LightField& light_field,
+                                           const std::optional<Subject>& subject) {
+  const auto scene = LoadScene(light_field, {.subject = subject});
   const std::vector<std::string> own = ProxiesOfItsOwn(light_field.root);
   if (own.empty()) return scene;
   return WithProxy(*scene, ProxyFromName(own.back(), scene->subject, light_field.root));
@@ -128,7 +131,8 @@ int RunSheet(const SheetArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   ReportOptions asked;
   if (!args.cap.empty()) asked.cap = Cap::ParseDegrees(args.cap);
-  const auto scene = SceneOf(light_field);
+  if (!args.subject.empty()) asked.subject = ParseSubject(args.subject);
+  const auto scene = SceneOf(light_field, asked.subject);
   const LightFieldReport report = Describe(light_field, asked);
   const CoverageMap map = MapOf(light_field, scene->subject, report.cap);
 
@@ -153,6 +157,7 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--live", args->live, "Picture that 'ulf capture --overlay' left, as a first panel");
   command->add_option("--cap", args->cap,
                       "Cap to look at, degrees: 60x40 (else the one that the capture was to cover)");
+  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
   command->add_option("-o,--output", args->out, "Picture to write")->capture_default_str();
   command->footer("Example: ulf sheet light_field --cap 60x40 -o contact_sheet.png");
   command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });

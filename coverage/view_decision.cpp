@@ -21,15 +21,15 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"outside_rectangle", "subject outside the safety rectangle"},
     {"behind", "subject behind the camera"},
     {"inside_sphere", "camera inside the subject"},
-    {"tracking", "looking for the camera's position"},
+    {"tracking", "position or subject not known yet"},
     {"blur", "blurred"},
     {"exposure", "badly exposed"},
-    {"unsettled", "exposure still settling"},
+    {"unsettled", "exposure still changing"},
     {"speed", "too fast"},
-    {"spool", "waiting for a slow disk"},
-    {"disk", "the disk is full"},
-    {"still", "a photograph is being taken"},
-    {"paused", "recording is paused"},
+    {"spool", "disk too slow"},
+    {"disk", "disk full"},
+    {"still", "photograph being taken"},
+    {"paused", "recording paused"},
 }};
 
 bool IsWellExposed(const SubjectLight& light, const DecisionLimits& limits) {
@@ -40,6 +40,17 @@ double MotionBlurPx(const FrameToDecide& input) {
   if (input.frame_period_s <= 0 || input.frame.exposure_s <= 0) return 0;
   const double scale = static_cast<double>(input.coverage_width_px) / input.camera.width;
   return input.track.speed_px * scale * input.frame.exposure_s / input.frame_period_s;
+}
+
+// What is wrong with the picture of a place that is wanted; kRecorded: nothing.
+Reason OfThePicture(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
+                    const DecisionLimits& limits) {
+  const auto light = LightInside(input.frame.image, outline);
+  if (light && !IsWellExposed(*light, limits)) return Reason::kExposure;
+  if (!input.exposure_settled) return Reason::kUnsettled;
+  if (MotionBlurPx(input) > limits.max_motion_blur_px) return Reason::kSpeed;
+  if (input.track.sharpness < limits.min_sharpness) return Reason::kBlur;
+  return Reason::kRecorded;
 }
 
 }  // namespace
@@ -80,12 +91,17 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
   if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};
 
-  const auto light = LightInside(input.frame.image, *outline);
-  if (light && !IsWellExposed(*light, limits)) return {Reason::kExposure, bound_px};
-  if (!input.exposure_settled) return {Reason::kUnsettled, bound_px};
-  if (MotionBlurPx(input) > limits.max_motion_blur_px) return {Reason::kSpeed, bound_px};
-  if (track.sharpness < limits.min_sharpness) return {Reason::kBlur, bound_px};
-  return {Reason::kRecorded, bound_px};
+  return {OfThePicture(input, *outline, limits), bound_px};
+}
+
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
+  constexpr double kSureEnough = 0.5;  // of the quality: an error of a hundredth of the distance
+  const Track& track = input.track;
+  if (track.state != TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
+  if (track.center_sigma && track.quality < kSureEnough) return {};
+  if (shown_already) return {Reason::kCovered, {}};
+  const double width = input.camera.width, height = input.camera.height;
+  return {OfThePicture(input, {{0, 0}, {width, height}}, limits), {}};
 }
 
 }  // namespace ulf

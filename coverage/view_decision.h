@@ -82,4 +82,10 @@ struct FrameToDecide {
 // `map`: none while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
+// The same where there is no subject: whether recorded views show it already is told (posed_photographs.h),
+// the light is that of the whole picture, and a pose must be known to a hundredth of the distance of what is
+// seen.
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
+                              const DecisionLimits& limits = {});
+
 }  // namespace ulf

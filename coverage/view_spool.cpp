@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "coverage/kept_photographs.h"
 
@@ -41,9 +42,7 @@ std::uint64_t BytesInMemory(const Frame& frame) {
 
 std::size_t Processors() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 4); }
 
-std::string Megabytes(std::uint64_t bytes) {
-  return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
-}
+double Megabytes(std::uint64_t bytes) { return 1e-6 * static_cast<double>(bytes); }
 
 }  // namespace
 
@@ -303,11 +302,11 @@ std::optional<SpoolPause> ViewSpool::Pause() {
   if (failure_) return std::nullopt;
   const std::uint64_t free = FreeBytes(root_), needed = NeededBytes(views_waiting_ + 1);
   if (no_room_ || free < needed)
-    return SpoolPause{true,
-                      fmt::format("the disk is full: {} left, {} needed; free some space on the disk of {}",
-                                  Megabytes(free), Megabytes(std::max(needed, free + 1)), root_.string())};
+    return SpoolPause{
+        true, fmt::format("disk full ({:.1f} MB free, {:.1f} needed); free some space on the disk of {}",
+                          Megabytes(free), Megabytes(std::max(needed, free + 1)), root_.string())};
   if (behind_)
-    return SpoolPause{false, fmt::format("the disk is slow: {} views wait to be written", views_waiting_)};
+    return SpoolPause{false, fmt::format("disk slow ({} to be written)", Counted(views_waiting_, "view"))};
   return std::nullopt;
 }
 
@@ -392,12 +391,11 @@ LightFieldWriter ViewSpool::Finish() {
   if (!threaded_) WriteHere(false);
   if (pictures_not_made_ > 0)
     spdlog::warn(
-        "{} photographs of images/ could not be made; they are made from masters/ when the light field "
-        "is next opened",
-        pictures_not_made_);
+        "{} of images/ could not be made now: made from masters/ when the light field is next opened",
+        Counted(pictures_not_made_, "photograph"));
   if (!failure_ && !pictures_.empty())
-    spdlog::warn("{} photographs of images/ had no room; they are made from masters/ when there is",
-                 pictures_.size());
+    spdlog::warn("{} of images/ had no room: made from masters/ when there is",
+                 Counted(pictures_.size(), "photograph"));
   return std::move(writer_);
 }
 

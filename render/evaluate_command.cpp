@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/gnuplot.h"
 #include "render/evaluate.h"
@@ -73,8 +74,8 @@ std::string NameOfFolder(const std::string& dir) {
 }
 
 void PrintTable(const EvaluateSummary& summary) {
-  fmt::print("{} views, {} left out, {}x{}, {}\n{}\n\n", summary.views, summary.held_out, summary.width,
-             summary.height, summary.renderer, summary.viewpoints);
+  fmt::print("{}, {} left out, {}x{}, {}\n{}\n\n", Counted(summary.views, "view"), summary.held_out,
+             summary.width, summary.height, summary.renderer, summary.viewpoints);
   std::size_t proxy_width = 6;
   for (const FieldScore& result : summary.results) proxy_width = std::max(proxy_width, result.proxy.size());
   fmt::print("{:<22} {:<{}} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",

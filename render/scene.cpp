@@ -14,12 +14,16 @@
 namespace ulf {
 namespace {
 
-// Exposure times gain (over f-number squared), the median view's being 1; all 1 where some view does not say.
+// Exposure times gain (over f-number squared), the median view's being 1. Where no view tells its exposure
+// its gain is what a capture made of neighbouring photographs (coverage/exposure_match), 1 in others; all 1
+// where only some tell.
 std::vector<float> ExposureScales(const LightField& light_field) {
   std::vector<double> exposures;
+  const bool told = std::any_of(light_field.views.begin(), light_field.views.end(),
+                                [](const View& view) { return view.exposure_s > 0; });
   for (const View& view : light_field.views) {
     const double aperture = view.f_number ? 1 / (*view.f_number * *view.f_number) : 1.0;
-    exposures.push_back(view.exposure_s * view.gain * aperture);
+    exposures.push_back(told ? view.exposure_s * view.gain * aperture : view.gain);
   }
   std::vector<float> scales(exposures.size(), 1.0f);
   if (exposures.empty() || *std::min_element(exposures.begin(), exposures.end()) <= 0) return scales;

@@ -8,6 +8,7 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/command_line.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
@@ -77,8 +78,9 @@ nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, 
 }
 
 void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
-  fmt::print("{} views, {} pictures of {}x{} along {}, against {}, {}\n\n", summary.views, summary.frames,
-             summary.width, summary.height, args.path, truth, summary.renderer);
+  fmt::print("{}, {} of {}x{} along {}, against {}, {}\n\n", Counted(summary.views, "view"),
+             Counted(summary.frames, "picture"), summary.width, summary.height, args.path, truth,
+             summary.renderer);
   fmt::print("{:<22} {:<12} {:>6}  {:>9} {:>9}  {:>7}  {:>8}\n", "field", "proxy", "level", "temporal",
              "disc", "PSNR", "ms");
   for (const TemporalScore& score : summary.results)

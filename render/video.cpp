@@ -13,6 +13,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "render/picture_files.h"
 
@@ -74,10 +75,9 @@ class Video : public PictureSink {
         throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
       Close();
       throw DiskFullError(
-          "{}: the disk is nearly full: the video ends after {} pictures; free some space and render the "
-          "rest "
+          "{}: the disk is nearly full: the video ends after {}; free some space and render the rest "
           "with --frames {}:",
-          path_.string(), written, written);
+          path_.string(), Counted(written, "picture"), written);
     }
     writer_.write(srgb8(cv::Rect({0, 0}, even)));
     ++count_;

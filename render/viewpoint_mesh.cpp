@@ -331,11 +331,12 @@ std::string ViewpointMesh::Description() const {
       return Counted(views, "view") + " that span no surface (a row, a ring, or too few): lumigraph weights" +
              InGroups(groups);
     default:
-      return fmt::format("{} viewpoints, {} triangles, {} on the rim, {:.2f} deg apart{}{}", vertices.size(),
-                         triangles.size(), boundary_vertices, mean_edge_rad * 180 / M_PI,
-                         smoothing_rounds == 0 ? std::string()
-                                               : fmt::format(", {} rounds of smoothing{}", smoothing_rounds,
-                                                             folds_remain ? " and still folding" : ""),
+      return fmt::format("{}, {}, {} on the rim, {:.2f} deg apart{}{}", Counted(vertices.size(), "viewpoint"),
+                         Counted(triangles.size(), "triangle"), boundary_vertices, mean_edge_rad * 180 / M_PI,
+                         smoothing_rounds == 0
+                             ? std::string()
+                             : fmt::format(", {} of smoothing{}", Counted(smoothing_rounds, "round"),
+                                           folds_remain ? " and still folding" : ""),
                          InGroups(groups));
   }
 }

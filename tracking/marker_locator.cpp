@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/calibration/board_detector.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "tracking/pose_error.h"
 
@@ -128,8 +129,8 @@ int MarkerLocator::KnownMarkers() const { return spec_.kind == MarkerSpec::Kind:
 
 std::string MarkerLocator::WorldInWords() const {
   if (spec_.kind != MarkerSpec::Kind::kSeveral || map_.First() < 0) return {};
-  return fmt::format("the world is the frame of marker {} (marker:{:g}:{}:{}), {} markers learnt",
-                     map_.First(), 1000 * spec_.side_m, spec_.dictionary, map_.First(), map_.Size());
+  return fmt::format("the world is the frame of marker {} (marker:{:g}:{}:{}), {} learnt", map_.First(),
+                     1000 * spec_.side_m, spec_.dictionary, map_.First(), Counted(map_.Size(), "marker"));
 }
 
 MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {

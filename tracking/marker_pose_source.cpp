@@ -1,5 +1,6 @@
 #include <spdlog/spdlog.h>
 
+#include "acquisition/counted.h"
 #include "tracking/marker_locator.h"
 #include "tracking/pose_source.h"
 #include "tracking/thread_clock.h"
@@ -46,9 +47,8 @@ class MarkerSource : public PoseSource {
   void Finish() override {
     if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
     if (locator_.AmbiguousFrames() > 0)
-      spdlog::info(
-          "markers: {} frames without a pose because two were equally likely; larger or more markers help",
-          locator_.AmbiguousFrames());
+      spdlog::info("markers: {} without a pose because two were equally likely; larger or more markers help",
+                   ulf::Counted(locator_.AmbiguousFrames(), "frame"));
   }
 
  private:

@@ -111,11 +111,12 @@ class StreamSource : public OutsidePoses {
       spdlog::warn("tcp:{}: nobody connected to send poses", stream_->Port());
     else if (counts.found == 0)
       spdlog::warn(
-          "tcp:{}: {} poses came, none at a frame's time; say whose clock they are of (clock=host or device)",
+          "tcp:{}: of the poses that came ({}) none was at a frame's time; say whose clock they are of "
+          "(clock=host or device)",
           stream_->Port(), counts.poses);
     if (counts.malformed > 0)
-      spdlog::warn("tcp:{}: {} lines could not be read; the first: {}", stream_->Port(), counts.malformed,
-                   counts.first_malformed);
+      spdlog::warn("tcp:{}: lines that could not be read: {}; the first: {}", stream_->Port(),
+                   counts.malformed, counts.first_malformed);
   }
   Counted Counts() const override {
     const auto counts = stream_->Statistics();

@@ -145,7 +145,7 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
   if (!poses)
     throw Error("{}: no frame came; {}", args.uri,
                 lost ? "the device was lost" : "check that it delivers images");
-  if (lost) spdlog::warn("{}: the device was lost after {} frames", args.uri, run.frames.size());
+  if (lost) spdlog::warn("{}: the device was lost after {}", args.uri, Counted(run.frames.size(), "frame"));
   try {
     poses->Finish();
   } catch (const std::exception& error) {

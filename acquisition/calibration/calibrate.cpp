@@ -1,4 +1,5 @@
 #include "acquisition/calibration/calibrate.h"
+#include "acquisition/counted.h"
 
 #include <fmt/format.h>
 
@@ -153,10 +154,8 @@ std::string SeenTooRarely(const CalibrationResult& result, std::size_t given, st
         "the board stands at the same place in most of the {} images: {} different views, at least {} are "
         "needed; move and tilt it between images",
         given, distinct, kLeastViews);
-  return fmt::format(
-      "only {} different views of the board ({} images), at least {} are needed; move and tilt "
-      "it between images",
-      distinct, given, kLeastViews);
+  return fmt::format("only {} of the board ({}), at least {} are needed; move and tilt it between images",
+                     Counted(distinct, "different view"), Counted(given, "image"), kLeastViews);
 }
 
 std::string Undetermined(const CalibrationResult& result) {
@@ -199,7 +198,8 @@ void Judge(CalibrationResult& result) {
         "lens has it: do not use this calibration unless the images were cropped; take more views, "
         "with the board in all parts of the image and tilted to all sides",
         off.norm(), 100 * off.norm() / camera.width));
-  if (result.views.size() < 10) warn(fmt::format("only {} views: take 15 or more", result.views.size()));
+  if (result.views.size() < 10)
+    warn(fmt::format("only {}: take 15 or more", Counted(result.views.size(), "view")));
   if (coverage.CellShare() < 0.7)
     warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
                      100 * coverage.CellShare()));
@@ -228,7 +228,7 @@ void Judge(CalibrationResult& result) {
                     result.rms_px));
   const std::size_t all = result.corners + result.outliers;
   if (result.outliers > all / 10)
-    warn(fmt::format("{} of {} corners did not fit and were left out", result.outliers, all));
+    warn(fmt::format("corners that did not fit and were left out: {} of {}", result.outliers, all));
   if (result.choice.table[result.choice.chosen].folds_inside_image)
     warn("the distortion cannot be inverted in part of the image");
   if (!result.choice.table[result.choice.chosen].explains)

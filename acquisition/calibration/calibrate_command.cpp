@@ -13,6 +13,7 @@
 #include "acquisition/calibration/calibration_report.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/sensor_window.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/output_path.h"
 #include "acquisition/stop_signal.h"
@@ -258,7 +259,7 @@ int RunFlatField(const CalibrateArgs& args) {
   file.modes[args.mode] = mode;
   WriteCalibrationFile(output, file);
   if (!args.json)
-    fmt::print("{}\n{}: flat field written from {} frames, mode {}\n", text, output, result.frames,
+    fmt::print("{}\n{}: flat field written from {}, mode {}\n", text, output, Counted(result.frames, "frame"),
                args.mode);
   return kOk;
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/host_time.h"
 #include "acquisition/name_order.h"
@@ -133,7 +134,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
           pending.last = Clock::now();
         }
       }
-      options.show({guide->Share(), fmt::format("{} views, {}; seen {}; {}", guide->views().size(),
+      options.show({guide->Share(), fmt::format("{}, {}; seen {}; {}", Counted(guide->views().size(), "view"),
                                                 Name(verdict), guide->Map(), guide->NextMove())});
     }
     if (guide && guide->Enough() && pending.count == 0) break;
@@ -172,7 +173,7 @@ std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCap
       throw Error("{}: a photograph did not come within {:g} s; look at the camera, and set it to JPEG",
                   device.Info().uri, options.still_timeout_s);
     auto frame = NextComplete(device);
-    options.show({static_cast<double>(frames.size()) / count, fmt::format("{} frames", frames.size())});
+    options.show({static_cast<double>(frames.size()) / count, Counted(frames.size(), "frame")});
     if (!frame || frame->kind != wanted) continue;
     pending.count = 0;
     frames.push_back(std::move(*frame));

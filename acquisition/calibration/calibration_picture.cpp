@@ -1,4 +1,5 @@
 #include "acquisition/calibration/calibration_picture.h"
+#include "acquisition/counted.h"
 
 #include <algorithm>
 #include <cmath>
@@ -203,8 +204,8 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
                                                : "lines: distortion in pixels; cross: principal point",
         {kMargin, kMargin + 14 + kTextLine});
   Write(canvas,
-        fmt::format("{} corners of {} views; {:.0f} % of the cells hold one", result.corners,
-                    result.views.size(), 100 * result.coverage.CellShare()),
+        fmt::format("{} of {}; {:.0f} % of the cells hold one", Counted(result.corners, "corner"),
+                    Counted(result.views.size(), "view"), 100 * result.coverage.CellShare()),
         {2 * kMargin + width, kMargin + 14});
   Write(canvas,
         fmt::format("tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} degrees away",
@@ -259,7 +260,7 @@ cv::Mat DrawFlatField(const FlatFieldResult& result) {
     cv::polylines(canvas, curve, false, colors[c], 7 - 3 * static_cast<int>(c), cv::LINE_AA);
   }
   cv::rectangle(canvas, plot, kFrame, 1);
-  Write(canvas, fmt::format("light relative to the middle, {} frames", result.frames),
+  Write(canvas, fmt::format("light relative to the middle, {}", Counted(result.frames, "frame")),
         {kMargin, kMargin + 14});
   Write(canvas, "model: " + result.model, {kMargin, kMargin + 14 + kTextLine});
   Write(canvas,

@@ -1,4 +1,5 @@
 #include "acquisition/calibration/calibration_report.h"
+#include "acquisition/counted.h"
 
 #include <fmt/format.h>
 
@@ -97,9 +98,9 @@ std::string ReportText(const CalibrationResult& result, const std::optional<Came
       fmt::format_to(out, "{:<17}{:.6f} +- {:.6f}\n", names[i], camera.coefficients[i], result.sigma[4 + i]);
   fmt::format_to(out, "error            {:.3f} px RMS, {:.3f} px on views left out, worst view {:.3f} px\n",
                  result.rms_px, chosen.LeftOutRmsPx(), WorstPx(result));
-  fmt::format_to(out, "used             {} corners of {} views; left out {} corners and {} views\n",
-                 result.corners, result.views.size(), result.outliers,
-                 result.reports.size() - result.views.size());
+  fmt::format_to(out, "used             {} of {}; left out {} and {}\n", Counted(result.corners, "corner"),
+                 Counted(result.views.size(), "view"), Counted(result.outliers, "corner"),
+                 Counted(result.reports.size() - result.views.size(), "view"));
   const BoardCoverage& coverage = result.coverage;
   fmt::format_to(
       out,

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/host_time.h"
 #include "acquisition/number_checks.h"
@@ -62,10 +63,9 @@ std::vector<GigeServerOptions> CamerasOf(const SimulateArgs& args) {
 }
 
 std::string Describe(const GigeRelayStatistics& link) {
-  return fmt::format(
-      "; link: {} packets, {} lost, {} doubled, {} swapped, {} asked again in {} requests, {} late frames",
-      link.packets, link.lost, link.doubled, link.swapped, link.resent, link.resend_requests,
-      link.late_frames);
+  return fmt::format("; link: {}, {} lost, {} doubled, {} swapped, {} asked again in {}, {}",
+                     Counted(link.packets, "packet"), link.lost, link.doubled, link.swapped, link.resent,
+                     Counted(link.resend_requests, "request"), Counted(link.late_frames, "late frame"));
 }
 
 int RunSimulate(const SimulateArgs& args) {
@@ -96,10 +96,10 @@ int RunSimulate(const SimulateArgs& args) {
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const GigeServerStatistics statistics = servers[i]->Statistics();
-    fmt::print("{}served {} frames ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
-               cameras.size() == 1 ? "" : cameras[i].serial + ": ", statistics.served, statistics.late,
-               elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
-               statistics.refused == 0 ? "" : fmt::format("; {} requests refused", statistics.refused),
+    fmt::print("{}served {} ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
+               cameras.size() == 1 ? "" : cameras[i].serial + ": ", Counted(statistics.served, "frame"),
+               statistics.late, elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
+               statistics.refused == 0 ? "" : fmt::format("; {} refused", Counted(statistics.refused, "request")),
                servers[i]->relay() ? Describe(servers[i]->relay()->Statistics()) : "");
   }
   return kOk;

@@ -304,14 +304,18 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
 Instruction InstructionFor(const CaptureState& state) {
   constexpr double kFarOff = 1.05, kRowFarOff = 1.2, kRowNarrow = 0.5;
   if (state.ended) return LastWords(*state.ended);
-  if (!state.waiting_for.empty() && !state.device_problem.empty()) return {state.device_problem, true};
+  if (!state.why_waiting.empty() && !state.device_problem.empty()) return {state.device_problem, true};
   if (!state.cam_from_world) {
     if (!state.tracking_words.empty()) return {state.tracking_words, true};
     return {state.tracking == TrackState::kLost ? "go back to where the camera was before"
                                                 : "move the camera sideways",
             true};
   }
-  if (!state.subject) return {"centre the subject in the picture", true};
+  if (!state.subject && !state.without_subject)
+    return state.finding_subject
+               ? Instruction{"hold the subject in the middle: its distance is being found", false}
+               : Instruction{"too few points in the middle to find the subject: centre it, or go nearer",
+                             true};
   if (state.subject_moved) return {"the subject has moved: put it back, or place it anew (S)", true};
   switch (state.decision.reason) {
     case Reason::kOutsideRectangle:
@@ -332,7 +336,7 @@ Instruction InstructionFor(const CaptureState& state) {
     case Reason::kExposure:
       return {"the subject is too bright or too dark: set the exposure", true};
     case Reason::kUnsettled:
-      return {"the exposure is still settling: wait, or lock it", true};
+      return {"the exposure is still changing: wait, or lock it", true};
     case Reason::kSpool:
       return {"the disk is behind: wait", true};
     case Reason::kDisk:
@@ -342,6 +346,7 @@ Instruction InstructionFor(const CaptureState& state) {
     default:
       break;
   }
+  if (!state.subject) return {"walk on", false};
   const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
   const double wanted = state.guidance.distance;
   if (wanted > 0 && now > kFarOff * wanted) return {"come " + Percent(wanted / now) + " nearer", false};

@@ -20,8 +20,12 @@ std::string Bytes(std::uint64_t bytes) {
 }
 
 std::string Duration(double seconds) {
-  if (seconds < 90) return fmt::format("about {:.0f} s left", std::max(5.0, 5 * std::ceil(seconds / 5)));
-  return fmt::format("about {:.0f} min left", std::ceil(seconds / 60));
+  constexpr double kMinute = 60, kHour = 3600, kNobodyKnows = 10;  // hours
+  if (seconds < 1.5 * kMinute)
+    return fmt::format("about {:.0f} s left", std::max(5.0, 5 * std::ceil(seconds / 5)));
+  if (seconds < 1.5 * kHour) return fmt::format("about {:.0f} min left", std::ceil(seconds / kMinute));
+  const double hours = std::ceil(seconds / kHour);
+  return hours > kNobodyKnows ? "more than 10 h left" : fmt::format("about {:.0f} h left", hours);
 }
 
 }  // namespace
@@ -30,7 +34,7 @@ std::vector<StatusItem> StatusLine(const CaptureState& state) {
   std::vector<StatusItem> items;
   if (state.frames_per_s) items.push_back({fmt::format("{:.0f} frames/s", *state.frames_per_s)});
   items.push_back({fmt::format("{} dropped", state.dropped), state.dropped > 0 ? ink::kCareful : ink::kText});
-  items.push_back({fmt::format("{} points", state.points.size())});
+  items.push_back({Counted(state.points.size(), "point")});
   std::string views = Counted(state.view_ids.size(), "view");
   if (state.views_expected) views += fmt::format(" of about {:.0f}", *state.views_expected);
   items.push_back({views});
@@ -43,12 +47,12 @@ std::vector<StatusItem> StatusLine(const CaptureState& state) {
   if (state.exposure_locked)
     items.push_back({*state.exposure_locked ? "exposure locked" : "exposure not locked",
                      *state.exposure_locked ? ink::kText : ink::kCareful});
-  if (!state.reopened.empty()) items.push_back({"some fell open again", ink::kCareful});
+  if (!state.reopened.empty()) items.push_back({"some reopened", ink::kCareful});
   if (!state.recording) items.push_back({"paused", ink::kCareful});
   if (!state.device_problem.empty())  // what is waited for says it once more
     items.push_back({state.device_problem, ink::kBad});
-  else if (!state.waiting_for.empty())
-    items.push_back({"waiting for " + state.waiting_for, ink::kBad});
+  else if (!state.why_waiting.empty())
+    items.push_back({state.why_waiting, ink::kBad});
   return items;
 }
 
@@ -56,7 +60,7 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
   std::vector<LegendMark> marks{{palette.camera, "the camera now"}};
   if (state.guidance.toward) marks.push_back({palette.guide, "where to go next"});
   if (!state.guidance.left_open.empty()) marks.push_back({palette.guide, "dots: you pass these by"});
-  if (!state.reopened.empty()) marks.push_back({palette.reopened, "fell open again"});
+  if (!state.reopened.empty()) marks.push_back({palette.reopened, "reopened"});
   return marks;
 }
 

@@ -309,7 +309,7 @@ TEST(FrameRecording, NeverWaitsForTheDisk) {
         while (!disk.SomebodyWaits()) std::this_thread::sleep_for(1ms);
     }
     EXPECT_FALSE(disk.GaveUp());
-    EXPECT_THAT(recorder.Pause().value_or(""), HasSubstr("disk is slow"));
+    EXPECT_THAT(recorder.Pause().value_or(""), HasSubstr("disk slow"));
   }
   // The one that is being written counts among those that wait.
   EXPECT_EQ(taken, kMayWait);

@@ -56,10 +56,32 @@ TEST(CaptureReport, OneIsSingular) {
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;
   EXPECT_THAT(ToText(summary, 1),
               AllOf(HasSubstr("1 frame delivered"), HasSubstr("reconnected 1 time\n"),
-                    HasSubstr("waited 1 time,"), HasSubstr("this session   1 frame, 1 tracked")));
+                    HasSubstr("paused 1 time,"), HasSubstr("this session   1 frame, 1 tracked")));
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 2;
   EXPECT_THAT(ToText(summary, 1), AllOf(HasSubstr("2 frames delivered"), HasSubstr("reconnected 2 times\n"),
-                                        HasSubstr("waited 2 times,"), HasSubstr("this session   2 frames,")));
+                                        HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
+}
+
+TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
+  EXPECT_THAT(ToText(CaptureSummary{}, 0), HasSubstr("0 dropped (processing too slow), 0 missing"));
+}
+
+TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
+  CaptureSummary walk = With(Reason::kOutsideRectangle, 174);
+  walk.frames = 300, walk.recorded = 7, walk.subject_was_found = true;
+  EXPECT_THAT(WhyFewRecorded(walk), AllOf(HasSubstr("only 7 of 300 frames recorded: for 174"),
+                                          HasSubstr("safety rectangle"), HasSubstr("placed by itself"),
+                                          HasSubstr("--subject x,y,z,radius"), HasSubstr("--no-subject")));
+  walk.subject_was_found = false;
+  EXPECT_THAT(WhyFewRecorded(walk), Not(HasSubstr("by itself")));
+  CaptureSummary dark = With(Reason::kExposure, 200);
+  dark.frames = 300, dark.recorded = 7;
+  EXPECT_THAT(WhyFewRecorded(dark), AllOf(HasSubstr("ulf features"), Not(HasSubstr("--no-subject"))));
+  CaptureSummary good = With(Reason::kCovered, 290);
+  good.frames = 300, good.recorded = 10;
+  EXPECT_EQ(WhyFewRecorded(good), "");
+  walk.stopped_because = StoppedBecause::kCovered;
+  EXPECT_EQ(WhyFewRecorded(walk), "") << "all that was wanted is there";
 }
 
 TEST(CaptureReport, TransportCountersFitTheTerminal) {

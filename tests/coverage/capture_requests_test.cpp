@@ -87,7 +87,7 @@ TEST(CaptureRequests, ViewsThatAreTakenBackGoToUnposedAndTheirPlacesAreOpen) {
       EXPECT_EQ(cv::norm(ReadViewImage(captured.light_field, view).pixels, expected, cv::NORM_INF), 0)
           << view.id;
     }
-    EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("2 views (3, 4)"), HasSubstr("fell open"))));
+    EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("2 views (3, 4)"), HasSubstr("this reopened"))));
     EXPECT_THAT(asked.said, Contains(HasSubstr("there is no view 77")));
 
     ASSERT_EQ(asked.states.size(), 6u);
@@ -322,17 +322,17 @@ TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
     return Eigen::Vector3d{std::sin(right) * std::cos(up), -std::sin(up), -std::cos(right) * std::cos(up)};
   };
   state.guidance.toward = toward(10, 0);
-  EXPECT_EQ(WayInWords(state), "10 degrees right");
+  EXPECT_EQ(WayInWords(state), "10° right");
   state.guidance.toward = toward(0, 7);
   state.guidance.distance = 1.8;
-  EXPECT_EQ(WayInWords(state), "7 degrees up, 10 % nearer");
+  EXPECT_EQ(WayInWords(state), "7° up, 10 % nearer");
   // Held upside down.
   state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, 1, 0});
   state.guidance.distance = 2.5;
-  EXPECT_EQ(WayInWords(state), "7 degrees down, 25 % back");
+  EXPECT_EQ(WayInWords(state), "7° down, 25 % back");
   state.guidance = {};
   state.guidance.toward = toward(-120, 0);
-  EXPECT_EQ(WayInWords(state), "120 degrees right") << "round the subject";
+  EXPECT_EQ(WayInWords(state), "120° right") << "round the subject";
   state.guidance.toward = toward(0.3, 0.3);
   EXPECT_EQ(WayInWords(state), "");
 }
@@ -424,7 +424,7 @@ TEST(CaptureStateTest, ViewsExpectedComeFromTheEstimateAndThenFromWhatIsOpen) {
               static_cast<double>(last.view_ids.size()) +
                   std::max(0.0, 1 - *last.covered / options.until_share) * estimate,
               1);
-  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px, "), HasSubstr("keep"))));
+  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px within the cap"), HasSubstr("; stay"))));
 }
 
 }  // namespace

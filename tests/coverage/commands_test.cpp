@@ -205,7 +205,7 @@ TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   const ScratchFolder scratch;
   const CommandResult captured = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
                                         " --headless --quality fast --frames 500 --until-covered 60x40");
-  EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*degrees (right|left|down|up)"));
+  EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*° (right|left|down|up)"));
 }
 
 TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {

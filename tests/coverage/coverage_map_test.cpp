@@ -67,6 +67,21 @@ TEST(CoverageMap, SaysHowFineADiscItTellsApart) {
   }
 }
 
+TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
+  CapturePrediction prediction{.disc_radius = 0.1, .nearest = 0.67, .farthest = {}, .views = {}};
+  EXPECT_THAT(InWords(prediction, 12, false),
+              ::testing::HasSubstr("; stay at least 0.67 units from the subject's centre"));
+  EXPECT_THAT(InWords(prediction, 12, true),
+              ::testing::HasSubstr("; stay at least 0.67 m from the subject's centre"));
+  prediction.farthest = 1.2;
+  EXPECT_THAT(InWords(prediction, 12, true), ::testing::HasSubstr("stay 0.67 to 1.20 m from the subject's"));
+  prediction.views = ViewsEstimate{7, 5, 12};
+  EXPECT_THAT(
+      InWords(prediction, 12, true),
+      ::testing::HasSubstr("about 7 views (5 to 12) at 12 px within the cap, more for ways beyond it"));
+  EXPECT_EQ(InWords(ViewsEstimate{1, 1, 2}), "about 1 view (1 to 2)");
+}
+
 TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
   const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
   CapturePrediction prediction{.disc_radius = 1.01 * finest, .nearest = {}, .farthest = {}, .views = {}};

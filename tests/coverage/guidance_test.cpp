@@ -343,6 +343,18 @@ TEST(Guide, SaysTheSameTwice) {
   }
 }
 
+TEST(Guide, ASliverThatWasPaintedTellsNoTime) {
+  CoverageMap map = MapOf({ViewAt(0, 0)});
+  Guide guide;
+  guide.After(&map, ViewAt(0, 0), 0);
+  map.Add(ViewAt(0.15 * kRadius, 0));
+  const Guidance sliver = guide.After(&map, ViewAt(0.15 * kRadius, 0), 10);
+  EXPECT_TRUE(sliver.views_left);
+  EXPECT_FALSE(sliver.seconds_left);
+  map.Add(ViewAt(3 * kRadius, 0));
+  EXPECT_TRUE(guide.After(&map, ViewAt(3 * kRadius, 0), 12).seconds_left);
+}
+
 TEST(Guide, ExpectsTheTimeThatItThenTakes) {
   Obedient person{MapOf({})};
   while (person.map.CoveredShare() < 0.3 && person.Step()) continue;

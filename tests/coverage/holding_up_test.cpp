@@ -100,7 +100,7 @@ TEST(HoldingUp, ACaptureGoesOnWhenTheCableIsBack) {
     if (line.find("views at") == std::string::npos) said.push_back(line);  // what to expect, before the first
   };
   hooks.while_waiting = [&](const SharedCaptureState& now) {
-    if (!now->waiting_for.empty()) waited.push_back(now->waiting_for);
+    if (!now->why_waiting.empty()) waited.push_back(now->why_waiting);
   };
   hooks.after_frame = [&](const SharedCaptureState& now) { times_s.push_back(now->device_time_s); };
   const CaptureSummary summary = Capture(*device, PlanarDeviceOptions{}.camera, dir, Options(), hooks);
@@ -153,7 +153,7 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
     planar.camera = CameraModel::Pinhole(640, 480, 600);
     PlanarDevice device(Arc(60), planar);
     std::vector<std::string> said;
-    std::string waiting_for;
+    std::string why_waiting;
     std::size_t views_when_full = 0, views_before_room = 0;
     CaptureHooks hooks;
     hooks.say = [&](const std::string& line) {
@@ -163,7 +163,7 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
     hooks.after_frame = [&](const SharedCaptureState& now) {
       if (now->frames == 15) FillDisk(ballast), views_when_full = now->view_ids.size();
       if (now->frames == 40)
-        waiting_for = now->waiting_for, views_before_room = now->view_ids.size(), fs::remove(ballast);
+        why_waiting = now->why_waiting, views_before_room = now->view_ids.size(), fs::remove(ballast);
       std::this_thread::sleep_for(now->frames == 40 ? 1500ms
                                                     : 5ms);  // the disk is asked three times a second
     };
@@ -173,16 +173,18 @@ TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
     EXPECT_EQ(views_before_room, views_when_full) << "nothing is taken that has no room";
     EXPECT_EQ(summary.recorded, 15u + 20u);
     EXPECT_EQ(summary.reasons[static_cast<std::size_t>(Reason::kDisk)], 25u);
-    EXPECT_THAT(waiting_for, AllOf(HasSubstr("disk is full"), HasSubstr(dir.string())));
+    EXPECT_THAT(why_waiting, ::testing::ContainsRegex(
+                                 "^recording paused: disk full \\([0-9.]+ MB free, [0-9.]+ needed\\)"));
+    EXPECT_THAT(why_waiting, HasSubstr(dir.string()));
     EXPECT_EQ(summary.pauses, 1u);
     EXPECT_EQ(summary.unwritten, 0u);
     ASSERT_EQ(said.size(), 2u);
-    EXPECT_THAT(said[0], HasSubstr("recording waits"));
+    EXPECT_THAT(said[0], HasSubstr("recording paused"));
     EXPECT_EQ(ReadLightField(dir).views.size(), summary.recorded) << "what was taken is written";
     ExpectNothingHalfWritten(dir);
     const auto gaps = Gaps(dir);
     ASSERT_EQ(gaps.size(), 1u);
-    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk is full"));
+    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk full"));
     EXPECT_NEAR(gaps[0]["to_s"].get<double>() - gaps[0]["from_s"].get<double>(), 25.0 / 15, 0.2);
   }
 }
@@ -235,7 +237,7 @@ TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
       if (slow && now->frames < 40) return;
       if (slow && now->frames == 40) {
         views_while_slow = now->view_ids.size();
-        EXPECT_THAT(now->waiting_for, HasSubstr("disk is slow"));
+        EXPECT_THAT(now->why_waiting, HasSubstr("disk slow"));
         disk.reset();
       }
       WaitForViewsOnDisk(dir, now->view_ids.size());
@@ -257,9 +259,9 @@ TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
     EXPECT_GE(summary.recorded, views_while_slow + 15) << "it goes on when the disk has caught up";
     ASSERT_GE(summary.pauses, 1u);
     EXPECT_GE(summary.paused_s, 0.5);
-    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk is slow"));
+    EXPECT_THAT(gaps[0]["reason"].get<std::string>(), HasSubstr("disk slow"));
     ASSERT_GE(said.size(), 2u);
-    EXPECT_THAT(said[0], AllOf(HasSubstr("recording waits, tracking goes on"), HasSubstr("disk is slow")));
+    EXPECT_THAT(said[0], AllOf(HasSubstr("recording paused, tracking goes on"), HasSubstr("disk slow")));
     EXPECT_THAT(said[1], HasSubstr("recording goes on"));
   }
 }

@@ -81,7 +81,7 @@ TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
             5);
   // What is said next stands below it, and does not take its place.
   auto more = std::make_shared<CaptureState>(*speaking);
-  more->said.push_back("recording is paused, tracking goes on");
+  more->said.push_back("recording paused, tracking goes on");
   more->times_said = 2;
   const cv::Rect above(500, 824, 280, 14);
   const cv::Mat nothing = stage.Show(speaking)(above).clone();

@@ -373,6 +373,20 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_THAT(InstructionFor(*state).words, ::testing::StartsWith("paused"));
 }
 
+TEST(Overlay, ASubjectThatIsInTheMiddleIsNotToBeCentred) {
+  StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->subject.reset();
+  state->finding_subject = true;
+  EXPECT_EQ(InstructionFor(*state).words, "hold the subject in the middle: its distance is being found");
+  state->finding_subject = false;
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("too few points in the middle"));
+  state->without_subject = true;
+  EXPECT_EQ(InstructionFor(*state).words, "walk on");
+  state->decision.reason = Reason::kBlur;
+  EXPECT_EQ(InstructionFor(*state).words, "blurred: hold still");
+}
+
 TEST(Overlay, TheEndIsSaidBeforeAnythingElse) {
   StagedCapture stage;
   auto state = stage.Lost();

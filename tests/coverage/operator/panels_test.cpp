@@ -40,11 +40,11 @@ TEST(StatusLine, SaysEveryFigureOfTheSession) {
   state->exposure_locked = false;
   state->reopened = {Eigen::Vector3d::UnitX()};
   state->recording = false;
-  state->waiting_for = "the disk";
+  state->why_waiting = "recording paused: disk full (2.6 MB free, 3.0 needed)";
   EXPECT_THAT(Words(StatusLine(*state)),
               ElementsAre("29 frames/s", "7 dropped", "412 points", "3 views of about 180", "43.2 % covered",
-                          "about 65 s left", "1.6 GB left", "exposure not locked", "some fell open again",
-                          "paused", "waiting for the disk"));
+                          "about 65 s left", "1.6 GB left", "exposure not locked", "some reopened", "paused",
+                          "recording paused: disk full (2.6 MB free, 3.0 needed)"));
 }
 
 TEST(StatusLine, WhatIsNotKnownIsNotSaid) {
@@ -73,12 +73,33 @@ TEST(StatusLine, WhatIsWrongStandsOut) {
   EXPECT_EQ(ColorOf(*state, "paused"), ink::kCareful);
 }
 
+// A hand that gained a sliver in 20 s once had 29450 minutes left.
+TEST(StatusLine, NobodyIsToldToWaitForWeeks) {
+  const StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  for (const auto& [seconds, words] : {std::pair{61.0, "about 65 s left"},
+                                       {600.0, "about 10 min left"},
+                                       {5399.0, "about 90 min left"},
+                                       {9000.0, "about 3 h left"},
+                                       {29450 * 60.0, "more than 10 h left"}}) {
+    state->guidance.seconds_left = seconds;
+    EXPECT_THAT(Words(StatusLine(*state)), ::testing::Contains(words));
+  }
+}
+
+TEST(StatusLine, OneIsSingular) {
+  const StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->points.resize(1);
+  EXPECT_THAT(Words(StatusLine(*state)), ::testing::Contains("1 point"));
+}
+
 // As a session says it: what is waited for names the device's problem once more.
 TEST(StatusLine, ADevicesFaultIsSaidOnce) {
   const StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));
   state->device_problem = "reconnecting: the cable is out";
-  state->waiting_for = "the device, " + state->device_problem;
+  state->why_waiting = "waiting for the device, " + state->device_problem;
   const std::vector<std::string> words = Words(StatusLine(*state));
   EXPECT_EQ(std::count_if(words.begin(), words.end(),
                           [](const std::string& text) { return text.find("cable") != std::string::npos; }),
@@ -99,7 +120,7 @@ TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
   EXPECT_THAT(words(), ElementsAre("the camera now"));
   state->guidance.toward = Eigen::Vector3d::UnitX();
   state->reopened = {Eigen::Vector3d::UnitX()};
-  EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "fell open again"));
+  EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "reopened"));
   auto passing = std::make_shared<CaptureState>(*state);
   passing->guidance.left_open = {Eigen::Vector3d::UnitX()};
   const LegendMark passed = LegendMarks(*passing, palette)[2];

@@ -1,0 +1,98 @@
+#include "tests/docs/examples.h"
+
+#include <algorithm>
+#include <regex>
+#include <sstream>
+
+namespace ulf::test {
+namespace {
+
+bool IsACommand(const std::string& line) {
+  static const std::regex first_word(
+      R"(^(build/release/\w+|\./run|ulf|render_quality|for|sudo|mkfifo|echo)(\s.*)?$)");
+  return std::regex_match(line, first_word);
+}
+
+// "# what it is for" after two blanks, or words after several.
+std::string WithoutComment(const std::string& line) {
+  static const std::regex comment(R"(\s+#\s.*$|\s{3,}\S.*$)");
+  std::string command = std::regex_replace(line, comment, "");
+  command.erase(command.find_last_not_of(' ') + 1);
+  return command;
+}
+
+bool Has(const std::string& text, const char* pattern) {
+  return std::regex_search(text, std::regex(pattern));
+}
+
+}  // namespace
+
+std::vector<Example> ExamplesOf(const std::string& page, const std::string& text) {
+  std::vector<Example> examples;
+  std::istringstream lines(text);
+  bool fenced = false, figures = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.starts_with("## ")) figures = line == "## Figures";
+    if (line.starts_with("```")) {
+      fenced = !fenced;
+      continue;
+    }
+    const bool indented = line.starts_with("    ");
+    const std::string code = fenced ? line : indented ? line.substr(4) : "";
+    if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
+    if (!figures || !line.starts_with("|")) continue;
+    static const std::regex quoted("`((?:ulf|\\./run) [^`]*)`");
+    for (std::sregex_iterator it(line.begin(), line.end(), quoted), end; it != end; ++it)
+      if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
+  }
+  return examples;
+}
+
+Trial TrialOf(const Example& example) {
+  Trial trial{.command = example.command, .changes = {}, .data = {}, .why_not = {}};
+  std::string& command = trial.command;
+  const auto change = [&](const char* pattern, const std::string& by, const std::string& words) {
+    const std::string changed = std::regex_replace(command, std::regex(pattern), by);
+    if (changed != command) trial.changes.push_back(words);
+    command = changed;
+  };
+  const struct {
+    const char* pattern;
+    const char* why_not;
+  } kLeftOut[] = {
+      {R"(\bsudo\b)", "needs root"},
+      {R"((aravis|v4l2|gphoto2):|\bCAMERA\b|\bto_ulf\b|>&3)", "needs a camera"},
+      {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
+      {R"(_benchmark\b)", "is a benchmark: ./run bench"},
+      {R"(^render_quality\b)", "is a study of half an hour (docs/rendering.md)"},
+      {R"(^(ulf|\S+/ulf) view (?!.*--screenshot))", "needs a person before a window"},
+      {R"(\b(demo)/)", "needs what ./run demo leaves"},
+  };
+  for (const auto& [pattern, why_not] : kLeftOut)
+    if (Has(command, pattern)) {
+      trial.why_not = why_not;
+      return trial;
+    }
+  for (const DataName& data : kDataNames)
+    if (Has(command, (std::string(R"((^|[ :'/]))") +
+                      std::regex_replace(data.name, std::regex(R"(\.)"), "\\.") + R"(($|[ ?'/]))")
+                         .c_str()))
+      trial.data.push_back(data.name);
+  change("build/release/", "", "");
+  std::erase(trial.changes, "");
+  if (Has(command, R"(walk\.mp4)")) change(R"(--focal-px \d+)", "--focal-px 527", "of the stand-in's camera");
+  static int folders = 0;
+  if (Has(command, R"(-o DIR\b)"))
+    change(R"(-o DIR\b)", "-o dir" + std::to_string(++folders), "DIR is a new folder");
+  if (Has(command, R"(^ulf simulate\b)")) trial.stop_after_s = 2;
+  if (Has(command, R"(^ulf render\b.*--frames \d{3})"))
+    change(R"(--frames \d+)", "--frames 6", "6 frames");
+  else if (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)"))
+    command += " --frames 12", trial.changes.push_back("12 frames");
+  if (Has(command, R"(^ulf evaluate\b.*--temporal)")) change(R"(--frames \d+)", "--frames 8", "8 frames");
+  return trial;
+}
+
+}  // namespace ulf::test

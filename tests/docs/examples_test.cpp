@@ -1,0 +1,220 @@
+// Rules by which examples are found and tried: every day. That they run and come to what the pages promise:
+// ULF_RUN_EXAMPLES, in the long tests.
+#include "tests/docs/examples.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <regex>
+
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+namespace fs = std::filesystem;
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+fs::path Checkout() { return CHECKOUT; }
+
+std::string TextOf(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::vector<std::string> Pages() {
+  std::vector<std::string> pages{"README.md", "udev/README.md"};
+  for (const auto& entry : fs::directory_iterator(Checkout() / "docs"))
+    if (entry.path().extension() == ".md") pages.push_back("docs/" + entry.path().filename().string());
+  std::sort(pages.begin(), pages.end());
+  return pages;
+}
+
+// What a page promises of an example, and what the example prints. Both by regular expressions whose groups
+// are the numbers, in the same order; `within` is the share by which each may be off. A page whose sentence
+// is written anew without its figures fails here, too.
+struct Promise {
+  const char* page;
+  const char* promised;
+  const char* command;  // part of it
+  const char* printed;
+  double within;
+};
+const Promise kPromises[] = {
+#include "tests/docs/promises.inc"
+};
+
+std::vector<double> Numbers(const std::string& text, const char* pattern) {
+  std::smatch match;
+  std::vector<double> numbers;
+  if (!std::regex_search(text, match, std::regex(pattern))) return numbers;
+  for (std::size_t i = 1; i < match.size(); ++i) numbers.push_back(std::stod(match[i]));
+  return numbers;
+}
+
+TEST(Examples, AreReadOutOfThePages) {
+  const std::string page =
+      "# Page\n\n    ulf info vase --cap 60x40    # what it came to\n    {\"json\": 1}\n"
+      "    ulf simulate studio                    one camera\n\n```\nulf devices\n```\n\n"
+      "    ulf capture 'sim:studio?seed=1' -o a --frames 3\n\n"
+      "| x | `ulf evaluate set` |\n\n## Figures\n\n| x | `ulf evaluate shop_grid_even --subject 0,0,-8,1` | "
+      "`ulf "
+      "track … --truth a` |\n";
+  std::vector<std::string> commands;
+  for (const Example& example : ExamplesOf("page.md", page)) commands.push_back(example.command);
+  EXPECT_THAT(commands, ElementsAre("ulf info vase --cap 60x40", "ulf simulate studio", "ulf devices",
+                                    "ulf capture 'sim:studio?seed=1' -o a --frames 3",
+                                    "ulf evaluate shop_grid_even --subject 0,0,-8,1"));
+}
+
+TEST(Examples, AreTriedOrLeftOutByRules) {
+  const auto trial = [](const char* command) { return TrialOf({"page.md", 1, command}); };
+  EXPECT_EQ(trial("sudo ls").why_not, "needs root");
+  EXPECT_EQ(trial("ulf capture aravis: -o vase").why_not, "needs a camera");
+  EXPECT_THAT(trial("./run demo").why_not, HasSubstr("./run"));
+  EXPECT_THAT(trial("ulf view vase").why_not, HasSubstr("window"));
+  EXPECT_EQ(trial("ulf view vase --screenshot a.jpg").why_not, "");
+  EXPECT_THAT(trial("ulf import fox -o fox_light_field").data, ElementsAre("fox"));
+  EXPECT_THAT(trial("ulf render fox_light_field -o a.png").data, IsEmpty()) << "is made by the one before";
+  EXPECT_THAT(trial("ulf track 'replay:kitchen?glob=*.jpg' --calibration intrinsics.txt").data,
+              ElementsAre("kitchen", "intrinsics.txt"));
+  EXPECT_EQ(trial("ulf render vase --path vertigo --frames 240 -o v").command,
+            "ulf render vase --path vertigo --frames 6 -o v");
+  EXPECT_EQ(trial("build/release/ulf info a").command, "ulf info a");
+}
+
+TEST(Examples, OfThePagesAreFoundAndTheirPromisesAreThere) {
+  std::size_t found = 0, tried = 0;
+  for (const std::string& page : Pages())
+    for (const Example& example : ExamplesOf(page, TextOf(Checkout() / page))) {
+      ++found;
+      tried += TrialOf(example).why_not.empty();
+    }
+  EXPECT_GT(found, 50u);
+  EXPECT_GT(tried, 25u);
+  for (const Promise& promise : kPromises) {
+    const std::string text = TextOf(Checkout() / promise.page);
+    EXPECT_THAT(Numbers(text, promise.promised), ::testing::Not(IsEmpty()))
+        << promise.page << " no longer says: " << promise.promised;
+    bool there = false;
+    for (const Example& example : ExamplesOf(promise.page, text))
+      there |= example.command.find(promise.command) != std::string::npos;
+    EXPECT_TRUE(there) << promise.page << " no longer has: " << promise.command;
+  }
+}
+
+#ifdef ULF_RUN_EXAMPLES
+
+class ExampleRuns {
+ public:
+  // In a folder of the page's own, with what its examples take for granted.
+  explicit ExampleRuns(const std::string& page) {
+    for (const DataName& data : kDataNames) {
+      const std::string path = data.path;
+      const auto set = TestData(path.substr(0, path.find('/')));
+      if (!set) continue;
+      const fs::path target = set->parent_path() / path;
+      // A folder that a command may write into is copied, a large one is only read.
+      if (fs::exists(target)) fs::create_symlink(target, scratch_ / data.name);
+      there_[data.name] = fs::exists(target);
+    }
+    needs_vase_ = TextOf(Checkout() / page).find(" vase") != std::string::npos;
+  }
+
+  // Output and errors together; none where it was left out.
+  std::optional<std::string> Run(const Example& example) {
+    const std::string where = fmt::format("{}:{}: {}", example.page, example.line, example.command);
+    const Trial trial = TrialOf(example);
+    if (!trial.why_not.empty()) return LeaveOut(where, trial.why_not);
+    for (const std::string& data : trial.data)
+      if (!there_[data]) return LeaveOut(where, "needs the data set " + data);
+    if (needs_vase_ && example.command.find(" vase") != std::string::npos) MakeVase();
+    for (const std::string& change : trial.changes) fmt::print("  here: {}\n", change);
+    std::string command = trial.command;
+    if (trial.stop_after_s > 0) command = fmt::format("timeout -s INT {} {}", trial.stop_after_s, command);
+    const auto start = std::chrono::steady_clock::now();
+    const auto [status, output] = Shell(command);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    fmt::print("ran {:6.1f} s  {}\n", seconds, where);
+    std::fflush(stdout);
+    const bool stopped = trial.stop_after_s > 0 && status == 124;
+    EXPECT_TRUE(status == 0 || stopped) << where << " ended with " << status << ":\n" << output;
+    return output;
+  }
+
+ private:
+  static std::optional<std::string> LeaveOut(const std::string& where, const std::string& why) {
+    fmt::print("left out      {}: {}\n", where, why);
+    return std::nullopt;
+  }
+
+  // A light field of the reader's own: of the simulated studio.
+  void MakeVase() {
+    if (fs::exists(scratch_ / "vase")) return;
+    const auto [status, output] = Shell(
+        "ulf capture 'sim:studio?look_away=0&row_deg=4' -o vase --headless --poses known --subject "
+        "0,0,0.07,0.17 --quality fast --until-covered 30x20");
+    ASSERT_EQ(status, 0) << output;
+  }
+
+  std::pair<int, std::string> Shell(const std::string& command) const {
+    const fs::path output = scratch_ / "output.txt";
+    const fs::path programs = fs::path(std::getenv("ULF_BINARY")).parent_path();
+    const std::string script =
+        fmt::format("cd '{}' && unset OMP_NUM_THREADS && export PATH='{}':$PATH && ( {} ) >'{}' 2>&1",
+                    scratch_.path().string(), programs.string(), command, output.string());
+    const int status = std::system(script.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), TextOf(output)};
+  }
+
+  ScratchFolder scratch_;
+  std::map<std::string, bool> there_;
+  bool needs_vase_ = false;
+};
+
+class EveryPage : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(EveryPage, ItsExamplesRunAndComeToWhatItSays) {
+  ASSERT_NE(std::getenv("ULF_BINARY"), nullptr) << "run through ctest";
+  const std::string page = GetParam(), text = TextOf(Checkout() / page);
+  ExampleRuns runs(page);
+  std::map<std::string, std::string> printed;
+  for (const Example& example : ExamplesOf(page, text))
+    if (const auto output = runs.Run(example)) printed[example.command] = *output;
+  for (const Promise& promise : kPromises) {
+    if (promise.page != page) continue;
+    for (const auto& [command, output] : printed) {
+      if (command.find(promise.command) == std::string::npos) continue;
+      const std::vector<double> said = Numbers(text, promise.promised),
+                                measured = Numbers(output, promise.printed);
+      ASSERT_EQ(said.size(), measured.size()) << command << " printed:\n" << output;
+      for (std::size_t i = 0; i < said.size(); ++i) {
+        fmt::print("  {}: says {:g}, measured {:g} (within {:.0f} %)\n", page, said[i], measured[i],
+                   100 * promise.within);
+        EXPECT_LE(std::abs(measured[i] - said[i]), promise.within * std::abs(said[i]))
+            << page << " promises " << promise.promised << " of " << command;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Documents, EveryPage, ::testing::ValuesIn(Pages()), [](const auto& page) {
+  std::string name = page.param;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+  return name;
+});
+
+#endif
+
+}  // namespace
+}  // namespace ulf::test
