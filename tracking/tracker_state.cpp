@@ -24,13 +24,13 @@ namespace {
 
 constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
 
-// Where the sensor saw what the pose rests on.
-std::shared_ptr<const std::vector<MapSighting>> SeenIn(const Located& located, const Pyramid* pyramid) {
+// Where the picture shows what the pose rests on: `in_picture` of a match and its point in the camera.
+template <typename InPicture>
+std::shared_ptr<const std::vector<MapSighting>> SeenIn(const Located& located, InPicture in_picture) {
   auto seen = std::make_shared<std::vector<MapSighting>>();
   for (const PointMatch& match : located.matches) {
     const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-    const Vector3d in_cam = located.cam_from_world * candidate.position;
-    seen->push_back({candidate.id, pyramid ? pyramid->Seen(match.img, &in_cam) : match.img});
+    seen->push_back({candidate.id, in_picture(match.img, located.cam_from_world * candidate.position)});
   }
   return seen;
 }
@@ -387,7 +387,10 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
       if (Relocalize(image, track)) state = TrackState::kTracking;
       break;
   }
-  if (located_) track.seen = SeenIn(*located_, image.pyramid.get());
+  if (located_)
+    track.seen = SeenIn(*located_, [&](const Vector2d& img, const Vector3d& in_cam) {
+      return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
+    });
   if (located_) TellVelocity(image, *located_);
   if (state == TrackState::kTracking && located_ && !track.keyframe)
     OfferKeyframe(image, frame_in, *located_, track);
@@ -424,7 +427,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
   const std::lock_guard lock(shared.mutex);
   Describe(*located, track);
   track.anchor = AnchorOf(*located);
-  track.seen = SeenIn(*located, nullptr);
+  track.seen = SeenIn(*located, [](const Vector2d& img, const Vector3d&) { return img; });
   return track;
 }
 
