@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "tracking/map_file.h"
+#include "acquisition/digest.h"
 
 namespace ulf {
 
