@@ -152,7 +152,8 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
   if (found.header) plan.found.push_back(found.problem);
-  plan.found.insert(plan.found.end(), check.words.begin(), check.words.end());
+  for (const std::string& words : check.words)
+    plan.found.push_back(words.substr(0, words.find("; 'ulf repair")));
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
   RecoverFromTransforms(dir, journal.light_field, check, plan);
