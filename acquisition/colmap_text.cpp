@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "acquisition/error.h"
+#include "acquisition/view_json.h"
 
 namespace ulf {
 namespace {
@@ -59,7 +60,8 @@ ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt) {
     Eigen::Vector3d& t = image.cam_from_world.translation;
     row >> id >> w >> x >> y >> z >> t.x() >> t.y() >> t.z() >> image.camera;
     image.cam_from_world.rotation = Eigen::Quaterniond(w, x, y, z);
-    if (!row || !t.allFinite() || !(std::abs(image.cam_from_world.rotation.norm() - 1) < 1e-3) ||
+    if (!row || id < 1 || id > kMostViewId || !t.allFinite() ||
+        !(std::abs(image.cam_from_world.rotation.norm() - 1) < 1e-3) ||
         !std::getline(row >> std::ws, image.name))
       throw Error("{}, line {}: is no row of an image (IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME)",
                   images_txt.string(), number);
@@ -71,8 +73,7 @@ ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt) {
   return poses;
 }
 
-ColmapFiles ToColmapText(const ColmapReconstruction& model,
-                         const std::optional<JournalStamp>& made_from) {
+ColmapFiles ToColmapText(const ColmapReconstruction& model, const std::optional<JournalStamp>& made_from) {
   ColmapFiles text;
   text.cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (const ColmapReconstruction::Camera& camera : model.cameras)

@@ -1,12 +1,14 @@
 #include "acquisition/folder_check.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
 #include <thread>
 
+#include "acquisition/colmap_model.h"
 #include "acquisition/colmap_text.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
@@ -50,12 +52,30 @@ void Compare(const std::vector<View>& views, const JournalContents& journal, Der
   for (const View& view : views) {
     const auto found = known.find(view.id);
     if (found != known.end()) {
+      // Numbers of another program's own mean other photographs.
+      if (SafeName(found->second->image_path) != SafeName(view.image_path))
+        derived.lineage = Lineage::kForeign;
       if (!IsSamePose(found->second->cam_from_world, view.cam_from_world))
         derived.other_poses[view.id] = view;
     } else if (!journal.removed.contains(view.id)) {
       derived.unknown[view.id] = view;
     }
   }
+}
+
+// Of the views that both have; coefficients of nothing are no lens.
+bool CamerasDiffer(const LightField& journal, const LightField& other) {
+  const auto plain = [](CameraModel camera) {
+    if (camera.distortion == Distortion::kRadialTangential && camera.coefficients == std::array<double, 5>{})
+      camera.distortion = Distortion::kNone;
+    return camera;
+  };
+  std::map<int, const View*> known;
+  for (const View& view : journal.views) known[view.id] = &view;
+  return std::any_of(other.views.begin(), other.views.end(), [&](const View& view) {
+    const auto found = known.find(view.id);
+    return found != known.end() && !(plain(journal.CameraOf(*found->second)) == plain(other.CameraOf(view)));
+  });
 }
 
 Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
@@ -67,7 +87,13 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
     TransformsText text = ReadTransformsText(file);
     derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl");
     Compare(text.light_field.views, journal, derived);
-    derived.other_cameras = text.light_field.cameras != journal.light_field.cameras;
+    if (!text.ours) derived.lineage = Lineage::kForeign;
+    derived.other_cameras = CamerasDiffer(journal.light_field, text.light_field);
+    if (derived.lineage == Lineage::kJournalOther)
+      for (const DamagedLine& line : journal.damaged)
+        for (const int id : line.poses)
+          if (const auto pose = derived.other_poses.find(id); pose != derived.other_poses.end())
+            derived.lost_poses.insert(*pose);
     said = std::move(text.light_field);
   } catch (const std::exception& error) {
     derived.lineage = Lineage::kUnreadable;
@@ -93,6 +119,9 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
       views.push_back(std::move(view));
     }
     Compare(views, journal, derived);
+    // Without a stamp only what says the same can be ours.
+    if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
+      derived.lineage = Lineage::kForeign;
   } catch (const std::exception& error) {
     derived.lineage = Lineage::kUnreadable;
     derived.problem = error.what();
@@ -120,7 +149,7 @@ void LookAtFiles(const fs::path& dir, const JournalContents& journal, FolderChec
       if (number == 0) continue;
       check.highest_number = std::max(check.highest_number, number);
       const std::string path = folder + ("/" + entry.path().filename().string());
-      if (folder == std::string("unposed") || named.contains(path) || journal.removed.contains(number) ||
+      if (folder == std::string("unposed") || named.contains(path) || journal.removed_files.contains(path) ||
           path.ends_with(kTemporaryEnding))
         continue;
       check.unnamed.push_back(path);
@@ -150,10 +179,15 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
                                         Counted(derived.unknown.size(), "view"),
                                         ViewNumbers(Ids(derived.unknown)), repair));
     else
-      check.words.push_back(
-          fmt::format("the journal was longer when {} was made from it: corrections of poses may be lost "
-                      "({} differ); {}",
-                      file, Counted(derived.other_poses.size(), "pose"), repair));
+      check.words.push_back(fmt::format(
+          "the journal was longer when {} was made from it: corrections of poses may be lost "
+          "({} differ); {}",
+          file,
+          Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
+                  "pose"),
+          repair));
+  } else if (derived.lineage == Lineage::kForeign) {
+    check.words.push_back(fmt::format("{} is by another program: the journal counts", file));
   } else if (derived.WasChanged()) {
     std::set<int> ids = Ids(derived.unknown);
     ids.merge(Ids(derived.other_poses));
@@ -188,6 +222,7 @@ bool ShowsWhatItShould(const LightField& light_field, const View& view) {
 }  // namespace
 
 bool Derived::HoldsWhatIsLost() const {
+  if (!lost_poses.empty()) return true;
   switch (lineage) {
     case Lineage::kJournalShort:
       return true;
@@ -202,8 +237,11 @@ bool Derived::HoldsWhatIsLost() const {
 bool Derived::WasChanged() const {
   if (HoldsWhatIsLost()) return false;
   switch (lineage) {
+    case Lineage::kForeign:
+      return true;
     case Lineage::kCurrent:
     case Lineage::kJournalOther:
+    case Lineage::kUnknown:
       return !unknown.empty() || !other_poses.empty() || other_cameras;
     case Lineage::kOlder:
       return !unknown.empty();

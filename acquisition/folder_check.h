@@ -22,7 +22,8 @@ enum class Lineage {
   kOlder,         // from the beginning of it: lines have been added since
   kJournalShort,  // from more than there is: the journal has lost its end
   kJournalOther,  // from another one: the journal was damaged or edited
-  kUnknown        // it has no stamp
+  kUnknown,       // it has no stamp: an older version's
+  kForeign        // another program's
 };
 
 // What one derived file says otherwise than the journal.
@@ -31,6 +32,7 @@ struct Derived {
   std::string problem;              // why it is unreadable
   std::map<int, View> unknown;      // views that the journal neither has nor took out
   std::map<int, View> other_poses;  // views whose poses differ
+  std::map<int, View> lost_poses;   // of these, corrections whose lines in the journal are damaged
   bool other_cameras = false;
   // The journal has lost what this file still holds.
   bool HoldsWhatIsLost() const;

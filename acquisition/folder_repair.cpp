@@ -15,6 +15,7 @@
 #include "acquisition/folder_check.h"
 #include "acquisition/journal.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/point_io.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"
@@ -122,6 +123,7 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
   if (!without_image.empty())
     plan.found.push_back(fmt::format("{}: the photographs of {} are missing: they cannot come back",
                                      (dir / kTransforms).string(), NumbersOf(without_image)));
+  for (const auto& [id, view] : check.transforms.lost_poses) plan.poses[id] = view.cam_from_world;
   // Where lines of a later date are in the journal, its poses are the newer ones.
   const bool is_newer =
       check.transforms.lineage == Lineage::kJournalShort || check.transforms.lineage == Lineage::kUnknown;
@@ -147,11 +149,44 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
     for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
 }
 
+// A folder that is not where it belongs is no reason to give up its views.
+void TakeOutWhatIsGone(const fs::path& dir, const LightField& light_field, const FolderCheck& check,
+                       RepairPlan& plan) {
+  const std::size_t gone = check.missing_images.size(), views = light_field.views.size();
+  if (gone == 0) return;
+  const std::string missing =
+      fmt::format("{}: the photographs of {} are missing", dir.string(),
+                  ViewNumbers({check.missing_images.begin(), check.missing_images.end()}));
+  if (gone > 1 && 2 * gone > views) {
+    plan.found.push_back(missing + ": most of all; put images/ and masters/ back where they were");
+    return;
+  }
+  plan.found.push_back(missing);
+  plan.taken_out = check.missing_images;
+}
+
+// Those that are not their masters' can be made anew, those of a wrong size alone cannot.
+void SortPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
+  const std::vector<int> others = PicturesOfOtherMasters(light_field);
+  std::set<int> alone;
+  for (const View& view : light_field.views) {
+    if (std::find(others.begin(), others.end(), view.id) == others.end()) continue;
+    if (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path))
+      plan.pictures_of_others.push_back(view.id);
+    else
+      alone.insert(view.id);
+  }
+  if (!alone.empty())
+    plan.found.push_back(fmt::format("{}: the photographs of {} have not their camera's size; restore them",
+                                     dir.string(), ViewNumbers(alone)));
+}
+
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const JournalContents& journal = found.journal;
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
-  if (found.header) plan.found.push_back(found.problem);
+  if (found.header)
+    plan.found.push_back(found.problem + "; a flat field that the header had cannot be put back");
   for (const std::string& words : check.words)
     plan.found.push_back(words.substr(0, words.find("; 'ulf repair")));
   plan.header = found.header;
@@ -159,10 +194,8 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);
   if (found.settings) plan.settings = found.settings;
-  plan.taken_out = check.missing_images;
-  for (const int id : plan.taken_out)
-    plan.found.push_back(fmt::format("{}: the photograph of view {} is missing", dir.string(), id));
-  plan.pictures_of_others = PicturesOfOtherMasters(journal.light_field);
+  TakeOutWhatIsGone(dir, journal.light_field, check, plan);
+  SortPictures(dir, journal.light_field, plan);
   for (const View& view : journal.light_field.views)
     plan.missing_pictures |= PictureFollowsFromMaster(view) && !fs::exists(dir / view.image_path) &&
                              fs::is_regular_file(dir / view.master_path);
@@ -325,7 +358,9 @@ RepairPlan Repair(const fs::path& dir) {
     const FolderCheck check = CheckFolder(dir, contents, false);
     if (!check.transforms.IsOurs()) KeepOld(dir, kTransforms, kTransforms);
     if (!check.model.IsOurs()) KeepOld(dir, "sparse/0", "sparse");
-    light_field.points = ReadLightField(dir).points;
+    ReadPoints(light_field);
+    if (!light_field.doubts.empty())
+      for (const char* points : {"points.ply", "points.ulf"}) KeepOld(dir, points, points);
     WriteDerivedFiles(light_field);
   }
   return plan;

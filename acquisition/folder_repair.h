@@ -35,7 +35,7 @@ struct RepairPlan {
 RepairPlan PlanRepair(const std::filesystem::path& dir);
 
 // Does it; returns what was planned under the lock. A kill at any moment leaves the old journal or the new
-// one. Throws DiskFullError, Error; then the journal is as it was.
+// one. Throws DiskFullError, Error; what went to kept/ by then stays there.
 RepairPlan Repair(const std::filesystem::path& dir);
 
 }  // namespace ulf

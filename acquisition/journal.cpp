@@ -27,6 +27,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kVersion = 1;
+constexpr int kMostInDoubt = 10000;
 // Events that hold neither a view nor a pose.
 constexpr const char* kHarmless[] = {"subject", "up", "goal", "gap", "remove", "close"};
 
@@ -145,6 +146,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   } else if (kind == "remove") {
     const int id = event.Integer("id");
     contents.removed.insert(id);
+    if (const View* view = FindView(light_field, id))
+      contents.removed_files.insert({view->image_path, view->master_path});
     light_field.taken_back +=
         std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
   } else if (kind == "close") {
@@ -190,6 +193,7 @@ void NameMissingViews(JournalContents& contents) {
       if (static_cast<int>(i) + 1 < damaged.number) before = std::max(before, id);
       if (static_cast<int>(i) + 1 > damaged.number) after = std::min(after, id);
     }
+    if (after - before > kMostInDoubt) continue;  // a number that was damaged, too
     for (int id = before + 1; id < after; ++id)
       if (!contents.removed.contains(id)) damaged.views.insert(id);
     if (!damaged.views.empty()) damaged.poses.clear();

@@ -67,6 +67,7 @@ struct JournalContents {
   bool closed = false;
   std::size_t whole_bytes = 0;  // up to the end of the last whole line
   std::set<int> removed;        // ids of views that were taken out
+  std::set<std::string> removed_files;  // their photographs and masters
   std::vector<DamagedLine> damaged;
   std::vector<JournalLine> lines;  // up to whole_bytes
 };

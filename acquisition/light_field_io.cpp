@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
+#include <regex>
 #include <set>
 
 #include "acquisition/atomic_file.h"
@@ -50,32 +51,47 @@ void RequireImages(const LightField& light_field, const FolderCheck& check) {
       check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "");
 }
 
+// NAME.PID-NUMBER.part, as FileBatch calls them.
+bool IsOurTemporary(const fs::directory_entry& entry) {
+  static const std::regex kName(R"(.+\.[0-9]+-[0-9]+\.part)");
+  return entry.is_regular_file() && std::regex_match(entry.path().filename().string(), kName);
+}
+
 void RemoveLeftovers(const fs::path& dir) {
   for (const char* folder : {".", "images", "masters", "unposed", "sparse/0"}) {
     if (!fs::is_directory(dir / folder)) continue;
     for (const auto& entry : fs::directory_iterator(dir / folder))
-      if (entry.path().string().ends_with(kTemporaryEnding)) fs::remove(entry.path());
+      if (IsOurTemporary(entry)) fs::remove(entry.path());
   }
 }
 
 // What a writer that was killed had taken out of the journal and not yet moved.
-void MoveRemoved(const fs::path& dir, const std::set<int>& removed) {
-  for (const char* folder : {"images", "masters"}) {
-    if (!fs::is_directory(dir / folder)) continue;
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(dir / folder)) {
-      const std::string stem = entry.path().stem().string();
-      const bool is_number =
-          !stem.empty() && stem.size() <= 9 && stem.find_first_not_of("0123456789") == std::string::npos;
-      if (is_number && removed.contains(std::stoi(stem))) files.push_back(entry.path());
-    }
-    for (const fs::path& path : files) {
-      MakeFolder(dir / "unposed");
-      const std::string master = folder == std::string("masters") ? ".master" : "";
-      MoveWithoutReplacing(path,
-                           dir / "unposed" / (path.stem().string() + master + path.extension().string()));
-    }
+void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
+  std::set<std::string> named;
+  for (const View& view : journal.light_field.views) named.insert({view.image_path, view.master_path});
+  for (const std::string& file : journal.removed_files) {
+    if (file.empty() || named.contains(file) || !fs::is_regular_file(dir / file)) continue;
+    MakeFolder(dir / "unposed");
+    const fs::path path = file;
+    const std::string master = file.starts_with("masters/") ? ".master" : "";
+    MoveWithoutReplacing(dir / file,
+                         dir / "unposed" / (path.stem().string() + master + path.extension().string()));
   }
+}
+
+// Lines that are damaged to the journal's end are cut off, and kept: more than a line that was being written.
+void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
+  const std::string bytes = ReadWholeFile(dir / kJournal);
+  const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
+  if (end.find('\n') != std::string::npos) {
+    MakeFolder(dir / "kept");
+    const fs::path copy = dir / "kept" / fmt::format("journal-end.{}.part", getpid());
+    WriteFileAtomically(copy, end);
+    const fs::path kept = MoveWithoutReplacing(copy, dir / "kept" / "journal-end.jsonl");
+    spdlog::warn("{}: its last lines are damaged and cut off; they are kept as {}", (dir / kJournal).string(),
+                 kept.string());
+  }
+  journal.CutAt(contents.whole_bytes);
 }
 
 // Said once in a run: some commands read a light field several times.
@@ -130,7 +146,7 @@ void MakeMissingPictures(const LightField& light_field) {
 namespace {
 
 // What is not ours goes to kept/ first.
-void KeepWhatIsNotOurs(const fs::path& dir, const FolderCheck& check) {
+void KeepWhatIsNotOurs(const fs::path& dir, const FolderCheck& check, bool points_are_in_doubt) {
   const auto keep = [&](const char* name, const char* as) {
     if (!fs::exists(dir / name)) return;
     MakeFolder(dir / "kept");
@@ -140,6 +156,8 @@ void KeepWhatIsNotOurs(const fs::path& dir, const FolderCheck& check) {
   };
   if (!check.transforms.IsOurs()) keep("transforms.json", "transforms.json");
   if (!check.model.IsOurs()) keep("sparse/0", "sparse");
+  if (points_are_in_doubt)
+    for (const char* points : {"points.ply", "points.ulf"}) keep(points, points);
 }
 
 // They can be made again from the journal at any time: no room for them is no reason not to work.
@@ -291,17 +309,20 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   RequireImages(contents.light_field, check);
   RequireOwnPictures(contents.light_field);
   WarnOnce(check.words);
-  state->journal.CutAt(contents.whole_bytes);
+  CutEnd(dir, contents, state->journal);
   RemoveLeftovers(dir);
   ReadPoints(contents.light_field);
+  const std::vector<std::string> of_points = contents.light_field.doubts;
+  WarnOnce(of_points);
+  MoveRemoved(dir, contents);
   state->light_field = std::move(contents.light_field);
   state->light_field.doubts = check.words;
+  state->light_field.doubts.insert(state->light_field.doubts.end(), of_points.begin(), of_points.end());
   // A number that any file bears is never given again, whatever the journal says.
   state->next_view_id = std::max(contents.next_view_id, check.highest_number + 1);
-  MoveRemoved(dir, contents.removed);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
-  KeepWhatIsNotOurs(dir, check);
+  KeepWhatIsNotOurs(dir, check, !of_points.empty());
   DeriveOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }

@@ -55,10 +55,11 @@ void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
 
 StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   std::error_code unknown;
+  target_ = fs::weakly_canonical(target_, unknown);
   if (target_.filename().empty()) target_ = target_.parent_path();
   if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
     throw Error("{}: exists already and is not an empty folder; choose another name", target_.string());
-  if (IsMountPoint(target_)) {
+  if (IsMountPoint(target_) || target_ == fs::current_path(unknown)) {
     path_ = target_;
     return;
   }

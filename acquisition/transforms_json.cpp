@@ -307,9 +307,13 @@ void ReadPoints(const JsonPlace& top, LightField& light_field) {
 
 std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
   if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
-  const JsonPlace place{top.Raw("ulf").at("journal"), top.where + ", ulf, journal"};
-  return JournalStamp{static_cast<std::uint64_t>(place.Number("bytes")),
-                      static_cast<std::uint32_t>(place.Number("crc32"))};
+  const json& stamp = top.Raw("ulf").at("journal");
+  const auto whole = [&](const char* key) {
+    return stamp.is_object() && stamp.contains(key) && stamp[key].is_number_unsigned();
+  };
+  if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
+    return std::nullopt;
+  return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
 }
 
 void WriteCamera(const CameraModel& camera, json& object) {

@@ -22,6 +22,8 @@ nlohmann::json ViewToJson(const View& view) {
 
 void ReadViewJson(const JsonPlace& place, View& view) {
   view.id = place.Integer("id", view.id);
+  if (view.id < 1 || view.id > kMostViewId)
+    throw Error("{}: 'id' is {}; views are numbered from 1 to {}", place.where, view.id, kMostViewId);
   view.master_path = place.Text("master", "");
   view.mask_path = place.Text("mask", view.mask_path);
   if (place.Has("master_transfer")) {

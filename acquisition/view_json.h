@@ -12,6 +12,8 @@ namespace ulf {
 // black_level, f_number, tracking_quality, bound_px; not where its image lies nor its pose.
 nlohmann::json ViewToJson(const View& view);
 
+inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
+
 // Sets what is there; what is not keeps its default. `view.master_path` and `view.mask_path` are as written:
 // check them before use.
 void ReadViewJson(const JsonPlace& place, View& view);

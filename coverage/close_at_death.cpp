@@ -61,7 +61,7 @@ int CloseAfterDeath(const std::string& dir, int signal, const std::string& threa
     if (!light_field.views.empty())
       seconds =
           std::max(seconds, light_field.views.back().device_time_s - light_field.views.front().device_time_s);
-    writer.Close(seconds);
+    writer.Close(seconds, writer.Contents().reasons);
     fmt::print(stderr, "{}; {} is closed with {}: go on with 'ulf capture ... -o {} --resume'\n", what, dir,
                Counted(light_field.views.size(), "view"), dir);
   } catch (const std::exception& error) {

@@ -18,6 +18,7 @@
 #include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/clock_offset.h"
+#include "acquisition/counted.h"
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
 #include "acquisition/host_time.h"
@@ -380,8 +381,8 @@ std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
         silence_s,
         stream_->RefusedPackets() == 0
             ? ""
-            : fmt::format("; {} packets were refused as none of the frames that it was set to send",
-                          stream_->RefusedPackets()));
+            : fmt::format("; {} refused as not of the frames that it was set to send",
+                          Counted(stream_->RefusedPackets(), "packet")));
   return std::nullopt;
 }
 

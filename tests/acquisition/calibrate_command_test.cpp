@@ -127,7 +127,7 @@ TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {
     ++shown;
     EXPECT_GE(now.share, 0);
     EXPECT_LE(now.share, 1);
-    EXPECT_THAT(now.text, HasSubstr("views"));
+    EXPECT_THAT(now.text, HasSubstr("view"));
   };
   options.stop = [&] { return shown >= 12; };
   const CollectedViews collected = CollectViews(device, Board(), options);

@@ -236,6 +236,52 @@ TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
   EXPECT_EQ(Content(dir()), before);
 }
 
+// Its numbers are not ours, and its world is another.
+TEST_F(Folder, NothingIsTakenFromATransformsJsonByAnotherProgram) {
+  const LightField whole = Sample(3);
+  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  document.erase("ulf");
+  int number = 0;
+  for (json& frame : document["frames"]) {
+    frame.erase("ulf");
+    frame["file_path"] = fmt::format("images/frame_{:05}.png", ++number);
+    frame["transform_matrix"][0][3] = 77.0;
+  }
+  document["frames"].push_back(document["frames"][0]);
+  document["frames"].push_back(document["frames"][1]);
+  std::ofstream(dir() / "transforms.json", std::ios::trunc) << document.dump();
+  const std::string theirs = ReadWholeFile(dir() / "transforms.json");
+  ExpectSame(whole, ReadSaying({"transforms.json"}));
+  Repair(dir());
+  ExpectSame(whole, ReadSaying({}));
+  EXPECT_EQ(ReadWholeFile(dir() / "kept/transforms.json"), theirs);
+}
+
+TEST_F(Folder, RepairTakesOverACorrectionWhoseLineIsDamaged) {
+  Sample(4);
+  const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.UpdatePoses({{2, moved}});
+    writer.Close(3);
+  }
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[bytes.find("pose_update") - 3] = '\x01'; });
+  ReadSaying({"corrections of poses may be lost (1 pose differ"});
+  EXPECT_THROW(LightFieldWriter::Resume(dir()), Error);
+  Repair(dir());
+  EXPECT_LT((ReadSaying({}).views[1].cam_from_world.Matrix() - moved.Matrix()).norm(), 1e-9);
+}
+
+TEST_F(Folder, AModelByAnotherProgramIsKept) {
+  const LightField whole = Sample(3);
+  Rewrite(dir() / "sparse/0/images.txt",
+          [](std::string& bytes) { bytes = "# by another program\n1 1 0 0 0 5 5 5 1 000001.png\n\n"; });
+  const std::string theirs = ReadWholeFile(dir() / "sparse/0/images.txt");
+  ExpectSame(whole, ReadSaying({"images.txt is by another program"}));
+  LightFieldWriter::Resume(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "kept/sparse/images.txt"), theirs);
+}
+
 // ---- journal and sparse/0 ----
 
 TEST_F(Folder, ViewsThatOnlyTheModelHasComeBack) {
@@ -351,6 +397,20 @@ TEST_F(Folder, APhotographOfAnotherSizeStopsAWriter) {
   Sample(3);
   cv::imwrite((dir() / "images/000002.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(7)));
   EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("view 2")));
+  const std::string only_copy = ReadWholeFile(dir() / "images/000002.png");
+  EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("have not their camera's size")));
+  EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), only_copy) << "nothing could take its place";
+}
+
+// An images/ that is not where it was is no reason to give up its views.
+TEST_F(Folder, RepairTakesOutNoLightFieldWhosePhotographsAreElsewhere) {
+  Sample(4);
+  fs::rename(dir() / "images", dir() / "elsewhere");
+  const std::string journal = ReadWholeFile(dir() / "journal.jsonl");
+  EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("put images/ and masters/ back")));
+  EXPECT_EQ(ReadWholeFile(dir() / "journal.jsonl"), journal);
+  fs::rename(dir() / "elsewhere", dir() / "images");
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 4u);
 }
 
 // ---- journal and unposed/ ----
@@ -365,12 +425,47 @@ TEST_F(Folder, WhatWasTakenOutGoesOverNothingInUnposed) {
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
 }
 
+// Numbers of views and names of files are two things where a set was imported.
+TEST_F(Folder, WhatWasTakenOutTakesNoOtherViewsPhotographAlong) {
+  {
+    LightField light_field = Sample(3);
+    const fs::path imported = scratch_ / "imported";
+    light_field.root = imported;
+    fs::create_directories(imported / "images");
+    for (View& view : light_field.views) {
+      const std::string name = fmt::format("images/{:06}.png", view.id - 1);
+      fs::copy(dir() / view.image_path, imported / name);
+      view.image_path = name;
+    }
+    WriteLightField(light_field);
+    fs::remove_all(dir());
+    fs::rename(imported, dir());
+  }
+  LightFieldWriter::Resume(dir()).RemoveView(1);
+  LightFieldWriter::Resume(dir()).Close(1);
+  EXPECT_TRUE(fs::exists(dir() / "unposed/000000.png"));
+  EXPECT_TRUE(fs::exists(dir() / "images/000001.png")) << "view 2's";
+  EXPECT_THAT(Ids(ReadSaying({})), ElementsAre(2, 3));
+}
+
 // ---- points ----
 
 TEST_F(Folder, DamagedPointsCostThePointsOnly) {
   Sample(3);
+  fs::remove(dir() / "points.ulf");
   fs::resize_file(dir() / "points.ply", fs::file_size(dir() / "points.ply") - 3);
   EXPECT_THAT(ReadSaying({"points.ply", "truncated", "without points"}).points, IsEmpty());
+}
+
+TEST_F(Folder, PointsOfAnotherProgramAreKept) {
+  Sample(3);
+  const std::string dense =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n7 8 9\n";
+  std::ofstream(dir() / "points.ply", std::ios::trunc) << dense;
+  ReadSaying({"holds other points than points.ulf"});
+  LightFieldWriter::Resume(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "kept/points.ply"), dense);
 }
 
 // ---- the journal alone ----

@@ -189,6 +189,7 @@ TEST(Points, WithoutTheirFileAreStillPoints) {
   ASSERT_EQ(both.doubts.size(), 1u);
   EXPECT_THAT(both.doubts[0], HasSubstr("points.ply"));
   fs::remove(file);
+  fs::resize_file(scratch / "lf/points.ply", fs::file_size(scratch / "lf/points.ply") / 2);
   const LightField neither = ReadLightField(scratch / "lf");
   EXPECT_TRUE(neither.points.empty());
   ASSERT_EQ(neither.doubts.size(), 1u);
