@@ -17,8 +17,8 @@ struct ColmapFiles {
   std::string points3d;
 };
 
-// Places in images are written to a ten-thousandth of a pixel, all else exactly. `made_from`: the journal that
-// the values are from.
+// Places in images are written to a ten-thousandth of a pixel, all else exactly. `made_from`: the journal
+// that the values are from.
 ColmapFiles ToColmapText(const ColmapReconstruction& model,
                          const std::optional<JournalStamp>& made_from = std::nullopt);
 

@@ -1,5 +1,5 @@
-// A new folder that is whole or not there: it is filled under a hidden name and renamed when it is done. What a
-// killed process leaves of it is removed by the next of that name.
+// A new folder that is whole or not there: it is filled under a hidden name and renamed when it is done. What
+// a killed process leaves of it is removed by the next of that name.
 #pragma once
 
 #include <filesystem>

@@ -96,11 +96,12 @@ int RunSimulate(const SimulateArgs& args) {
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const GigeServerStatistics statistics = servers[i]->Statistics();
-    fmt::print("{}served {} ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
-               cameras.size() == 1 ? "" : cameras[i].serial + ": ", Counted(statistics.served, "frame"),
-               statistics.late, elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
-               statistics.refused == 0 ? "" : fmt::format("; {} refused", Counted(statistics.refused, "request")),
-               servers[i]->relay() ? Describe(servers[i]->relay()->Statistics()) : "");
+    fmt::print(
+        "{}served {} ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
+        cameras.size() == 1 ? "" : cameras[i].serial + ": ", Counted(statistics.served, "frame"),
+        statistics.late, elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
+        statistics.refused == 0 ? "" : fmt::format("; {} refused", Counted(statistics.refused, "request")),
+        servers[i]->relay() ? Describe(servers[i]->relay()->Statistics()) : "");
   }
   return kOk;
 }
