@@ -20,8 +20,8 @@
 #include "acquisition/exr_file.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/point_ply.h"
-#include "acquisition/transforms_json.h"
 #include "acquisition/staged_folder.h"
+#include "acquisition/transforms_json.h"
 
 namespace ulf {
 namespace {

@@ -65,8 +65,8 @@ struct JournalContents {
   LightField light_field;
   int next_view_id = 1;  // above all that were ever given; those of removed views are not given again
   bool closed = false;
-  std::size_t whole_bytes = 0;  // up to the end of the last whole line
-  std::set<int> removed;        // ids of views that were taken out
+  std::size_t whole_bytes = 0;          // up to the end of the last whole line
+  std::set<int> removed;                // ids of views that were taken out
   std::set<std::string> removed_files;  // their photographs and masters
   std::vector<DamagedLine> damaged;
   std::vector<JournalLine> lines;  // up to whole_bytes

@@ -61,7 +61,7 @@ struct ViewObservation {
 struct ScenePoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
-  double error_px = 0;                  // mean distance of its observations from its projections
+  double error_px = 0;                   // mean distance of its observations from its projections
   std::vector<ViewObservation> track{};  // at most one a view; empty: not known
 };
 
