@@ -12,15 +12,14 @@
 #include <variant>
 
 #include "acquisition/counted.h"
+#include "acquisition/host_time.h"
 #include "coverage/cap_watch.h"
 #include "coverage/capture_gaps.h"
 #include "coverage/capture_meters.h"
 #include "coverage/capture_outlook.h"
 #include "coverage/capture_record.h"
+#include "coverage/capture_recorder.h"
 #include "coverage/capture_subject.h"
-#include "coverage/exposure_match.h"
-#include "coverage/exposure_watch.h"
-#include "coverage/posed_photographs.h"
 #include "coverage/sphere_outline.h"
 #include "tracking/quantile.h"
 #include "tracking/track_words.h"
@@ -32,14 +31,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
 
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 class Session {
  public:
   Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-          const CaptureOptions& options, const CaptureHooks& hooks, std::vector<Frame> first);
+          ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
+          std::vector<Frame> first);
   CaptureSummary Run();
 
  private:
@@ -48,7 +44,6 @@ class Session {
     Image live;
     Track track;
     Decision decision;
-    std::optional<int> recorded_view;
     Guidance guidance;
   };
   std::optional<StoppedBecause> Enough() const;
@@ -56,18 +51,11 @@ class Session {
   std::optional<StoppedBecause> TakeFrame();
   void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
-  Decision DecideAndRecord(const Frame& frame, const Track& track);
-  Decision DecideOnAWalk(const Frame& frame, const Track& track);
-  void RecordHeld(const HeldFrame& held);
-  double DistanceOfTheSeen(const Track& track) const;
-  std::optional<int> Record(const Frame& frame, const Track& track, const Decision& decision);
-  Reason ReasonOfTheDisk();
   void WatchTheCap(const Track& track, const Decision& decision);
 
   void SayWhatToExpect();
   void CheckBeforeFirstView(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
-  bool ExposureIsSettled(const Frame& frame, const Track& track);
 
   void AnswerRequests();
   void Answer(const TakeBackLast& asked);
@@ -90,28 +78,23 @@ class Session {
   PoseSource& poses_;
   const CaptureOptions options_;
   const CameraModel recorded_camera_;
-  std::optional<StillCapture> stills_;
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
   const std::filesystem::path root_;
-  ExposureMatch light_;
   CaptureRecord record_;
   CaptureOutlook outlook_;
   CaptureSubject subject_;
   CaptureGaps gaps_;
   CaptureMeters meters_;
+  CaptureRecorder recorder_;
 
-  std::optional<PosedPhotographs> walk_;
-  int tracked_in_a_row_ = 0;
-  ExposureWatch exposure_;
   CapWatch cap_watch_{options_.until_share};
   CaptureSummary summary_;
-  std::vector<double> ms_track_, ms_decide_;
+  std::vector<double> ms_track_;
   std::optional<double> first_time_s_, last_time_s_;
   double frame_period_s_ = 0;
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
-  bool recording_ = true;
   std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
@@ -123,7 +106,8 @@ class Session {
 };
 
 Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-                 const CaptureOptions& options, const CaptureHooks& hooks, std::vector<Frame> first)
+                 ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
+                 std::vector<Frame> first)
     : device_(device),
       camera_(camera),
       poses_(poses),
@@ -132,7 +116,6 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       root_(writer.Contents().root),
-      light_(writer.Contents()),
       record_(std::move(writer),
               {.camera = recorded_camera_,
                .coverage_width_px = options.coverage_width_px,
@@ -146,11 +129,15 @@ Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, L
                 .rectangle_share = options.limits.rectangle_share,
                 .stable_frames = options.stable_frames},
                [this](const std::string& text) { Say(text); }),
-      gaps_(record_.spool(), [this](const std::string& text) { Say(text); }) {
-  if (options.without_subject) walk_.emplace(camera, *options.without_subject);
-  if (options.still_camera)
-    stills_.emplace(device_, *options.still_camera, poses_, options_.limits, options_.coverage_width_px);
-}
+      gaps_(record_.spool(), [this](const std::string& text) { Say(text); }),
+      recorder_(device_, poses_, record_, std::move(light),
+                {.camera = camera_,
+                 .still_camera = options.still_camera,
+                 .without_subject = options.without_subject,
+                 .limits = options.limits,
+                 .stable_frames = options.stable_frames,
+                 .coverage_width_px = options.coverage_width_px,
+                 .deterministic = options.deterministic}) {}
 
 void Session::SayWhatToExpect() {
   if (!record_.map() || !outlook_.IsDue() || !looked_.track.cam_from_world) return;
@@ -162,7 +149,7 @@ void Session::SayWhatToExpect() {
 }
 
 void Session::CheckBeforeFirstView(const Frame& frame) {
-  if (!record_.views().empty() || (outlook_.IsDue() && !walk_)) return;
+  if (!record_.views().empty() || (outlook_.IsDue() && !options_.without_subject)) return;
   const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
                               (static_cast<double>(camera_.width) * camera_.height);
   outlook_.Check({.calibrated = options_.calibrated,
@@ -170,7 +157,7 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
                   .held = device_.Held(),
                   .prediction = {},
                   .cap = options_.cap,
-                  .without_subject = walk_.has_value(),
+                  .without_subject = options_.without_subject.has_value(),
                   .bytes_per_view = static_cast<std::uint64_t>(
                       of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
@@ -188,111 +175,17 @@ std::optional<double> Session::PoseErrorNow() const {
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
-bool Session::ExposureIsSettled(const Frame& frame, const Track& track) {
-  if (!record_.map() || !track.cam_from_world) return true;
-  return exposure_.Settled(frame, camera_, *track.cam_from_world, record_.map()->subject(),
-                           device_.Held().exposure);
-}
-
-double Session::DistanceOfTheSeen(const Track& track) const {
-  if (record_.map()) return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
-  return MedianDepth(poses_.VisiblePoints()).value_or(1);
-}
-
-std::optional<int> Session::Record(const Frame& frame, const Track& track, const Decision& decision) {
-  Frame kept = frame;  // its pixels are shared: no device writes into them again
-  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
-  const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
-  if (light_is_matched)
-    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, DistanceOfTheSeen(track));
-  looked_.recorded_view = record_.Add(kept, track, decision.bound_px, poses_);
-  if (light_is_matched && looked_.recorded_view) light_.Keep(*looked_.recorded_view, *track.cam_from_world);
-  if (looked_.recorded_view)
-    summary_.last_recorded = std::make_shared<RecordedView>(
-        RecordedView{*looked_.recorded_view, std::move(kept), recorded_camera_, *track.cam_from_world});
-  return looked_.recorded_view;
-}
-
-Reason Session::ReasonOfTheDisk() {
-  const auto pause = record_.spool().Pause();
-  return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
-}
-
 void Session::WatchTheCap(const Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
-  const auto hopeless =
-      cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(), would_record && recording_);
+  const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
+                                         would_record && recorder_.IsRecording());
   if (hopeless) Say(*hopeless);
-}
-
-void Session::RecordHeld(const HeldFrame& held) {
-  const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}).has_value();
-  ++summary_.reasons[static_cast<std::size_t>(recorded ? Reason::kRecorded : ReasonOfTheDisk())];
-}
-
-// A frame that is held is counted when it is known what becomes of it.
-Decision Session::DecideOnAWalk(const Frame& frame, const Track& track) {
-  const auto start = Clock::now();
-  const auto count = [&](Reason reason) { ++summary_.reasons[static_cast<std::size_t>(reason)]; };
-  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
-  PosedPhotographs::Step step;
-  if (record_.views().empty() &&
-      tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
-    if (walk_->TakeHeld()) count(Reason::kTracking);
-  } else {
-    step = walk_->After({.frame = frame,
-                         .track = track,
-                         .camera = camera_,
-                         .frame_period_s = frame_period_s_,
-                         .coverage_width_px = options_.coverage_width_px},
-                        poses_.VisiblePoints(), record_.views(), options_.limits);
-  }
-  ms_decide_.push_back(MillisecondsSince(start));
-  if (step.record) RecordHeld(*step.record);
-  if (step.replaced) count(Reason::kCovered);
-  if (step.decision.reason == Reason::kRecorded && !recording_) {
-    walk_->TakeHeld();
-    step.decision.reason = Reason::kPaused;
-  }
-  if (step.decision.reason != Reason::kRecorded) count(step.decision.reason);
-  return step.decision;
-}
-
-Decision Session::DecideAndRecord(const Frame& frame, const Track& track) {
-  if (walk_) return DecideOnAWalk(frame, track);
-  const auto start = Clock::now();
-  const bool exposure_settled = ExposureIsSettled(frame, track);
-  Decision decision = Decide({.frame = frame,
-                              .track = track,
-                              .camera = camera_,
-                              .frame_period_s = frame_period_s_,
-                              .coverage_width_px = options_.coverage_width_px,
-                              .exposure_settled = exposure_settled},
-                             record_.map(), options_.limits);
-  ms_decide_.push_back(MillisecondsSince(start));
-  if (stills_) stills_->Follow(frame, track);
-  if (decision.reason == Reason::kRecorded) {
-    if (!recording_) {
-      decision.reason = Reason::kPaused;
-    } else if (stills_) {
-      decision.reason = record_.spool().Pause() ? ReasonOfTheDisk() : Reason::kStill;
-      if (decision.reason == Reason::kStill) stills_->Ask();
-    } else if (!Record(frame, track, decision)) {
-      decision.reason = ReasonOfTheDisk();
-    }
-  }
-  ++summary_.reasons[static_cast<std::size_t>(decision.reason)];
-  return decision;
 }
 
 std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
-  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map()) : StillVerdict{};
-  if (verdict.decision.reason != Reason::kRecorded)
-    record_.spool().KeepUnposed(still);
-  else
-    Record(still, *verdict.track, verdict.decision);
+  recorder_.TakeStill(still);
   Show(hooks_.while_waiting);
   return record_.CapIsCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
                                                             : std::nullopt;
@@ -334,17 +227,17 @@ void Session::Answer(const TakeBackLast& asked) {
 void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
 
 void Session::Answer(const PlaceSubject& asked) {
-  if (walk_) return Say(kNoSubjectToPlace);
+  if (options_.without_subject) return Say(kNoSubjectToPlace);
   subject_.Place(asked.subject, looked_.track.cam_from_world);
 }
 
 void Session::Answer(const FindSubject& asked) {
-  if (walk_) return Say(kNoSubjectToPlace);
+  if (options_.without_subject) return Say(kNoSubjectToPlace);
   subject_.Find(asked, looked_.track.cam_from_world);
 }
 
 void Session::Answer(const SetRecording& asked) {
-  recording_ = asked.on;
+  recorder_.SetRecording(asked.on);
   if (last_time_s_) gaps_.Recording(asked.on, *last_time_s_);
   Say(asked.on ? "recording" : "recording paused, tracking goes on");
 }
@@ -371,7 +264,7 @@ SharedCaptureState Session::State() {
   const Track& track = looked_.track;
   state->live = looked_.live;
   state->camera = camera_;
-  state->takes_stills = stills_.has_value();
+  state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
   if (track.state != TrackState::kTracking) state->tracking_words = InWords(track);
   state->cam_from_world = track.cam_from_world;
@@ -379,19 +272,19 @@ SharedCaptureState Session::State() {
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
 
-  state->without_subject = walk_.has_value();
+  state->without_subject = options_.without_subject.has_value();
   state->finding_subject = subject_.Finding();
   record_.Describe(*state);
   outlook_.Describe(*state);
   state->rectangle_share = options_.limits.rectangle_share;
-  state->newest_view = summary_.last_recorded;
+  state->newest_view = recorder_.newest_view();
   state->light_field = root_;
   state->guidance = looked_.guidance;
   state->subject_moved = subject_.Moved();
 
   state->decision = looked_.decision;
-  state->recording = recording_;
-  state->recorded_view = looked_.recorded_view;
+  state->recording = recorder_.IsRecording();
+  state->recorded_view = recorder_.newest_id();
   state->device_problem = DeviceProblem();
   if (!state->device_problem.empty())
     state->why_waiting = "waiting for the device, " + state->device_problem;
@@ -408,7 +301,7 @@ SharedCaptureState Session::State() {
 void Session::Show(const std::function<void(const SharedCaptureState&)>& look) {
   if (!look) return;
   look(State());
-  looked_.recorded_view.reset();
+  recorder_.ForgetNewestId();
 }
 
 std::optional<StoppedBecause> Session::Enough() const {
@@ -457,14 +350,14 @@ std::optional<StoppedBecause> Session::TakeFrame() {
 
   const auto start = Clock::now();
   const Track track = poses_.Step(*frame);
-  ms_track_.push_back(MillisecondsSince(start));
-  looked_ = {frame->image, track, {}, {}, {}};
+  ms_track_.push_back(1000 * SecondsSince(start));
+  looked_ = {frame->image, track, {}, {}};
   gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
-  if (!walk_) subject_.FindFirst(track);
+  if (!options_.without_subject) subject_.FindFirst(track);
   SayWhatToExpect();
   CheckBeforeFirstView(*frame);
   subject_.Watch(track, *last_time_s_);
-  looked_.decision = DecideAndRecord(*frame, track);
+  looked_.decision = recorder_.Take(*frame, track, frame_period_s_);
   WatchTheCap(track, looked_.decision);
   gaps_.Disk(record_.spool().Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
@@ -501,14 +394,14 @@ void Session::Close() {
                     Counted(following, "photograph")));
   std::map<std::string, std::uint64_t> reasons;
   for (const Reason reason : kReasons)
-    reasons[Name(reason)] = summary_.reasons[static_cast<std::size_t>(reason)];
+    reasons[Name(reason)] = recorder_.reasons()[static_cast<std::size_t>(reason)];
   const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
   const ClosedRecord closed =
       record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points());
   summary_.recorded = closed.recorded;
   summary_.unwritten = closed.unwritten;
   summary_.set_aside = closed.set_aside;
-  if (stills_) summary_.stills.recorded = summary_.recorded;
+  if (options_.still_camera) summary_.stills.recorded = summary_.recorded;
   if (closed.problem.empty()) return;
   summary_.stopped_because = StoppedBecause::kDisk;
   summary_.problem = closed.problem;
@@ -530,25 +423,28 @@ CaptureSummary Session::Run() {
     failure = std::current_exception();  // whatever broke: what was recorded is closed first
     ended_ = StoppedBecause::kDeviceLost;
   }
-  ended_after_s_ = options_.deterministic ? 0 : MillisecondsSince(started) / 1000;
+  ended_after_s_ = options_.deterministic ? 0 : SecondsSince(started);
   try {
     device_.Stop();
     // Photographs that were on their way, or came before the end was asked for.
     for (const Frame& frame : std::exchange(first_, {}))
       if (frame.kind == FrameKind::kStill) TakeStill(frame);
-    if (const auto held = walk_ ? walk_->TakeHeld() : std::nullopt) RecordHeld(*held);
-    while (const auto frame = stills_ ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
+    recorder_.RecordHeld();
+    while (const auto frame =
+               options_.still_camera ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
       if (frame->kind == FrameKind::kStill) TakeStill(*frame);
   } catch (...) {
     if (!failure) failure = std::current_exception();
   }
-  if (stills_) summary_.stills = stills_->counts();
+  summary_.stills = recorder_.stills();
   summary_.stopped_because = *ended_;
   Close();
   if (failure) std::rethrow_exception(failure);
   summary_.device = device_.Statistics();
   summary_.ms_track_median = Median(ms_track_);
-  summary_.ms_decide_median = Median(ms_decide_);
+  summary_.ms_decide_median = Median(recorder_.ms_decide());
+  summary_.reasons = recorder_.reasons();
+  summary_.last_recorded = recorder_.newest_view();
   summary_.subject = record_.subject();
   summary_.subject_was_found = subject_.FoundByItself();
   summary_.map = record_.SharedMap();
@@ -560,7 +456,9 @@ CaptureSummary Session::Run() {
 CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
                           std::vector<Frame> first) {
-  return Session(device, camera, poses, std::move(writer), options, hooks, std::move(first)).Run();
+  ExposureMatch light(writer.Contents());
+  return Session(device, camera, poses, std::move(writer), std::move(light), options, hooks, std::move(first))
+      .Run();
 }
 
 }  // namespace ulf
