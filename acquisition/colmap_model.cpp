@@ -3,23 +3,9 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "acquisition/image_names.h"
+
 namespace ulf {
-namespace {
-
-std::string NameInImagesFolder(const std::string& image_path) {
-  constexpr std::string_view kFolder = "images/";
-  return image_path.starts_with(kFolder) ? image_path.substr(kFolder.size()) : image_path;
-}
-
-}  // namespace
-
-std::string SafeName(const std::string& name) {
-  std::string safe = name;
-  for (char& c : safe)
-    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
-  return safe;
-}
-
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera) {
   ColmapReconstruction::Camera model;
   model.width = static_cast<std::uint64_t>(camera.width);

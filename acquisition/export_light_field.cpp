@@ -18,6 +18,7 @@
 #include "acquisition/colmap_text.h"
 #include "acquisition/error.h"
 #include "acquisition/exr_file.h"
+#include "acquisition/image_names.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/point_ply.h"
 #include "acquisition/staged_folder.h"
@@ -28,16 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// One folder, no spaces, nothing that ends a line, given once.
+// One folder.
 std::string NameInExport(const std::string& image_path, std::set<std::string>& taken) {
-  constexpr std::string_view kFolder = "images/";
-  std::string name = image_path.starts_with(kFolder) ? image_path.substr(kFolder.size()) : image_path;
-  for (char& c : name)
-    if (c == '/' || c == '\\' || static_cast<unsigned char>(c) <= ' ' || c == 127) c = '_';
-  const fs::path whole = name;
-  for (int again = 2; !taken.insert(name).second; ++again)
-    name = fmt::format("{}_{}{}", whole.stem().string(), again, whole.extension().string());
-  return name;
+  std::string name = SafeName(NameInImagesFolder(image_path));
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '/' || c == '\\'; }, '_');
+  return UniqueName(name, taken);
 }
 
 std::string Ending(const std::string& path) {

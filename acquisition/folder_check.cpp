@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-#include "acquisition/colmap_model.h"
+#include "acquisition/image_names.h"
 #include "acquisition/colmap_text.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"

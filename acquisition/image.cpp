@@ -11,6 +11,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/exr_file.h"
+#include "acquisition/image_header.h"
 
 namespace ulf {
 namespace {
@@ -225,8 +226,15 @@ cv::Mat ReadAlpha(const std::string& path) {
   RequireWholeFile(path);
   if (path.ends_with(".exr")) return {};
   const cv::Mat pixels = Decoded(path);
-  if (pixels.channels() != 4) return {};
   cv::Mat alpha;
+  if (pixels.channels() != 4) {
+    const auto header = ReadImageHeader(path);
+    if (!header || !header->transparent_color) return {};
+    const auto& [red, green, blue] = *header->transparent_color;
+    const cv::Scalar color = pixels.channels() == 1 ? cv::Scalar::all(red) : cv::Scalar(blue, green, red);
+    cv::inRange(pixels, color, color, alpha);
+    return ~alpha;
+  }
   cv::extractChannel(pixels, alpha, 3);
   return alpha >= (alpha.depth() == CV_16U ? 1 << 15 : alpha.depth() == CV_8U ? 128 : 0.5);
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <string_view>
+#include <vector>
 
 namespace ulf {
 namespace {
@@ -22,6 +24,25 @@ std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
+// The chunk tRNS, which stands before the pixels; none where it is not there. Each chunk: length, name,
+// content, checksum.
+std::optional<std::vector<std::uint8_t>> TransparentColors(std::ifstream& file) {
+  constexpr std::int64_t kMost = 256;
+  file.seekg(8);
+  for (Bytes8 chunk{}; Read(file, chunk);) {
+    const std::int64_t length = BigEndian(chunk.data(), 4);
+    const std::string_view name(reinterpret_cast<const char*>(&chunk[4]), 4);
+    if (name == "IDAT") break;
+    if (name == "tRNS" && length <= kMost) {
+      std::vector<std::uint8_t> content(static_cast<std::size_t>(length));
+      if (!file.read(reinterpret_cast<char*>(content.data()), length)) break;
+      return content;
+    }
+    file.seekg(length + 4, std::ios::cur);
+  }
+  return std::nullopt;
+}
+
 // ISO 15948: the signature, then IHDR with width, height, depth and colour type.
 std::optional<ImageHeader> ReadPng(std::ifstream& file) {
   std::array<std::uint8_t, 26> head{};
@@ -31,8 +52,21 @@ std::optional<ImageHeader> ReadPng(std::ifstream& file) {
   constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
   const int color_type = head[25];
   if (color_type >= static_cast<int>(kChannels.size())) return std::nullopt;
-  return ImageHeader{"PNG", BigEndian(&head[16], 4), BigEndian(&head[20], 4),
-                     kChannels[static_cast<std::size_t>(color_type)], head[24] < 8 ? 8 : head[24]};
+  const int channels = kChannels[static_cast<std::size_t>(color_type)];
+  ImageHeader header{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
+                     channels, head[24] < 8 ? 8 : head[24], channels == 2 || channels == 4,
+                     {}};
+  if (const auto transparent = TransparentColors(file); transparent && !header.alpha) {
+    header.alpha = true;
+    const auto level = [&](std::size_t at) { return static_cast<int>(BigEndian(&(*transparent)[at], 2)); };
+    // Grey of less than 8 bits decodes to levels up to 255.
+    const int grey = head[24] < 8 ? 255 / ((1 << head[24]) - 1) : 1;
+    if (color_type == 0 && transparent->size() == 2)
+      header.transparent_color = {grey * level(0), grey * level(0), grey * level(0)};
+    if (color_type == 2 && transparent->size() == 6)
+      header.transparent_color = {level(0), level(2), level(4)};
+  }
+  return header;
 }
 
 // ITU T.81: segments up to the start of frame, which says precision, height, width and components.
@@ -51,7 +85,8 @@ std::optional<ImageHeader> ReadJpeg(std::ifstream& file) {
     if (is_start_of_frame) {
       std::array<std::uint8_t, 6> frame{};
       if (!Read(file, frame)) return std::nullopt;
-      return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0]};
+      return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0], false,
+                         {}};
     }
     file.seekg(BigEndian(&segment[2], 2) - 2, std::ios::cur);
   }

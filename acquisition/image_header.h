@@ -2,6 +2,7 @@
 // photographs is checked in milliseconds before the first of them is used.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,7 +14,10 @@ struct ImageHeader {
   std::int64_t width = 0;  // as the file says, however many
   std::int64_t height = 0;
   int channels = 0;
-  int bits = 0;  // per channel
+  int bits = 0;        // per channel
+  bool alpha = false;  // a channel of its own, or colours that are transparent
+  // Of images without an alpha channel: red, green, blue (or thrice grey) that is transparent.
+  std::optional<std::array<int, 3>> transparent_color;
 
   bool operator==(const ImageHeader&) const = default;
   std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"

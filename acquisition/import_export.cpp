@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "acquisition/atomic_file.h"
-#include "acquisition/colmap_model.h"
 #include "acquisition/command_line.h"
 #include "acquisition/error.h"
+#include "acquisition/image_names.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/staged_folder.h"
 
@@ -22,17 +22,7 @@ namespace fs = std::filesystem;
 // images/a/b.jpg, wherever the source kept it, without what breaks a row of a text file; `taken` keeps names
 // apart that differ in nothing else.
 std::string PathUnderImages(const std::string& source_path, std::set<std::string>& taken) {
-  constexpr std::string_view kFolder = "images/";
-  const std::string safe =
-      std::string(kFolder) +
-      SafeName(source_path.starts_with(kFolder) ? source_path.substr(kFolder.size()) : source_path);
-  const fs::path path = safe;
-  std::string name = safe;
-  for (int number = 2; !taken.insert(fs::path(name).replace_extension().generic_string()).second; ++number)
-    name =
-        (path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()))
-            .generic_string();
-  return name;
+  return UniqueName("images/" + SafeName(NameInImagesFolder(source_path)), taken);
 }
 
 // folder/a/b.ending for images/a/b.jpg.

@@ -407,6 +407,13 @@ void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
+  const LightField& now = state_->light_field;
+  if (points.empty() && !now.points.empty()) return;
+  if (!now.points.empty() && StatisticsOf(now.points).tracked == 0) {
+    MakeFolder(now.root / "kept");
+    for (const char* file : {"points.ply", "points.ulf"})
+      if (fs::exists(now.root / file)) MoveWithoutReplacing(now.root / file, now.root / "kept" / file);
+  }
   state_->light_field.points = std::move(points);
   state_->moved_since_points.clear();
   MeasurePoints(state_->light_field);

@@ -107,6 +107,8 @@ class LightFieldWriter {
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
+  // In place of those that there are, unless there are none of the new ones. Points that no view is known to
+  // show were brought from elsewhere: their files go to kept/.
   void SetPoints(std::vector<ScenePoint> points);
   // Time in which nothing could be recorded (tracking lost, device lost): kept so that review can show it.
   void NoteGap(double from_s, double to_s, const std::string& reason);

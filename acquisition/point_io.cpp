@@ -24,24 +24,24 @@ StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
   }
 }
 
-// Points are of use, and nothing that cannot be made again: without them a light field is whole.
-void ReadPly(const fs::path& ply, LightField& light_field) {
+}  // namespace
+
+bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
   std::error_code unknown;
-  if (!fs::is_regular_file(ply, unknown)) return;
+  if (!fs::is_regular_file(ply, unknown)) return false;
   try {
     light_field.points = ReadPointPly(ply);
   } catch (const Error& error) {
     light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
   }
+  return true;
 }
-
-}  // namespace
 
 void ReadPoints(LightField& light_field) {
   const fs::path file = light_field.root / kPointFile, ply = light_field.root / kPointPly;
   std::error_code unknown;
   if (!fs::is_regular_file(file, unknown)) {
-    ReadPly(ply, light_field);
+    ReadPointPositions(ply, light_field);
     return;
   }
   StoredPoints stored = StoredIn(file, light_field);
@@ -50,7 +50,7 @@ void ReadPoints(LightField& light_field) {
         fmt::format("{}: {}; points.ply is taken, which does not say where views show the points (ulf refine "
                     "measures that anew)",
                     file.string(), stored.problem));
-    ReadPly(ply, light_field);
+    ReadPointPositions(ply, light_field);
     return;
   }
   if (fs::is_regular_file(ply, unknown) && ReadWholeFile(ply) != PointPlyBytes(stored.points))

@@ -15,8 +15,9 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/image.h"
+#include "acquisition/image_header.h"
 #include "acquisition/json_fields.h"
-#include "acquisition/point_ply.h"
+#include "acquisition/point_io.h"
 #include "acquisition/view_json.h"
 
 namespace ulf {
@@ -49,6 +50,34 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
   return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
 }
 
+constexpr std::string_view kCameraKeys[] = {
+    "fl_x", "fl_y", "cx", "cy", "w",  "h",  "camera_angle_x", "camera_angle_y",
+    "k1",   "k2",   "k3", "k4", "p1", "p2", "camera_model",   "is_fisheye"};
+
+template <std::size_t N>
+bool Among(const std::string_view (&keys)[N], const std::string& key) {
+  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+}
+
+json CameraKeysOf(const json& object) {
+  json keys = json::object();
+  for (const auto& [key, value] : object.items())
+    if (Among(kCameraKeys, key) && !value.is_null()) keys[key] = value;
+  return keys;
+}
+
+// Key by key, as nerfstudio reads them: what a frame says of its camera stands before what the set says. A
+// frame that says one thing in its own words says all of it.
+json CameraKeysOfFrame(const json& set, const json& frame) {
+  json keys = set;
+  if (frame.contains("fl_x") || frame.contains("camera_angle_x"))
+    for (const char* focal : {"fl_x", "fl_y", "camera_angle_x", "camera_angle_y"}) keys.erase(focal);
+  if (frame.contains("camera_model") || frame.contains("is_fisheye"))
+    for (const char* kind : {"camera_model", "is_fisheye"}) keys.erase(kind);
+  keys.update(frame);
+  return keys;
+}
+
 bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
 
 int SidePx(const JsonPlace& place, const char* key) {
@@ -60,16 +89,20 @@ int SidePx(const JsonPlace& place, const char* key) {
   return static_cast<int>(side);
 }
 
+cv::Size SizeOf(const fs::path& image) {
+  constexpr std::int64_t kMostPx = 1 << 20;
+  if (const auto header = ReadImageHeader(image.string());
+      header && header->width <= kMostPx && header->height <= kMostPx)
+    return {static_cast<int>(header->width), static_cast<int>(header->height)};
+  return ReadImageFile(image.string()).size();
+}
+
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
-  if (place.Has("w") && place.Has("h")) {
-    camera.width = SidePx(place, "w");
-    camera.height = SidePx(place, "h");
-  } else {
-    const cv::Mat pixels = ReadImageFile(example_image.string());
-    camera.width = pixels.cols;
-    camera.height = pixels.rows;
-  }
+  const bool is_told = place.Has("w") && place.Has("h");
+  const cv::Size size = is_told ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : SizeOf(example_image);
+  camera.width = size.width;
+  camera.height = size.height;
   if (place.Has("fl_x")) {
     camera.fx = place.Number("fl_x");
     camera.fy = place.Number("fl_y", camera.fx);
@@ -158,11 +191,7 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
     light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
 }
 
-// What is read here or in the functions above; what tells a trainer how to train; nothing else is passed over
-// without a word.
-constexpr std::string_view kCameraKeys[] = {
-    "fl_x", "fl_y", "cx", "cy", "w",  "h",  "camera_angle_x", "camera_angle_y",
-    "k1",   "k2",   "k3", "k4", "p1", "p2", "camera_model",   "is_fisheye"};
+// What is read; what tells a trainer how to train; nothing else is passed over without a word.
 constexpr std::string_view kSetKeys[] = {"frames",
                                          "ulf",
                                          "ply_file_path",
@@ -184,11 +213,6 @@ constexpr std::string_view kSetKeys[] = {"frames",
                                          "name"};
 constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
                                            "sharpness", "colmap_im_id",     "rotation"};
-
-template <std::size_t N>
-bool Among(const std::string_view (&keys)[N], const std::string& key) {
-  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
-}
 
 // The set's values without its frames, then each frame, so that only one of them is in memory at a time.
 class Document {
@@ -238,12 +262,41 @@ std::optional<int> NumberOfName(const std::string& path) {
   return number > 0 ? std::optional(number) : std::nullopt;
 }
 
+// The cameras of a set, each once. A set may have one a frame.
+class Cameras {
+ public:
+  explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
+  int IndexOf(const CameraModel& camera) {
+    const auto [found, is_new] = indices_.try_emplace(Values(camera), static_cast<int>(cameras_.size()));
+    if (is_new) cameras_.push_back(camera);
+    return found->second;
+  }
+
+ private:
+  static std::vector<double> Values(const CameraModel& camera) {
+    std::vector<double> values = {static_cast<double>(camera.width),
+                                  static_cast<double>(camera.height),
+                                  static_cast<double>(camera.distortion),
+                                  camera.fx,
+                                  camera.fy,
+                                  camera.cx,
+                                  camera.cy};
+    values.insert(values.end(), camera.coefficients.begin(), camera.coefficients.end());
+    return values;
+  }
+
+  std::vector<CameraModel>& cameras_;
+  std::map<std::vector<double>, int> indices_;
+};
+
 // With `files`, the images and masks that frames name must be there.
 LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
   LightField light_field;
   light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
   const JsonPlace top{document.top(), file.string()};
-  const bool shared_camera = HasIntrinsics(top);
+  const json shared_keys = CameraKeysOf(document.top());
+  Cameras cameras(light_field.cameras);
+  std::optional<int> shared_camera;
   std::map<std::string, std::size_t> unused;
   const auto add = [&](json&& object, std::size_t i) {
     JsonPlace frame{object, fmt::format("{}, frame {}", file.string(), i)};
@@ -256,15 +309,17 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
     if (frame.Has("mask_path"))
       view.mask_path = files ? MaskPath(light_field.root, frame) : frame.Text("mask_path");
     view.cam_from_world = CamFromWorld(frame);
-    const bool own_camera = HasIntrinsics(frame);
-    if (!own_camera && !shared_camera)
-      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
-                  frame.where);
-    if (own_camera || light_field.cameras.empty()) {
-      const CameraModel camera = ReadCamera(own_camera ? frame : top, light_field.root / view.image_path);
-      const auto known = std::find(light_field.cameras.begin(), light_field.cameras.end(), camera);
-      view.camera = static_cast<int>(known - light_field.cameras.begin());
-      if (known == light_field.cameras.end()) light_field.cameras.push_back(camera);
+    const json own_keys = CameraKeysOf(object);
+    if (own_keys.empty() && shared_camera) {
+      view.camera = *shared_camera;
+    } else {
+      const json keys = CameraKeysOfFrame(shared_keys, own_keys);
+      const JsonPlace place{keys, frame.where};
+      if (!HasIntrinsics(place))
+        throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                    frame.where);
+      view.camera = cameras.IndexOf(ReadCamera(place, light_field.root / view.image_path));
+      if (own_keys.empty()) shared_camera = view.camera;
     }
     if (frame.Has("ulf")) {
       ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
@@ -295,12 +350,10 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
   return light_field;
 }
 
-void ReadPoints(const JsonPlace& top, LightField& light_field) {
+void ReadPointsOf(const JsonPlace& top, LightField& light_field) {
   const std::string given = top.Text("ply_file_path", "");
   const std::string path = given.empty() ? kPointsFile : PathInside(light_field.root, given, top.where);
-  if (fs::is_regular_file(light_field.root / path))
-    light_field.points = ReadPointPly(light_field.root / path);
-  else if (!given.empty())
+  if (!ReadPointPositions(light_field.root / path, light_field) && !given.empty())
     light_field.doubts.push_back(
         fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
 }
@@ -417,7 +470,7 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
 LightField ReadTransformsJson(const fs::path& file) {
   const Document document(file);
   LightField light_field = ReadFrames(document, file, true);
-  ReadPoints({document.top(), file.string()}, light_field);
+  ReadPointsOf({document.top(), file.string()}, light_field);
   return light_field;
 }
 

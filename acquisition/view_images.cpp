@@ -37,6 +37,11 @@ Image FlatFieldDivided(const LightField& light_field, const View& view, const Im
   return flat_field->second.Corrected(image, view.black_level);
 }
 
+bool HasAlpha(const fs::path& image) {
+  const auto header = ReadImageHeader(image.string());
+  return header && header->alpha;
+}
+
 }  // namespace
 
 Image ReadRecordedImage(const LightField& light_field, const View& view) {
@@ -74,24 +79,28 @@ Image ReadViewLight(const LightField& light_field, const View& view) {
 }
 
 bool HasMask(const LightField& light_field, const View& view) {
-  if (!view.mask_path.empty()) return true;
-  const auto header = ReadImageHeader((light_field.root / view.image_path).string());
-  return header && (header->channels == 2 || header->channels == 4);
+  return !view.mask_path.empty() || HasAlpha(light_field.root / view.image_path);
 }
 
 cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
-  if (!HasMask(light_field, view)) return {};
-  const bool own = !view.mask_path.empty();
-  const fs::path path = light_field.root / (own ? view.mask_path : view.image_path);
-  cv::Mat mask = own ? ReadImageFile(path.string()) : ReadAlpha(path.string());
-  if (mask.empty()) return {};
-  const CameraModel& camera = light_field.CameraOf(view);
-  if (mask.cols != camera.width || mask.rows != camera.height)
-    throw Error("{}: the mask is {}x{}, its camera says {}x{}; make it as large as the image", path.string(),
-                mask.cols, mask.rows, camera.width, camera.height);
-  if (mask.channels() > 1) cv::extractChannel(mask.clone(), mask, 0);
-  // A file's mask excludes what is 0, as in nerfstudio; alpha what is more than half transparent.
-  return own ? cv::Mat(mask > 0) : mask;
+  cv::Mat mask;
+  const auto use = [&](const cv::Mat& shown, const fs::path& path) {
+    const CameraModel& camera = light_field.CameraOf(view);
+    if (shown.empty()) return;
+    if (shown.cols != camera.width || shown.rows != camera.height)
+      throw Error("{}: the mask is {}x{}, its camera says {}x{}; make it as large as the image",
+                  path.string(), shown.cols, shown.rows, camera.width, camera.height);
+    mask = mask.empty() ? shown : cv::Mat(mask & shown);
+  };
+  if (!view.mask_path.empty()) {
+    const fs::path path = light_field.root / view.mask_path;
+    cv::Mat levels = ReadImageFile(path.string());
+    if (levels.channels() > 1) cv::extractChannel(levels.clone(), levels, 0);
+    use(levels > 0, path);  // as in nerfstudio
+  }
+  const fs::path image = light_field.root / view.image_path;
+  if (HasAlpha(image)) use(ReadAlpha(image.string()), image);
+  return mask;
 }
 
 Image ReadViewImage(const LightField& light_field, const View& view) {

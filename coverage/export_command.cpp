@@ -31,6 +31,7 @@ struct ExportArgs {
 
 struct Triangulated {
   bool done = false;
+  bool kept_points = false;  // none was found, those that there were stay
   double pose_error_px = 0;
   std::size_t unread = 0;
 };
@@ -40,8 +41,9 @@ Triangulated MakePoints(LightField& light_field, Progress& progress, double shar
   TriangulationOptions options;
   options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
   TriangulationResult result = TriangulateViews(RefineInputOf(light_field), options);
-  light_field.points = WithViewIds(std::move(result.points), light_field);
-  return {true, result.pose_error_px, result.unread.size()};
+  const bool kept_points = result.points.empty() && !light_field.points.empty();
+  if (!kept_points) light_field.points = WithViewIds(std::move(result.points), light_field);
+  return {true, kept_points, result.pose_error_px, result.unread.size()};
 }
 
 nlohmann::ordered_json CameraJson(const Undistortion& camera) {
@@ -64,8 +66,17 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
              summary.copied, summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
   for (std::size_t i = 0; i < summary.cameras.size(); ++i)
     fmt::print("{}", Described(summary.cameras[i], i + 1));
-  fmt::print("points: {}, seen {} times ({:.1f} views each), {:.3f} px off (mean)\n", summary.points.tracked,
-             summary.points.observations, summary.points.mean_track_length, summary.points.mean_error_px);
+  const PointStatistics& points = summary.points;
+  fmt::print("points: {}", points.points);
+  if (points.tracked > 0 && points.tracked < points.points)
+    fmt::print(", {} of them measured", points.tracked);
+  if (points.tracked > 0)
+    fmt::print(", seen {} times ({:.1f} views each), {:.3f} px off (mean)", points.observations,
+               points.mean_track_length, points.mean_error_px);
+  fmt::print("\n");
+  if (triangulated.kept_points)
+    fmt::print(
+        "the photographs share nothing that could be measured: the points are those that were there\n");
   constexpr double kPoorPx = 2;
   if (triangulated.pose_error_px > kPoorPx)
     fmt::print(
@@ -102,7 +113,8 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"views", summary.copied + summary.made},
                               {"copied", summary.copied},
                               {"masks", summary.masks},
-                              {"points", summary.points.tracked},
+                              {"points", summary.points.points},
+                              {"measured_points", summary.points.tracked},
                               {"observations", summary.points.observations},
                               {"mean_error_px", summary.points.mean_error_px}};
   if (triangulated.done) json["pose_error_px"] = triangulated.pose_error_px;

@@ -68,8 +68,7 @@ void Write(const LightField& before, const RefineResult& result, LightFieldWrite
     writer.Close(before.capture_s, before.reasons);
   } catch (const Error& error) {
     throw Error(
-        "{}; the refined poses are recorded, the files that follow from them are made when {} is next "
-        "read",
+        "{}; the refined poses are recorded; 'ulf repair {} --write' makes the files that follow from them",
         error.what(), before.root.string());
   }
 }
