@@ -199,8 +199,23 @@ TEST(Export, NamesLoseWhatReadersStumbleOver) {
   Export(source, scratch / "out", ExportForm::kColmapText, false);
   EXPECT_EQ(test::ReadAsInria(scratch / "out"), 8u);
   EXPECT_TRUE(fs::exists(scratch / "out/images/left_a_b.png"));
-  EXPECT_TRUE(fs::exists(scratch / "out/images/left_a_b_2.png"));
+  EXPECT_TRUE(fs::exists(scratch / "out/images/left_a_b-2.png"));
   EXPECT_TRUE(fs::exists(scratch / "out/images/elsewhere_two_lines.png"));
+}
+
+TEST(Export, NamesThatNoFolderTakesAreCut) {
+  ScratchFolder scratch;
+  LightField source = TrackedLightField(scratch / "lf", {test::Straight()});
+  std::string folders = "images";
+  for (const char letter : {'a', 'b', 'c', 'd', 'e'}) folders += "/" + std::string(60, letter);
+  MakeFolder(scratch / "lf" / folders);
+  for (const std::size_t view : {0, 1}) {
+    const std::string name = folders + (view == 0 ? "/left.png" : "/right.png");
+    fs::rename(scratch / "lf" / source.views[view].image_path, scratch / "lf" / name);
+    source.views[view].image_path = name;
+  }
+  Export(source, scratch / "out", ExportForm::kColmapText, false);
+  EXPECT_EQ(test::ReadAsInria(scratch / "out"), 8u);
 }
 
 // ---- Undistortion. ----

@@ -432,5 +432,18 @@ TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
   EXPECT_FALSE(fs::exists(scratch / "lf/images/000002.png"));
 }
 
+// What an import brought, or a scan, no measurement of ours takes the place of.
+TEST(LightFieldPoints, ThoseThatWereBroughtAreKeptWhenOthersTakeTheirPlace) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  const std::string brought = ReadWholeFile(scratch / "lf/points.ply");
+  LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+  writer.SetPoints({});
+  EXPECT_EQ(writer.Contents().points.size(), 2u) << "none is no better than some";
+  writer.SetPoints({{{0, 0, 3}, {1, 2, 3}}});
+  EXPECT_EQ(ReadLightField(scratch / "lf").points.size(), 1u);
+  EXPECT_EQ(ReadWholeFile(scratch / "lf/kept/points.ply"), brought);
+}
+
 }  // namespace
 }  // namespace ulf

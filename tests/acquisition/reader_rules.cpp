@@ -31,7 +31,11 @@ std::vector<std::string> Lines(const fs::path& path) {
   return lines;
 }
 
-std::vector<std::string> Words(const std::string& line) {
+// As Python's split() has it, which also parts at white space beyond ASCII.
+std::vector<std::string> Words(std::string line) {
+  for (const std::string_view space : {"\u0085", "\u00a0", "\u1680", "\u2002", "\u2003", "\u2009", "\u2028",
+                                       "\u2029", "\u202f", "\u205f", "\u3000"})
+    for (std::size_t at; (at = line.find(space)) != std::string::npos;) line.replace(at, space.size(), " ");
   std::istringstream in(line);
   std::vector<std::string> words;
   for (std::string word; in >> word;) words.push_back(word);

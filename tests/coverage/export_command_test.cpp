@@ -11,6 +11,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/point_tracks.h"
 #include "acquisition/undistortion.h"
+#include "tests/acquisition/light_field_samples.h"
 #include "tests/acquisition/reader_rules.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/textured_room.h"
@@ -122,6 +123,20 @@ TEST_F(ExportCommand, MeasuresThePointsOfASetThatHasNone) {
   for (const auto& read : {test::ReadAsInria, test::ReadAsSceneManager, test::ReadAsLichtFeld})
     EXPECT_EQ(read(scratch / "out"), static_cast<std::size_t>(kViews));
   EXPECT_TRUE(ReadLightField(Bare()).points.empty()) << "an export changes nothing";
+}
+
+// Photographs that share nothing: what was there is not thrown away for it.
+TEST_F(ExportCommand, KeepsPointsWhereNoneCanBeMeasured) {
+  const ScratchFolder scratch;
+  WriteSample(scratch / "noise", 3);
+  for (const char* form : {"nerfstudio", "colmap"}) {
+    const auto run = RunUlf(fmt::format("export {} {} -o {}", form, (scratch / "noise").string(),
+                                        (scratch / form).string()));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.output, testing::AllOf(HasSubstr("points: 2\n"), HasSubstr("those that were there")));
+  }
+  EXPECT_EQ(ReadAsColmap(scratch / "colmap/sparse/0").points.size(), 2u);
+  EXPECT_EQ(ReadLightField(scratch / "nerfstudio").points.size(), 2u);
 }
 
 TEST_F(ExportCommand, SaysWhatItCutAndWhatItFound) {
