@@ -16,17 +16,6 @@
 namespace ulf {
 namespace {
 
-double FullScale(int depth) {
-  switch (depth) {
-    case CV_8U:
-      return 255.0;
-    case CV_16U:
-      return 65535.0;
-    default:
-      return 1.0;
-  }
-}
-
 // OpenCV names a pattern by the second row's second and third pixels: its BG is GenICam's RG.
 int DemosaicCode(Mosaic mosaic) {
   switch (mosaic) {
@@ -87,6 +76,17 @@ cv::Mat Encoded8(const Image& image) {
 }
 
 }  // namespace
+
+double FullScale(int depth) {
+  switch (depth) {
+    case CV_8U:
+      return 255.0;
+    case CV_16U:
+      return 65535.0;
+    default:
+      return 1.0;
+  }
+}
 
 constexpr std::array kMosaicNames{"none", "RGGB", "GRBG", "GBRG", "BGGR"};
 

@@ -26,6 +26,9 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
+// What stands for all the light that a pixel of this depth (CV_8U, ...) can hold.
+double FullScale(int depth);
+
 // Three channels of 16 bits from a mosaic, as linear as it was: each missing colour is interpolated along the
 // edge, not across it (OpenCV's edge-aware method; an 8-bit mosaic is widened first). Else the image itself.
 Image Demosaiced(const Image& image);

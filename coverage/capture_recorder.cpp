@@ -25,20 +25,20 @@ bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const Track& track) 
                            device_.Held().exposure);
 }
 
-double CaptureRecorder::DistanceOfTheSeen(const Track& track) const {
-  if (record_.map()) return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
-  return MedianDepth(poses_.VisiblePoints()).value_or(1);
+double CaptureRecorder::DistanceToSubject(const Track& track) const {
+  return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
 }
 
-bool CaptureRecorder::Record(const Frame& frame, const Track& track, const Decision& decision) {
+bool CaptureRecorder::Record(const Frame& frame, const Track& track, const Decision& decision,
+                             double distance) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
   const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
   if (light_is_matched)
-    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, DistanceOfTheSeen(track));
+    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, distance, record_.views());
   newest_id_ = record_.Add(kept, track, decision.bound_px, poses_);
   if (!newest_id_) return false;
-  if (light_is_matched) light_.Keep(*newest_id_, *track.cam_from_world);
+  if (light_is_matched) light_.Keep(*newest_id_);
   newest_view_ = std::make_shared<RecordedView>(
       RecordedView{*newest_id_, std::move(kept), recorded_camera_, *track.cam_from_world});
   return true;
@@ -54,7 +54,13 @@ void CaptureRecorder::RecordHeld() {
 }
 
 void CaptureRecorder::RecordAndCount(const HeldFrame& held) {
-  Count(Record(held.frame, held.track, {Reason::kRecorded, {}}) ? Reason::kRecorded : ReasonOfTheDisk());
+  const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}, held.depth);
+  Count(recorded ? Reason::kRecorded : ReasonOfTheDisk());
+}
+
+void CaptureRecorder::SetRecording(bool on) {
+  if (!on) RecordHeld();
+  recording_ = on;
 }
 
 // A frame that is held is counted when it is known what becomes of it.
@@ -66,20 +72,20 @@ Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const Track& track, d
       tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
     if (walk_->TakeHeld()) Count(Reason::kTracking);
   } else {
-    step = walk_->After({.frame = frame,
-                         .track = track,
-                         .camera = options_.camera,
-                         .frame_period_s = frame_period_s,
-                         .coverage_width_px = options_.coverage_width_px},
-                        poses_.VisiblePoints(), record_.views(), options_.limits);
+    const FrameToDecide input{.frame = frame,
+                              .track = track,
+                              .camera = options_.camera,
+                              .frame_period_s = frame_period_s,
+                              .coverage_width_px = options_.coverage_width_px};
+    if (recording_)
+      step = walk_->After(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+    else
+      step.decision = walk_->Judge(input, poses_.VisiblePoints(), record_.views(), options_.limits);
   }
   ms_decide_.push_back(1000 * SecondsSince(start));
   if (step.record) RecordAndCount(*step.record);
   if (step.replaced) Count(Reason::kCovered);
-  if (step.decision.reason == Reason::kRecorded && !recording_) {
-    walk_->TakeHeld();
-    step.decision.reason = Reason::kPaused;
-  }
+  if (step.decision.reason == Reason::kRecorded && !recording_) step.decision.reason = Reason::kPaused;
   if (step.decision.reason != Reason::kRecorded) Count(step.decision.reason);
   return step.decision;
 }
@@ -102,7 +108,7 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const Track& track
     } else if (stills_) {
       decision.reason = record_.spool().Pause() ? ReasonOfTheDisk() : Reason::kStill;
       if (decision.reason == Reason::kStill) stills_->Ask();
-    } else if (!Record(frame, track, decision)) {
+    } else if (!Record(frame, track, decision, DistanceToSubject(track))) {
       decision.reason = ReasonOfTheDisk();
     }
   }
@@ -118,7 +124,7 @@ Decision CaptureRecorder::Take(const Frame& frame, const Track& track, double fr
 void CaptureRecorder::TakeStill(const Frame& still) {
   const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map()) : StillVerdict{};
   if (verdict.decision.reason == Reason::kRecorded)
-    Record(still, *verdict.track, verdict.decision);
+    Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else
     record_.spool().KeepUnposed(still);
 }

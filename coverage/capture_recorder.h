@@ -45,7 +45,8 @@ class CaptureRecorder {
   // The frame that waits to be compared with its neighbours, at the end.
   void RecordHeld();
 
-  void SetRecording(bool on) { recording_ = on; }
+  // A frame that waits is recorded before a pause: it was wanted before.
+  void SetRecording(bool on);
   bool IsRecording() const { return recording_; }
 
   // The view that the last call recorded; none once it was forgotten.
@@ -59,10 +60,11 @@ class CaptureRecorder {
  private:
   Decision DecideOnSubject(const Frame& frame, const Track& track, double frame_period_s);
   Decision DecideOnWalk(const Frame& frame, const Track& track, double frame_period_s);
-  bool Record(const Frame& frame, const Track& track, const Decision& decision);
+  // `distance`: of what is looked at.
+  bool Record(const Frame& frame, const Track& track, const Decision& decision, double distance);
   void RecordAndCount(const HeldFrame& held);
   bool ExposureIsSettled(const Frame& frame, const Track& track);
-  double DistanceOfTheSeen(const Track& track) const;
+  double DistanceToSubject(const Track& track) const;
   Reason ReasonOfTheDisk() const;
   void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }
 

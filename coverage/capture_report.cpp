@@ -139,31 +139,44 @@ std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) 
 }
 
 std::string WhyFewRecorded(const CaptureSummary& summary) {
-  constexpr double kMost = 0.5;
+  constexpr double kFew = 0.2, kMost = 0.5;
   const bool as_wanted = summary.stopped_because == StoppedBecause::kCovered || summary.recorded == 0;
   if (as_wanted) return {};
   const auto count = [&](Reason reason) { return summary.reasons[static_cast<std::size_t>(reason)]; };
+  const auto is_elsewhere = [](Reason reason) {
+    return reason == Reason::kOutsideRectangle || reason == Reason::kInsideSphere ||
+           reason == Reason::kBehind;
+  };
+  std::uint64_t refused = 0, elsewhere = 0;
+  Reason commonest = Reason::kRecorded;
+  std::string words_elsewhere;
   for (const Reason reason : kReasons) {
-    const bool refused = reason != Reason::kRecorded && reason != Reason::kCovered &&
-                         reason != Reason::kStill && reason != Reason::kPaused;
-    if (!refused || static_cast<double>(count(reason)) < kMost * static_cast<double>(summary.frames))
-      continue;
-    std::string way_out = WayOut(reason);
-    const bool elsewhere =
-        reason == Reason::kOutsideRectangle || reason == Reason::kInsideSphere || reason == Reason::kBehind;
-    if (elsewhere)
-      way_out = fmt::format(
-          "the camera did not go round the subject{}. If that is not what you want to capture, say where it "
-          "is: "
-          "ulf track URI -o poses.txt, then --poses tum:poses.txt --subject x,y,z,radius; for posed "
-          "photographs "
-          "of a walk give --no-subject",
-          summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures"
-                                    : "");
-    return fmt::format("only {} of {} recorded: for {} the reason was '{}': {}", summary.recorded,
-                       Counted(summary.frames, "frame"), count(reason), InWords(reason), way_out);
+    const bool stands_in_the_way = reason != Reason::kRecorded && reason != Reason::kCovered &&
+                                   reason != Reason::kStill && reason != Reason::kPaused;
+    if (!stands_in_the_way || count(reason) == 0) continue;
+    refused += count(reason);
+    if (is_elsewhere(reason)) {
+      elsewhere += count(reason);
+      words_elsewhere += fmt::format("{}'{}'", words_elsewhere.empty() ? "" : " or ", InWords(reason));
+    } else if (commonest == Reason::kRecorded || count(reason) > count(commonest)) {
+      commonest = reason;
+    }
   }
-  return {};
+  const auto not_covered = static_cast<double>(summary.frames - count(Reason::kCovered));
+  if (static_cast<double>(summary.recorded) >= kFew * not_covered ||
+      static_cast<double>(refused) < kMost * static_cast<double>(summary.frames))
+    return {};
+  const std::string few =
+      fmt::format("only {} of {} recorded: for", summary.recorded, Counted(summary.frames, "frame"));
+  if (elsewhere == 0 || (commonest != Reason::kRecorded && count(commonest) > elsewhere))
+    return fmt::format("{} {} the reason was '{}': {}", few, count(commonest), InWords(commonest),
+                       WayOut(commonest));
+  return fmt::format(
+      "{} {} the reason was {}: the camera did not go round the subject{}. If that is not what you want to "
+      "capture, say where it is: ulf track URI -o poses.txt, then --poses tum:poses.txt --subject "
+      "x,y,z,radius; for posed photographs of a walk give --no-subject",
+      few, elsewhere, words_elsewhere,
+      summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures" : "");
 }
 
 }  // namespace ulf

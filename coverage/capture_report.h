@@ -16,8 +16,9 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
 // Why nothing was recorded, and what to do: the commonest reason. For captures that recorded no view.
 std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked);
 
-// Where most frames were refused for one reason although their viewpoint may have been wanted: that reason
-// and the way out. Empty: nothing stood in the way. For captures that recorded something.
+// Where most frames were refused although their viewpoint may have been wanted, and few of those that were
+// not covered already were recorded: the commonest reason and the way out; all that say that the camera looks
+// past the subject are one. Empty: nothing stood in the way. For captures that recorded something.
 std::string WhyFewRecorded(const CaptureSummary& summary);
 
 }  // namespace ulf

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/light_field_io.h"
+#include "tracking/quantile.h"
 
 namespace ulf {
 namespace {
@@ -18,15 +19,11 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 constexpr int kBlack = 10, kClipped = 247;  // of 255, display-encoded
 
-double FullScale(const cv::Mat& pixels) {
-  return pixels.depth() == CV_8U ? 255.0 : pixels.depth() == CV_16U ? 65535.0 : 1.0;
-}
-
 // Linear light of few pixels, NaN where it is clipped or nearly black.
 cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
   cv::Mat linear;
   if (transfer == Transfer::kLinear) {
-    pixels.convertTo(linear, CV_32F, 1 / FullScale(pixels));
+    pixels.convertTo(linear, CV_32F, 1 / FullScale(pixels.depth()));
     const float low = LinearFromSrgb(kBlack / 255.0f), high = LinearFromSrgb(kClipped / 255.0f);
     for (int y = 0; y < linear.rows; ++y)
       for (float *value = linear.ptr<float>(y), *end = value + linear.cols * linear.channels(); value < end;
@@ -35,7 +32,7 @@ cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
     return linear;
   }
   cv::Mat encoded, table(1, 256, CV_32F);
-  pixels.convertTo(encoded, CV_8U, 255 / FullScale(pixels));
+  pixels.convertTo(encoded, CV_8U, 255 / FullScale(pixels.depth()));
   for (int i = 0; i < 256; ++i)
     table.at<float>(i) =
         i < kBlack || i > kClipped ? kUnknown : LinearFromSrgb(static_cast<float>(i) / 255.0f);
@@ -53,12 +50,6 @@ float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
   const auto right = static_cast<float>(u - x), down = static_cast<float>(v - y);
   return (1 - down) * ((1 - right) * light.at<float>(y, x) + right * light.at<float>(y, x + 1)) +
          down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
-}
-
-double MedianLog(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -106,50 +97,50 @@ std::optional<double> LogLightRatio(const cv::Mat& now, const Rigid3& now_from_w
   if (static_cast<double>(ratios.size()) < kLeastShared * now.cols * now.rows) return std::nullopt;
   // A hand before the lens, a lamp that was switched on: no exposure does that.
   constexpr double kAgree = 0.3;  // of the logarithm, median deviation
-  const double median = MedianLog(ratios);
+  const double median = Median(ratios);
   std::vector<double> deviations;
   for (const double ratio : ratios) deviations.push_back(std::abs(ratio - median));
-  if (MedianLog(deviations) > kAgree) return std::nullopt;
+  if (Median(std::move(deviations)) > kAgree) return std::nullopt;
   return median;
 }
 
 ExposureMatch::ExposureMatch(const LightField& resumed) : resumed_(resumed) {
   resumed_.points.clear();
   for (const View& view : resumed_.views)
-    if (view.exposure_s <= 0 && view.gain > 0)
-      kept_[view.id] = {view.cam_from_world, std::log(view.gain), {}};
+    if (view.exposure_s <= 0 && view.gain > 0) kept_[view.id] = {std::log(view.gain), {}};
 }
 
 double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
-                             double depth) {
+                             double depth, const HeldViews& views) {
   constexpr std::size_t kNeighbours = 6, kMostRead = 2;
   light_ = SmallLight(image);
   log_gain_ = 0;
-  std::vector<std::pair<double, int>> nearest;
-  for (const auto& [id, kept] : kept_) {
-    const Rigid3 moved = cam_from_world * kept.cam_from_world.Inverse();
-    nearest.emplace_back(moved.translation.norm() / depth + RotationAngle(moved.rotation), id);
+  std::vector<std::pair<double, const HeldView*>> nearest;
+  for (const HeldView& view : views.views()) {
+    if (!kept_.contains(view.id)) continue;
+    const Rigid3 moved = cam_from_world * view.cam_from_world.Inverse();
+    nearest.emplace_back(moved.translation.norm() / depth + RotationAngle(moved.rotation), &view);
   }
   const std::size_t count = std::min(kNeighbours, nearest.size());
   std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count), nearest.end());
   nearest.resize(count);
   double sum = 0;
   std::size_t shared = 0, read = 0;
-  for (const auto& [apart, id] : nearest) {
-    Kept& kept = kept_.at(id);
+  for (const auto& [apart, view] : nearest) {
+    Kept& kept = kept_.at(view->id);
     if (kept.light.empty()) {
       if (++read > kMostRead) continue;
       try {
-        const auto view = std::find_if(resumed_.views.begin(), resumed_.views.end(),
-                                       [id = id](const View& other) { return other.id == id; });
-        kept.light = SmallLight(ReadRecordedImage(resumed_, *view));
+        const auto recorded = std::find_if(resumed_.views.begin(), resumed_.views.end(),
+                                           [id = view->id](const View& other) { return other.id == id; });
+        kept.light = SmallLight(ReadRecordedImage(resumed_, *recorded));
       } catch (const std::exception&) {  // whoever reads the light field says what is wrong with it
         continue;
       }
     }
     if (kept.light.size() != light_.size()) continue;
     if (const auto ratio =
-            LogLightRatio(light_, cam_from_world, kept.light, kept.cam_from_world, camera, depth)) {
+            LogLightRatio(light_, cam_from_world, kept.light, view->cam_from_world, camera, depth)) {
       sum += kept.log_gain + *ratio;
       ++shared;
     }
@@ -157,12 +148,10 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
   if (shared > 0)
     log_gain_ = sum / static_cast<double>(shared);
   else if (!nearest.empty())
-    log_gain_ = kept_.at(nearest.front().second).log_gain;
+    log_gain_ = kept_.at(nearest.front().second->id).log_gain;
   return std::exp(log_gain_);
 }
 
-void ExposureMatch::Keep(int id, const Rigid3& cam_from_world) {
-  kept_[id] = {cam_from_world, log_gain_, std::exchange(light_, {})};
-}
+void ExposureMatch::Keep(int id) { kept_[id] = {log_gain_, std::exchange(light_, {})}; }
 
 }  // namespace ulf

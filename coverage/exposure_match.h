@@ -16,6 +16,7 @@
 #include "acquisition/image.h"
 #include "acquisition/light_field.h"
 #include "acquisition/rigid3.h"
+#include "coverage/held_views.h"
 
 namespace ulf {
 
@@ -32,13 +33,15 @@ class ExposureMatch {
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);
   // What to multiply the first view's light by to come to this picture's; 1 for the first.
-  double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth);
+  // `views`: where those that it is compared with stand, in the world that `cam_from_world` and `depth` are
+  // of. A map moves them all when it closes a loop or changes its scale.
+  double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
+                const HeldViews& views);
   // The picture that was asked about last has become this view.
-  void Keep(int id, const Rigid3& cam_from_world);
+  void Keep(int id);
 
  private:
   struct Kept {
-    Rigid3 cam_from_world;
     double log_gain = 0;
     cv::Mat light;  // empty: not read yet
   };

@@ -5,16 +5,12 @@
 #include <random>
 #include <utility>
 
+#include "tracking/quantile.h"
+
 namespace ulf {
 namespace {
 
 constexpr std::size_t kFewestPoints = 12, kMostPoints = 150;
-
-double MedianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Enough of them to tell, in no order, so that the first few tell about all.
 std::vector<VisiblePoint> Some(std::vector<VisiblePoint> points) {
@@ -24,13 +20,18 @@ std::vector<VisiblePoint> Some(std::vector<VisiblePoint> points) {
   return points;
 }
 
+bool IsLocated(const FrameToDecide& input, const std::vector<VisiblePoint>& points) {
+  return input.track.state == TrackState::kTracking && !input.track.skipped && input.track.cam_from_world &&
+         points.size() >= kFewestPoints;
+}
+
 }  // namespace
 
 std::optional<double> MedianDepth(const std::vector<VisiblePoint>& points) {
   if (points.size() < kFewestPoints) return std::nullopt;
   std::vector<double> depths;
   for (const VisiblePoint& point : points) depths.push_back(point.depth);
-  return MedianOf(depths);
+  return Median(std::move(depths));
 }
 
 bool StandsFor(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
@@ -48,7 +49,7 @@ bool StandsFor(const Rigid3& before_from_world, const Rigid3& cam_from_world, co
     shared += img && camera.Contains(*img);
   }
   return static_cast<double>(shared) >= spacing.least_overlap * static_cast<double>(points.size()) &&
-         MedianOf(parallax) * 180 / M_PI <= spacing.parallax_deg;
+         Median(std::move(parallax)) * 180 / M_PI <= spacing.parallax_deg;
 }
 
 // A hand goes on: what is much farther along is no longer the same photograph.
@@ -60,32 +61,44 @@ bool PosedPhotographs::IsANeighbour(const FrameToDecide& input,
   return neighbours_ < kMost && StandsFor(*first_, *input.track.cam_from_world, camera_, points, near);
 }
 
+Decision PosedPhotographs::Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& some_points,
+                                 const HeldViews& views, const HeldFrame* besides,
+                                 const DecisionLimits& limits) const {
+  if (!IsLocated(input, some_points)) return {};
+  const auto stands = [&](const Rigid3& before_from_world) {
+    return StandsFor(before_from_world, *input.track.cam_from_world, camera_, some_points, spacing_);
+  };
+  const bool shown = (besides && stands(*besides->track.cam_from_world)) ||
+                     std::any_of(views.views().begin(), views.views().end(),
+                                 [&](const HeldView& view) { return stands(view.cam_from_world); });
+  return DecideWithoutSubject(input, shown, limits);
+}
+
+Decision PosedPhotographs::Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& points,
+                                 const HeldViews& views, const DecisionLimits& limits) const {
+  return Judge(input, Some(points), views, nullptr, limits);
+}
+
 PosedPhotographs::Step PosedPhotographs::After(const FrameToDecide& input,
                                                const std::vector<VisiblePoint>& all_points,
                                                const HeldViews& views, const DecisionLimits& limits) {
   const std::vector<VisiblePoint> points = Some(all_points);
-  const bool located = input.track.state == TrackState::kTracking && !input.track.skipped &&
-                       input.track.cam_from_world && points.size() >= kFewestPoints;
+  const bool located = IsLocated(input, points);
   Step step;
   if (held_ && !(located && IsANeighbour(input, points))) step.record = TakeHeld();
   if (!located) return step;
-  const auto stands = [&](const Rigid3& before_from_world) {
-    return StandsFor(before_from_world, *input.track.cam_from_world, camera_, points, spacing_);
-  };
-  const bool shown = (step.record && stands(*step.record->track.cam_from_world)) ||
-                     std::any_of(views.views().begin(), views.views().end(),
-                                 [&](const HeldView& view) { return stands(view.cam_from_world); });
-  step.decision = DecideWithoutSubject(input, shown, limits);
+  step.decision = Judge(input, points, views, step.record ? &*step.record : nullptr, limits);
   if (step.decision.reason != Reason::kRecorded) {
     neighbours_ += held_.has_value();
     return step;
   }
+  const auto hold = [&] { held_ = HeldFrame{input.frame, input.track, *MedianDepth(all_points)}; };
   if (!held_) {
     first_ = *input.track.cam_from_world;
     neighbours_ = 0;
-    held_ = HeldFrame{input.frame, input.track};
+    hold();
   } else if (++neighbours_; input.track.sharpness > held_->track.sharpness) {
-    held_ = HeldFrame{input.frame, input.track};
+    hold();
     step.replaced = true;
   } else {
     step.decision.reason = Reason::kCovered;

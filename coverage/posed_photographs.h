@@ -34,6 +34,7 @@ bool StandsFor(const Rigid3& before_from_world, const Rigid3& cam_from_world, co
 struct HeldFrame {
   Frame frame;
   Track track;
+  double depth = 1;  // median, of what was tracked in it
 };
 
 class PosedPhotographs {
@@ -46,12 +47,17 @@ class PosedPhotographs {
     std::optional<HeldFrame> record;  // a frame whose neighbours have all been seen
     bool replaced = false;            // the one that was held is not as sharp: it will not be recorded
   };
+  // Of a frame that is not to be held: kRecorded where it would be wanted.
+  Decision Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& points, const HeldViews& views,
+                 const DecisionLimits& limits) const;
   Step After(const FrameToDecide& input, const std::vector<VisiblePoint>& points, const HeldViews& views,
              const DecisionLimits& limits);
   // What is held, at the end.
   std::optional<HeldFrame> TakeHeld();
 
  private:
+  Decision Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& some_points,
+                 const HeldViews& views, const HeldFrame* besides, const DecisionLimits& limits) const;
   bool IsANeighbour(const FrameToDecide& input, const std::vector<VisiblePoint>& points) const;
 
   const CameraModel camera_;

@@ -9,6 +9,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
+#include "tracking/quantile.h"
 
 namespace ulf {
 
@@ -24,12 +25,6 @@ Rigid3 Between(const Rigid3& a, const Rigid3& b, double share) {
   const Eigen::Quaterniond rotation = a.rotation.slerp(share, b.rotation);
   const Eigen::Vector3d center = (1 - share) * a.OriginInSource() + share * b.OriginInSource();
   return {rotation, -(rotation * center)};
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -93,7 +88,7 @@ void StillCapture::MeasureLags() {
     if (!taken_s) continue;
     lags_s_.push_back(*taken_s - still.requested_s);
     counts_.lags = lags_s_.size();
-    counts_.lag_s = MedianOf(lags_s_);
+    counts_.lag_s = Median(lags_s_);
   }
 }
 

@@ -67,7 +67,8 @@ struct Request {
   const std::uint8_t* Body() const { return bytes + kHeaderBytes; }
   std::size_t BodySize() const { return size - kHeaderBytes; }
   bool Writes() const { return Command() == kWriteRegister || Command() == kWriteMemory; }
-  // Of a well-formed request.
+  // Of well-formed requests.
+  bool AsksForControl() const { return Writes() && Word(Body()) == kControlPrivilege && BodySize() == 8; }
   bool WritesTo(std::uint32_t address) const {
     const std::size_t bytes_written = BodySize() - 4;
     return Writes() && Word(Body()) <= address && address < Word(Body()) + bytes_written;
@@ -188,7 +189,9 @@ Status GvcpDoor::State::Check(const Request& request, const sockaddr_in& client)
       return kNotImplemented;
   }
   if (const Status status = CheckWrites(request); status != kGood) return status;
-  return AnotherControls(client) ? kAccessDenied : kGood;
+  if (AnotherControls(client)) return kAccessDenied;
+  const bool controls = IsController(client) && options.privilege() != 0;
+  return controls || request.AsksForControl() ? kGood : kAccessDenied;
 }
 
 Status GvcpDoor::State::CheckRange(std::uint32_t address, std::size_t bytes) const {

@@ -9,7 +9,9 @@
 //   INVALID_ADDRESS    beyond registers and description
 //   BAD_ALIGNMENT      not a multiple of four
 //   WRITE_PROTECT      a register that is not to be written
-//   ACCESS_DENIED      writing while another client controls the camera
+//   ACCESS_DENIED      writing, without control of the camera, anything but the request for it, and that
+//   while
+//                      another client has it
 //
 // What does not begin as a request of the protocol gets no answer, nor does a wrong one that asks for none,
 // or that came by broadcast.

@@ -314,8 +314,10 @@ Instruction InstructionFor(const CaptureState& state) {
   if (!state.subject && !state.without_subject)
     return state.finding_subject
                ? Instruction{"hold the subject in the middle: its distance is being found", false}
-               : Instruction{"too few points in the middle to find the subject: centre it, or go nearer",
-                             true};
+               : Instruction{
+                     "too few trackable points in the middle of the picture: go nearer, or add texture or "
+                     "light",
+                     true};
   if (state.subject_moved) return {"the subject has moved: put it back, or place it anew (S)", true};
   switch (state.decision.reason) {
     case Reason::kOutsideRectangle:

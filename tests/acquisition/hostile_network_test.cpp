@@ -87,6 +87,9 @@ TEST_F(HostileNetwork, TheCameraAnswersJunkWithStatusCodes) {
       {"a frame period of nothing", {kWriteRegister, Words({0x138, 0})}, kInvalidParameter},
       {"packets smaller than their headers", {kWriteRegister, Words({0xD04, 36})}, kInvalidParameter},
       {"a pixel format of no bits", {kWriteRegister, Words({0x128, 0x01000001})}, kInvalidParameter},
+      {"a width, of a camera that nobody controls", {kWriteRegister, Words({0x100, 160})}, kAccessDenied},
+      {"a stream's address, without control", {kWriteRegister, Words({0xD18, 0x7F000001})}, kAccessDenied},
+      {"a start, without control", {kWriteMemory, Words({0x124, 1})}, kAccessDenied},
       {"a command that there is not", {0x0100, Words({1, 2, 3})}, kNotImplemented},
       {"a packet asked for again", {0x0040, Words({0, 1, 2})}, kNotImplemented},
       {"another address forced", {0x0004, Packet(56)}, kNotImplemented},
@@ -106,6 +109,16 @@ TEST_F(HostileNetwork, TheCameraAnswersJunkWithStatusCodes) {
   EXPECT_GE(server_->Statistics().refused, 32u);
   EXPECT_EQ(StatusOf(Answer(stranger, {kReadRegister, Words({0x100})}, 2000)), 0);
   EXPECT_EQ(StatusOf(Answer(stranger, {kReadMemory, Words({0, 536})}, 2000)), 0);
+  const auto width = [&] { return ReadGigeRegister(kCamera, 0x100); };
+  EXPECT_EQ(width(), 320u);
+  EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0xA00, 2})}, 2000)), 0);
+  EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0x100, 160})}, 2000)), 0) << "with control";
+  EXPECT_EQ(width(), 160u);
+  EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0x100, 320})}, 2000)), 0);
+  EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0xA00, 0})}, 2000)), 0);
+  EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0x100, 160})}, 2000)), kAccessDenied)
+      << "given back";
+  EXPECT_EQ(width(), 320u);
   const auto device = OpenDriver("aravis:127.0.0.1");
   device->Start();
   Take(*device, 3);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "coverage/capture_session.h"
+#include "coverage/exposure_match.h"
 #include "coverage/preflight.h"
 #include "coverage/subject_finder.h"
 #include "coverage/subject_watch.h"
@@ -253,6 +254,36 @@ TEST(ExposureMatch, GoesOnWithTheLightOfTheResumedViews) {
   // The camera began anew with full light, in the second session as in the first.
   EXPECT_NEAR(light_field.views[8].gain, 1, 0.1);
   EXPECT_LT(light_field.views[7].gain, 0.4);
+}
+
+// A loop that is closed, or a map that becomes metric: every view stands elsewhere, in other units.
+TEST(ExposureMatch, FindsItsNeighboursWhereTheyWereMovedTo) {
+  constexpr double kScale = 4, kLight = 0.6;
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(2.5, Vector3d(0.2, 1, 0.1).normalized()));
+  const auto corrected = [&](const Rigid3& cam_from_world) {
+    const Eigen::Quaterniond rotation = cam_from_world.rotation * turn.conjugate();
+    return Rigid3{rotation, kScale * cam_from_world.translation - rotation * Vector3d(30, -5, 12)};
+  };
+  PlanarDevice device({{PoseAt(-3, 0)}, {PoseAt(3, 0)}, {PoseAt(0, 0)}});
+  device.Start();
+  ExposureMatch match{LightField{}};
+  HeldViews views{LightField{}};
+  const auto next = [&] { return *device.Next(std::chrono::milliseconds(0)); };
+  std::map<int, Rigid3> moved;
+  for (int id = 1; id <= 2; ++id) {
+    const Frame frame = next();
+    EXPECT_NEAR(match.GainOf(frame.image, kCamera, *frame.known_cam_from_world, 1, views), 1, 0.05);
+    match.Keep(id);
+    views.Add({id, {}, *frame.known_cam_from_world});
+    moved[id] = corrected(*frame.known_cam_from_world);
+  }
+  views.MoveTo(moved);
+  const Frame frame = next();
+  Image darker{.pixels = {}, .transfer = frame.image.transfer};
+  frame.image.pixels.convertTo(darker.pixels, -1, kLight);
+  const double expected = std::pow(kLight, 2.2);
+  EXPECT_NEAR(match.GainOf(darker, kCamera, corrected(*frame.known_cam_from_world), kScale, views), expected,
+              0.2 * expected);
 }
 
 TEST(CorrectedPoses, WhatFallsOpenIsShownAndSaid) {

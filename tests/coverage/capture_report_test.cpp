@@ -80,8 +80,32 @@ TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
   CaptureSummary good = With(Reason::kCovered, 290);
   good.frames = 300, good.recorded = 10;
   EXPECT_EQ(WhyFewRecorded(good), "");
+  CaptureSummary wide = With(Reason::kOutsideRectangle, 120);
+  wide.frames = 300, wide.recorded = 120, wide.reasons[static_cast<std::size_t>(Reason::kBlur)] = 60;
+  EXPECT_EQ(WhyFewRecorded(wide), "") << "many were recorded";
   walk.stopped_because = StoppedBecause::kCovered;
   EXPECT_EQ(WhyFewRecorded(walk), "") << "all that was wanted is there";
+}
+
+TEST(CaptureReport, ReasonsThatSayTheCameraIsElsewhereCountTogether) {
+  const auto with = [](std::uint64_t outside, std::uint64_t inside, std::uint64_t lost) {
+    CaptureSummary summary = With(Reason::kOutsideRectangle, outside);
+    summary.reasons[static_cast<std::size_t>(Reason::kInsideSphere)] = inside;
+    summary.reasons[static_cast<std::size_t>(Reason::kTracking)] = lost;
+    summary.frames = 300, summary.recorded = 7;
+    return summary;
+  };
+  EXPECT_THAT(WhyFewRecorded(with(130, 60, 103)),
+              AllOf(HasSubstr("only 7 of 300 frames recorded: for 190"), HasSubstr("safety rectangle"),
+                    HasSubstr(std::string("' or '") + InWords(Reason::kInsideSphere)),
+                    HasSubstr("--subject x,y,z,radius")));
+  EXPECT_THAT(WhyFewRecorded(with(80, 60, 153)),
+              AllOf(HasSubstr("for 153"), HasSubstr(InWords(Reason::kTracking)), HasSubstr("sideways"),
+                    Not(HasSubstr("--no-subject"))));
+  CaptureSummary covered = with(80, 60, 103);
+  covered.reasons[static_cast<std::size_t>(Reason::kCovered)] = 5000;
+  covered.frames = 5250;
+  EXPECT_EQ(WhyFewRecorded(covered), "") << "nearly all of it is there";
 }
 
 TEST(CaptureReport, TransportCountersFitTheTerminal) {

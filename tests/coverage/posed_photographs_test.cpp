@@ -111,6 +111,78 @@ TEST(PosedPhotographs, OfNeighboursTheSharpestIsRecorded) {
   EXPECT_EQ(sharp_views, walked.light_field.views.size());
 }
 
+// Each frame sharper than the one before it.
+class SteadyingSource : public DriftingSource {
+ public:
+  SteadyingSource() : DriftingSource(Rigid3{}) {}
+  Track Step(const Frame& frame) override {
+    Track track = DriftingSource::Step(frame);
+    track.sharpness = 0.8 + 0.001 * static_cast<double>(++steps_);
+    return track;
+  }
+
+ private:
+  int steps_ = 0;
+};
+
+TEST(PosedPhotographs, APauseRecordsWhatIsHeldAndHoldsNothing) {
+  const ScratchFolder scratch;
+  SteadyingSource poses;
+  CaptureRequests requests;
+  std::optional<double> held_s, first_of_pause_s;
+  std::uint64_t paused_after = 0;
+  bool seen_recorded = false;
+  CaptureHooks hooks;
+  hooks.requests = &requests;
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    if (!held_s && now->decision.reason == Reason::kRecorded) {
+      held_s = now->device_time_s;
+      paused_after = now->frames;
+      requests.Ask(SetRecording{false});
+    } else if (held_s && !first_of_pause_s) {
+      first_of_pause_s = now->device_time_s;
+      seen_recorded = now->view_ids.size() == 1;
+    }
+    if (held_s && now->frames == paused_after + 60) requests.Ask(SetRecording{true});
+  };
+  const Walked walked = CaptureWalk(scratch / "lf", Walk(-0.3, 0.3, 0.004), poses, hooks);
+  ASSERT_TRUE(held_s && first_of_pause_s);
+  EXPECT_TRUE(seen_recorded);
+  const std::vector<View>& views = walked.light_field.views;
+  ASSERT_GT(views.size(), 2u) << "and goes on";
+  EXPECT_EQ(views[0].device_time_s, *held_s) << "not a sharper one of the pause, and not none";
+  EXPECT_GT(views[1].device_time_s, *held_s + 59 / 15.0) << "none of the pause";
+  EXPECT_GT(Counted(walked.summary).at("paused"), 10u);
+  std::uint64_t sum = 0;
+  for (const std::uint64_t count : walked.summary.reasons) sum += count;
+  EXPECT_EQ(sum, walked.summary.frames);
+}
+
+TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
+  constexpr double kDepth = 7;
+  Frame frame;
+  frame.image.pixels = cv::Mat(kCamera.height, kCamera.width, CV_8U, cv::Scalar(128));
+  std::vector<VisiblePoint> points;
+  for (int i = -5; i <= 5; ++i)
+    for (int j = -4; j <= 4; ++j) {
+      const Vector3d in_cam(0.4 * i, 0.4 * j, kDepth);
+      points.push_back({in_cam, *kCamera.ImgFromCam(in_cam), kDepth});
+    }
+  Track track;
+  track.state = TrackState::kTracking;
+  track.cam_from_world = Rigid3{};
+  track.quality = 1;
+  PosedPhotographs walk(kCamera, {});
+  const HeldViews none{LightField{}};
+  const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
+  ASSERT_EQ(walk.After(input, points, none, {}).decision.reason, Reason::kRecorded);
+  const Track lost;
+  const PosedPhotographs::Step after =
+      walk.After({.frame = frame, .track = lost, .camera = kCamera}, {}, none, {});
+  ASSERT_TRUE(after.record);
+  EXPECT_EQ(after.record->depth, kDepth);
+}
+
 TEST(PosedPhotographs, ARequestForASubjectIsAnsweredInWords) {
   const ScratchFolder scratch;
   DriftingSource poses(Rigid3{});

@@ -39,8 +39,11 @@ std::vector<Example> ExamplesOf(const std::string& page, const std::string& text
       fenced = !fenced;
       continue;
     }
+    // Within an item of a list a block is indented by more.
     const bool indented = line.starts_with("    ");
-    const std::string code = fenced ? line : indented ? line.substr(4) : "";
+    const std::string code = fenced     ? line
+                             : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
+                                        : "";
     if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
     if (!figures || !line.starts_with("|")) continue;
     static const std::regex quoted("`((?:ulf|\\./run) [^`]*)`");

@@ -66,14 +66,16 @@ TEST(Examples, AreReadOutOfThePages) {
       "# Page\n\n    ulf info vase --cap 60x40    # what it came to\n    {\"json\": 1}\n"
       "    ulf simulate studio                    one camera\n\n```\nulf devices\n```\n\n"
       "    ulf capture 'sim:studio?seed=1' -o a --frames 3\n\n"
+      "- an item\n\n        ulf repair vase --write\n     \n\n"
       "| x | `ulf evaluate set` |\n\n## Figures\n\n| x | `ulf evaluate shop_grid_even --subject 0,0,-8,1` | "
       "`ulf "
       "track … --truth a` |\n";
   std::vector<std::string> commands;
   for (const Example& example : ExamplesOf("page.md", page)) commands.push_back(example.command);
-  EXPECT_THAT(commands, ElementsAre("ulf info vase --cap 60x40", "ulf simulate studio", "ulf devices",
-                                    "ulf capture 'sim:studio?seed=1' -o a --frames 3",
-                                    "ulf evaluate shop_grid_even --subject 0,0,-8,1"));
+  EXPECT_THAT(commands,
+              ElementsAre("ulf info vase --cap 60x40", "ulf simulate studio", "ulf devices",
+                          "ulf capture 'sim:studio?seed=1' -o a --frames 3", "ulf repair vase --write",
+                          "ulf evaluate shop_grid_even --subject 0,0,-8,1"));
 }
 
 TEST(Examples, AreTriedOrLeftOutByRules) {

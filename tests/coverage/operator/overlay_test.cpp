@@ -380,7 +380,8 @@ TEST(Overlay, ASubjectThatIsInTheMiddleIsNotToBeCentred) {
   state->finding_subject = true;
   EXPECT_EQ(InstructionFor(*state).words, "hold the subject in the middle: its distance is being found");
   state->finding_subject = false;
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("too few points in the middle"));
+  EXPECT_THAT(InstructionFor(*state).words,
+              ::testing::HasSubstr("too few trackable points in the middle of the picture"));
   state->without_subject = true;
   EXPECT_EQ(InstructionFor(*state).words, "walk on");
   state->decision.reason = Reason::kBlur;
