@@ -8,6 +8,7 @@
 
 #include "acquisition/host_time.h"
 #include "acquisition/photograph_inbox.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -91,6 +92,7 @@ class PacedDevice : public Device {
 
  private:
   void Play() {
+    HaveSignalStack();
     try {
       std::optional<double> first_s;
       Clock::time_point began;

@@ -5,6 +5,8 @@
 #include <mutex>
 #include <thread>
 
+#include "acquisition/signal_stack.h"
+
 namespace ulf {
 namespace {
 
@@ -43,6 +45,7 @@ void Reaper::Bury(std::function<void()> work) {
     ++shared->under_way;
   }
   std::thread([shared, work = std::move(work)]() mutable {
+    HaveSignalStack();
     work();
     work = nullptr;  // what it holds goes before it counts as done
     const std::lock_guard lock(shared->mutex);

@@ -17,6 +17,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -31,7 +32,6 @@ constexpr std::array kDeadly{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGTRAP};
 std::array<char, 4096> dying_dir;
 std::array<char, 16> dying_signal, dying_thread;
 std::array<struct sigaction, kDeadly.size()> before;
-alignas(16) std::array<char, 1 << 16> stack;  // for who has run out of it
 
 void Become(int signal) {
   dying_signal = {static_cast<char>('0' + signal / 10), static_cast<char>('0' + signal % 10), 0};
@@ -78,10 +78,7 @@ CloseAtDeath::CloseAtDeath(const fs::path& dir) {
   const std::string text = fs::absolute(dir).string();
   if (text.size() >= dying_dir.size()) throw Error("{}: the path is too long", text);
   std::copy_n(text.c_str(), text.size() + 1, dying_dir.begin());
-  stack_t alternative{};
-  alternative.ss_sp = stack.data();
-  alternative.ss_size = stack.size();
-  sigaltstack(&alternative, nullptr);
+  HaveSignalStack();
   struct sigaction action {};
   action.sa_handler = Become;
   action.sa_flags = SA_ONSTACK | static_cast<int>(SA_RESETHAND);

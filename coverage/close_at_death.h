@@ -4,6 +4,10 @@
 // left of what failed), which opens the light field anew, closes it, says so, and exits with 1. What had not
 // reached the disk by then is lost, as it is with SIGKILL.
 //
+// A thread that has overrun its stack needs another one for that: the calling thread has it here, those that
+// capture and that run the camera libraries' callbacks by acquisition/signal_stack.h. In the libraries' other
+// threads (Aravis's heartbeat, OpenCV's workers) an overrun ends the process as ever.
+//
 // Not in builds with a sanitizer, which has its own word to say then. There is no core dump.
 #pragma once
 

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "acquisition/signal_stack.h"
 #include "tracking/loop_closer.h"
 #include "tracking/map_adjustment.h"
 #include "tracking/readout_estimator.h"
@@ -100,6 +101,7 @@ void Mapper::AdjustSoon() {
 }
 
 void Mapper::Run() {
+  HaveSignalStack();
   {
     const std::lock_guard lock(shared_.mutex);
     shared_.mutex.SetOwner(std::this_thread::get_id());

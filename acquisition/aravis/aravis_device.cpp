@@ -23,6 +23,7 @@
 #include "acquisition/frame_queue.h"
 #include "acquisition/host_time.h"
 #include "acquisition/reaper.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -205,6 +206,7 @@ void AravisDevice::Start() {
   state_ = DeviceState::kStreaming;
   running_ = true;
   thread_ = std::thread([this] {
+    HaveSignalStack();
     try {
       Capture();
     } catch (const std::exception& error) {

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "acquisition/aravis/bound_sockets.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -128,6 +129,7 @@ bool AravisStream::AllowAnyPort() {
 
 void AravisStream::OnStream(void* data, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
   if (type != ARV_STREAM_CALLBACK_TYPE_INIT) return;
+  HaveSignalStack();
   Thread& thread = **static_cast<std::shared_ptr<Thread>*>(data);
   if (thread.wanted == ThreadPriority::kRealtime)
     thread.granted = arv_make_thread_realtime(kRealtimePriority);

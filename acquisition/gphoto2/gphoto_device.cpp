@@ -20,6 +20,7 @@
 #include "acquisition/host_time.h"
 #include "acquisition/jpeg_file.h"
 #include "acquisition/photograph_inbox.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -102,6 +103,7 @@ class GphotoDevice : public Device {
     DoneWithStill();
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
+      HaveSignalStack();
       try {
         Loop();
       } catch (const std::exception& error) {

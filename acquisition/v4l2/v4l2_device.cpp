@@ -17,6 +17,7 @@
 #include "acquisition/frame_id_counter.h"
 #include "acquisition/frame_queue.h"
 #include "acquisition/host_time.h"
+#include "acquisition/signal_stack.h"
 #include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
@@ -82,6 +83,7 @@ class V4l2Device : public Device {
     }
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
+      HaveSignalStack();
       try {
         Capture();
       } catch (const std::exception& error) {

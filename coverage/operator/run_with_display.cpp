@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "acquisition/error.h"
+#include "acquisition/signal_stack.h"
 
 namespace ulf {
 namespace {
@@ -76,6 +77,7 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
   std::atomic<bool> over = false;
   std::exception_ptr thrown;
   std::thread session([&] {
+    HaveSignalStack();
     try {
       capture();
     } catch (...) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <set>
@@ -329,6 +331,45 @@ TEST_F(GigeSimulator, WhatAKilledOneLeftOnTheLoopbackInterfaceIsTakenOverOrRemov
   EXPECT_FALSE(LoopbackHas("127.0.0.22")) << "removed by another";
   EXPECT_TRUE(LoopbackHas("127.0.0.21")) << "somebody lives there";
   EXPECT_TRUE(AskGigeCamera("127.0.0.21", std::chrono::seconds(2)));
+}
+
+TEST_F(GigeSimulator, AnAddressThatAKilledOneLeftBehindGoesWithTheNext) {
+  const auto is_there = [](const std::string& address) {
+    const std::vector<NetworkInterface> interfaces = NetworkInterfaces();
+    return std::any_of(interfaces.begin(), interfaces.end(),
+                       [&](const NetworkInterface& own) { return own.address == address; });
+  };
+  const auto serve = [](const std::string& address) {
+    auto process = std::make_unique<test::ChildProcess>(
+        std::vector<std::string>{std::getenv("ULF_BINARY"), "simulate", "wall", "--interface", address,
+                                 "--options", "width=160&height=120"});
+    EXPECT_THAT(process->ReadUntil("serving", 60), HasSubstr("serving")) << address;
+    return process;
+  };
+  ASSERT_FALSE(is_there("127.0.0.21"));
+  serve("127.0.0.21")->Kill();
+  ASSERT_TRUE(is_there("127.0.0.21")) << "nothing was left: the test shows nothing";
+  {
+    const auto again = serve("127.0.0.21");
+    EXPECT_TRUE(AskGigeCamera("127.0.0.21", 2s)) << "the address that was left serves";
+    again->Signal(SIGINT);
+    EXPECT_EQ(again->Wait(20), 0);
+    EXPECT_FALSE(is_there("127.0.0.21")) << "and is its own to take away";
+  }
+  serve("127.0.0.21")->Kill();
+  ASSERT_TRUE(is_there("127.0.0.21"));
+  const auto other = serve("127.0.0.22");
+  EXPECT_FALSE(is_there("127.0.0.21")) << "of one that is gone";
+  const auto beside = serve("127.0.0.23");
+  EXPECT_TRUE(is_there("127.0.0.22")) << "of one that lives";
+  EXPECT_TRUE(AskGigeCamera("127.0.0.22", 2s));
+  EXPECT_TRUE(AskGigeCamera("127.0.0.23", 2s));
+  for (const auto& process : {other.get(), beside.get()}) {
+    process->Signal(SIGINT);
+    EXPECT_EQ(process->Wait(20), 0);
+  }
+  EXPECT_FALSE(is_there("127.0.0.22"));
+  EXPECT_FALSE(is_there("127.0.0.23"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/light_field_io.h"
+#include "tests/acquisition/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -96,6 +97,26 @@ TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
                                     " --headless --poses known --resume --frames 10");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_GE(ReadLightField(dir).views.size(), closed.views.size());
+}
+
+TEST(CaptureProcess, AnOverrunStackClosesTheLightFieldInWhateverThread) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer has its own word to say";
+#endif
+  for (const auto& [where, name] : {std::pair{"main", "overrun_capture"}, {"other", "overrun"}}) {
+    test::ScratchFolder scratch;
+    const fs::path dir = scratch / "lf", errors = scratch / "errors";
+    WriteSample(dir, 2);
+    const int status =
+        std::system((OVERRUN_CAPTURE " " + dir.string() + " " + where + " 2>" + errors.string()).c_str());
+    ASSERT_TRUE(WIFEXITED(status)) << where;
+    EXPECT_EQ(WEXITSTATUS(status), 1) << where;
+    EXPECT_THAT(ReadWholeFile(errors),
+                testing::AllOf(testing::HasSubstr("died of signal 11"),
+                               testing::HasSubstr(std::string("in its thread '") + name + "'"),
+                               testing::HasSubstr("is closed with 2 views")))
+        << where;
+  }
 }
 
 TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {

@@ -185,7 +185,9 @@ TEST_F(ExportCommand, ColmapAnalysesAndUndistortsIt) {
   const ScratchFolder scratch;
   const ByColmap as_recorded = Colmap("model_analyzer --path " + (Dir() / "sparse/0").string());
   EXPECT_EQ(Said(as_recorded, "Registered images"), kViews) << as_recorded.output;
+  EXPECT_GT(Said(as_recorded, "Mean reprojection error"), 0);
   EXPECT_LT(Said(as_recorded, "Mean reprojection error"), 0.5);
+  EXPECT_GT(Said(as_recorded, "Observations"), 1000);
   for (const std::string form : {"--binary", ""}) {
     const fs::path out = scratch / ("out" + form);
     const auto report = Export("colmap --known-points " + form, out);
@@ -229,7 +231,12 @@ TEST_F(ExportCommand, ColmapTriangulatesFromIt) {
   const ColmapRead model = ReadAsColmap(tri);
   ExpectOurPoses(model, 1e-9);
   EXPECT_GT(model.points.size(), 150u);
-  EXPECT_LT(Said(Colmap("model_analyzer --path " + tri.string()), "Mean reprojection error"), 0.5);
+  const ByColmap analysed = Colmap("model_analyzer --path " + tri.string());
+  EXPECT_EQ(analysed.exit_code, 0) << analysed.output;
+  EXPECT_GT(Said(analysed, "Mean reprojection error"), 0) << analysed.output;
+  EXPECT_LT(Said(analysed, "Mean reprojection error"), 0.5);
+  EXPECT_EQ(Said(analysed, "Points"), model.points.size());
+  EXPECT_GT(Said(analysed, "Observations"), 2.0 * static_cast<double>(model.points.size()));
 }
 
 }  // namespace

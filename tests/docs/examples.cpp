@@ -7,6 +7,8 @@
 namespace ulf::test {
 namespace {
 
+namespace fs = std::filesystem;
+
 bool IsACommand(const std::string& line) {
   static const std::regex first_word(
       R"(^(build/release/\w+|\./run|ulf|render_quality|for|sudo|mkfifo|echo)(\s.*)?$)");
@@ -96,6 +98,21 @@ Trial TrialOf(const Example& example) {
     command += " --frames 12", trial.changes.push_back("12 frames");
   if (Has(command, R"(^ulf evaluate\b.*--temporal)")) change(R"(--frames \d+)", "--frames 8", "8 frames");
   return trial;
+}
+
+void LinkData(const fs::path& data, const fs::path& here) {
+  const fs::path from = fs::canonical(data);
+  if (!fs::is_directory(from)) return fs::create_symlink(from, here);
+  fs::create_directories(here);
+  for (const auto& entry : fs::recursive_directory_iterator(from)) {
+    const fs::path to = here / fs::relative(entry.path(), from);
+    if (entry.is_directory() && !entry.is_symlink())
+      fs::create_directories(to);
+    else if (entry.path().extension() != ".jsonl")
+      fs::create_symlink(entry.path(), to);
+    else if (fs::copy_file(entry.path(), to))
+      fs::permissions(to, fs::perms::owner_write, fs::perm_options::add);
+  }
 }
 
 }  // namespace ulf::test
