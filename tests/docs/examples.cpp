@@ -48,7 +48,7 @@ std::vector<Example> ExamplesOf(const std::string& page, const std::string& text
                                         : "";
     if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
     if (!figures || !line.starts_with("|")) continue;
-    static const std::regex quoted("`((?:ulf|\\./run) [^`]*)`");
+    static const std::regex quoted(R"(`(ulf \S+ [^`]*|\./run [^`]*)`)");
     for (std::sregex_iterator it(line.begin(), line.end(), quoted), end; it != end; ++it)
       if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
   }
@@ -100,19 +100,14 @@ Trial TrialOf(const Example& example) {
   return trial;
 }
 
-void LinkData(const fs::path& data, const fs::path& here) {
-  const fs::path from = fs::canonical(data);
-  if (!fs::is_directory(from)) return fs::create_symlink(from, here);
-  fs::create_directories(here);
-  for (const auto& entry : fs::recursive_directory_iterator(from)) {
-    const fs::path to = here / fs::relative(entry.path(), from);
-    if (entry.is_directory() && !entry.is_symlink())
-      fs::create_directories(to);
-    else if (entry.path().extension() != ".jsonl")
-      fs::create_symlink(entry.path(), to);
-    else if (fs::copy_file(entry.path(), to))
-      fs::permissions(to, fs::perms::owner_write, fs::perm_options::add);
-  }
+void CopyData(const fs::path& data, const fs::path& here) {
+  fs::copy(fs::canonical(data), here, fs::copy_options::recursive);
+  const auto make_writable = [](const fs::path& path) {
+    fs::permissions(path, fs::perms::owner_write, fs::perm_options::add);
+  };
+  make_writable(here);
+  if (!fs::is_directory(here)) return;
+  for (const auto& entry : fs::recursive_directory_iterator(here)) make_writable(entry.path());
 }
 
 }  // namespace ulf::test

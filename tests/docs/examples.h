@@ -46,8 +46,8 @@ inline constexpr DataName kDataNames[] = {{"fox", "fox_half"},
                                           {"scan_synthetic", "scan_synthetic"},
                                           {"aruco_data", "aruco_board/aruco_data"}};
 
-// A data set as a folder of our own at `here`: its files are links, so that what a command makes beside them
-// stays here. What is written to where it lies (journals) is a copy.
-void LinkData(const std::filesystem::path& data, const std::filesystem::path& here);
+// A data set, or a file of one, as one of our own at `here`: what a command writes into it stays here. (Links
+// would not do: a light field only holds what lies inside it.)
+void CopyData(const std::filesystem::path& data, const std::filesystem::path& here);
 
 }  // namespace ulf::test
