@@ -48,7 +48,7 @@ std::vector<Example> ExamplesOf(const std::string& page, const std::string& text
                                         : "";
     if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
     if (!figures || !line.starts_with("|")) continue;
-    static const std::regex quoted(R"(`(ulf \S+ [^`]*|\./run [^`]*)`)");
+    static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)");
     for (std::sregex_iterator it(line.begin(), line.end(), quoted), end; it != end; ++it)
       if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
   }

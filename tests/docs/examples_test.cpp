@@ -69,13 +69,13 @@ TEST(Examples, AreReadOutOfThePages) {
       "- an item\n\n        ulf repair vase --write\n     \n\n"
       "| x | `ulf evaluate set` |\n\n## Figures\n\n| x | `ulf evaluate shop_grid_even --subject 0,0,-8,1` | "
       "`ulf "
-      "track … --truth a` |\n";
+      "track … --truth a` |\n| `ulf refine`: the demo | `./run demo` |\n";
   std::vector<std::string> commands;
   for (const Example& example : ExamplesOf("page.md", page)) commands.push_back(example.command);
   EXPECT_THAT(commands,
               ElementsAre("ulf info vase --cap 60x40", "ulf simulate studio", "ulf devices",
                           "ulf capture 'sim:studio?seed=1' -o a --frames 3", "ulf repair vase --write",
-                          "ulf evaluate shop_grid_even --subject 0,0,-8,1"));
+                          "ulf evaluate shop_grid_even --subject 0,0,-8,1", "./run demo"));
 }
 
 TEST(Examples, AreTriedOrLeftOutByRules) {
