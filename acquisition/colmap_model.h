@@ -48,7 +48,8 @@ struct ColmapReconstruction {
 };
 
 // Points without observations are left out where others have some. A view that shows none gets one place
-// without a point, its principal point, which every reader skips. Names are as SafeName() has them (image_names.h).
+// without a point, its principal point, which every reader skips. Names are as SafeName() has them
+// (image_names.h).
 ColmapReconstruction ToColmap(const LightField& light_field);
 
 // The smallest of COLMAP's models that says the same.

@@ -8,11 +8,11 @@
 #include <set>
 #include <thread>
 
-#include "acquisition/image_names.h"
 #include "acquisition/colmap_text.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/image_header.h"
+#include "acquisition/image_names.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"

@@ -329,7 +329,8 @@ void AddTransparentColors(const fs::path& png, const std::string& content) {
   const auto checksum = static_cast<std::uint32_t>(
       crc32(0, reinterpret_cast<const Bytef*>(named.data()), static_cast<uInt>(named.size())));
   std::string bytes = ReadWholeFile(png);
-  bytes.insert(kSignatureAndHeader, four(static_cast<std::uint32_t>(content.size())) + named + four(checksum));
+  bytes.insert(kSignatureAndHeader,
+               four(static_cast<std::uint32_t>(content.size())) + named + four(checksum));
   std::ofstream(png, std::ios::binary) << bytes;
 }
 
@@ -402,8 +403,10 @@ TEST_F(Foreign, WhatIsNotUnderstoodIsNamed) {
 
 // Every row of the COLMAP text model has the fields that its readers count on, and every file is there.
 TEST_F(Foreign, NamesBreakNoRow) {
-  // The last with a space of the kind that macOS writes into the names of screenshots, which parts fields too.
-  const char* const names[] = {"images/a view.png", "images/a\nview.png", "images/sub dir/\tthird\u202f2.png"};
+  // The last with a space of the kind that macOS writes into the names of screenshots, which parts fields
+  // too.
+  const char* const names[] = {"images/a view.png", "images/a\nview.png",
+                               "images/sub dir/\tthird\u202f2.png"};
   fs::create_directories(source() / "images/sub dir");
   for (std::size_t i = 0; i < 3; ++i) {
     fs::rename(source() / "images" / fmt::format("{:06}.png", i + 1), source() / names[i]);

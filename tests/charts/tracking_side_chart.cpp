@@ -98,7 +98,8 @@ Chart TrackingSideChart(const ChartEffort& effort) {
       "Names: longer side of the tracked picture, px; full: as they come. Recordings: the first 120 frames, "
       "640 px wide, enlarged (cubic), one run each: on the kitchen differences of a fifth say nothing. "
       "Simulator: 100 frames, seeds 61 and 62. The default was settled on both recordings and the "
-      "sharp simulator; noise and blur report. No point: fewer than {:.0f} % of the frames tracked. CPU of the "
+      "sharp simulator; noise and blur report. No point: fewer than {:.0f} % of the frames tracked. CPU of "
+      "the "
       "tracking thread, reducing included, mapping apart, over cv::ORB with 1,000 features on the same "
       "pictures at 640 px.",
       100 * kTrackedShare);

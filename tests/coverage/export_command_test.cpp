@@ -130,8 +130,8 @@ TEST_F(ExportCommand, KeepsPointsWhereNoneCanBeMeasured) {
   const ScratchFolder scratch;
   WriteSample(scratch / "noise", 3);
   for (const char* form : {"nerfstudio", "colmap"}) {
-    const auto run = RunUlf(fmt::format("export {} {} -o {}", form, (scratch / "noise").string(),
-                                        (scratch / form).string()));
+    const auto run = RunUlf(
+        fmt::format("export {} {} -o {}", form, (scratch / "noise").string(), (scratch / form).string()));
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     EXPECT_THAT(run.output, testing::AllOf(HasSubstr("points: 2\n"), HasSubstr("those that were there")));
   }
