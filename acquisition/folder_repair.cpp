@@ -54,8 +54,10 @@ Found FindJournal(const fs::path& dir) {
     found.problem = error.what();
   }
   if (!fs::is_regular_file(dir / kTransforms))
-    throw Error("{}; nor is there a {} to make one from: nothing here says where the photographs were taken",
-                found.problem, kTransforms);
+    throw Error(
+        "{}; nor is there a {} to make one from (sparse/0 alone is not enough: it knows neither the "
+        "subject nor the masters): restore one of the two from a copy",
+        found.problem, kTransforms);
   TransformsText text = ReadTransformsText(dir / kTransforms);
   if (!text.ours)
     throw Error("{0}: {1} is by another program; make a light field of it with 'ulf import {0} -o NEW'",
@@ -229,12 +231,16 @@ void SaySteps(const fs::path& dir, RepairPlan& plan) {
     plan.steps.push_back(fmt::format("take {} out of the light field",
                                      ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
   if (plan.new_journal)
-    plan.steps.push_back("write the journal anew without its damaged lines; the old one is kept in kept/");
+    plan.steps.push_back(fs::exists(dir / kJournal)
+                             ? "write the journal anew, without damaged lines; the old one stays in kept/"
+                             : "write a journal");
   SayPictures(dir, plan);
   if (plan.missing_pictures) plan.steps.push_back("make the photographs that are missing from their masters");
   if (plan.new_derived)
     plan.steps.push_back(
-        "write transforms.json and sparse/0 anew; what was changed in them is kept in kept/");
+        "write transforms.json, sparse/0 and the points' files anew; what does not follow from the journal "
+        "is "
+        "kept in kept/");
 }
 
 RepairPlan PlanUnlocked(const fs::path& dir) {

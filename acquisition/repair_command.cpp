@@ -24,7 +24,7 @@ void PrintText(const RepairPlan& plan, const RepairArgs& args) {
                plan.found.empty() ? "nothing to repair" : "nothing that can be repaired");
     return;
   }
-  for (const std::string& each : plan.steps) fmt::print("{}: {}\n", args.write ? "done" : "would", each);
+  for (const std::string& each : plan.steps) fmt::print("{} {}\n", args.write ? "did this:" : "would", each);
   fmt::print(
       "{}: {} before, {} {}\n", args.dir, Counted(plan.views_before, "view"), plan.views_after,
       args.write ? "now" : "after 'ulf repair " + args.dir + " --write'; nothing has been changed yet");

@@ -64,6 +64,8 @@ StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
     return;
   }
   const fs::path parent = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+  for (fs::path made = parent; !made.empty() && !fs::exists(made, unknown); made = made.parent_path())
+    made_parents_.push_back(made);
   MakeFolder(parent);
   const std::string prefix = fmt::format(".{}.", target_.filename().string());
   RemoveUnfinished(parent, prefix);
@@ -77,6 +79,7 @@ StagedFolder::~StagedFolder() {
   std::error_code unknown;
   if (path_ != target_) {
     fs::remove_all(path_, unknown);
+    for (const fs::path& made : made_parents_) fs::remove(made, unknown);  // those that are empty
     return;
   }
   for (fs::directory_iterator entry(path_, unknown), end; !unknown && entry != end;

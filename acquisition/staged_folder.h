@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 namespace ulf {
 
@@ -13,7 +14,7 @@ class StagedFolder {
   explicit StagedFolder(std::filesystem::path target);
   StagedFolder(const StagedFolder&) = delete;
   StagedFolder& operator=(const StagedFolder&) = delete;
-  ~StagedFolder();  // removes what was not committed
+  ~StagedFolder();  // removes what was not committed, with the folders above that were made for it
 
   // Where to write until Commit(): beside the target (hidden, `.NAME.part`), or in it where it is the root of
   // a file system of its own.
@@ -23,6 +24,7 @@ class StagedFolder {
 
  private:
   std::filesystem::path target_, path_;
+  std::vector<std::filesystem::path> made_parents_;  // the innermost first
   bool committed_ = false;
 };
 

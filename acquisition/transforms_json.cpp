@@ -18,6 +18,7 @@
 #include "acquisition/image_header.h"
 #include "acquisition/json_fields.h"
 #include "acquisition/point_io.h"
+#include "acquisition/transforms_camera.h"
 #include "acquisition/view_json.h"
 
 namespace ulf {
@@ -48,97 +49,6 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
     }
   }
   return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
-}
-
-constexpr std::string_view kCameraKeys[] = {
-    "fl_x", "fl_y", "cx", "cy", "w",  "h",  "camera_angle_x", "camera_angle_y",
-    "k1",   "k2",   "k3", "k4", "p1", "p2", "camera_model",   "is_fisheye"};
-
-template <std::size_t N>
-bool Among(const std::string_view (&keys)[N], const std::string& key) {
-  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
-}
-
-json CameraKeysOf(const json& object) {
-  json keys = json::object();
-  for (const auto& [key, value] : object.items())
-    if (Among(kCameraKeys, key) && !value.is_null()) keys[key] = value;
-  return keys;
-}
-
-// Key by key, as nerfstudio reads them: what a frame says of its camera stands before what the set says. A
-// frame that says one thing in its own words says all of it.
-json CameraKeysOfFrame(const json& set, const json& frame) {
-  json keys = set;
-  if (frame.contains("fl_x") || frame.contains("camera_angle_x"))
-    for (const char* focal : {"fl_x", "fl_y", "camera_angle_x", "camera_angle_y"}) keys.erase(focal);
-  if (frame.contains("camera_model") || frame.contains("is_fisheye"))
-    for (const char* kind : {"camera_model", "is_fisheye"}) keys.erase(kind);
-  keys.update(frame);
-  return keys;
-}
-
-bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
-
-int SidePx(const JsonPlace& place, const char* key) {
-  constexpr double kMostPx = 1 << 20;
-  const double side = std::round(place.Number(key));
-  if (!(side >= 1 && side <= kMostPx))
-    throw Error("{}: '{}' is {} px; an image has 1 to {} on a side", place.where, key,
-                place.Raw(key).dump().substr(0, 40), kMostPx);
-  return static_cast<int>(side);
-}
-
-cv::Size SizeOf(const fs::path& image) {
-  constexpr std::int64_t kMostPx = 1 << 20;
-  if (const auto header = ReadImageHeader(image.string());
-      header && header->width <= kMostPx && header->height <= kMostPx)
-    return {static_cast<int>(header->width), static_cast<int>(header->height)};
-  return ReadImageFile(image.string()).size();
-}
-
-CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
-  CameraModel camera;
-  const bool is_told = place.Has("w") && place.Has("h");
-  const cv::Size size = is_told ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : SizeOf(example_image);
-  camera.width = size.width;
-  camera.height = size.height;
-  if (place.Has("fl_x")) {
-    camera.fx = place.Number("fl_x");
-    camera.fy = place.Number("fl_y", camera.fx);
-  } else if (place.Has("camera_angle_x")) {
-    camera.fx = 0.5 * camera.width / std::tan(0.5 * place.Number("camera_angle_x"));
-    camera.fy = place.Has("camera_angle_y")
-                    ? 0.5 * camera.height / std::tan(0.5 * place.Number("camera_angle_y"))
-                    : camera.fx;
-  } else {
-    throw Error("{}: neither 'fl_x' nor 'camera_angle_x' is there; add the focal length in pixels as 'fl_x'",
-                place.where);
-  }
-  camera.cx = place.Number("cx", 0.5 * camera.width);
-  camera.cy = place.Number("cy", 0.5 * camera.height);
-
-  const std::string model = place.Text("camera_model", "OPENCV");
-  const bool fisheye =
-      model == "OPENCV_FISHEYE" || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
-  constexpr const char* kPerspective[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
-  if (!fisheye &&
-      std::find(std::begin(kPerspective), std::end(kPerspective), model) == std::end(kPerspective))
-    throw Error(
-        "{}: camera model '{}' is not supported; undistort to PINHOLE, or use OPENCV or OPENCV_FISHEYE",
-        place.where, model);
-  const double k1 = place.Number("k1", 0), k2 = place.Number("k2", 0), k3 = place.Number("k3", 0);
-  const double k4 = place.Number("k4", 0), p1 = place.Number("p1", 0), p2 = place.Number("p2", 0);
-  camera.coefficients =
-      fisheye ? std::array<double, 5>{k1, k2, k3, k4, 0} : std::array<double, 5>{k1, k2, p1, p2, k3};
-  const bool all_zero = camera.coefficients == std::array<double, 5>{};
-  camera.distortion = fisheye    ? Distortion::kFisheye
-                      : all_zero ? Distortion::kNone
-                                 : Distortion::kRadialTangential;
-  if (!fisheye && k4 != 0)
-    throw Error("{}: 'k4' belongs to OPENCV_FISHEYE; the model here is {}", place.where, model);
-  camera.Validate(place.where);
-  return camera;
 }
 
 // nerfstudio writes paths with their ending, Blender's original NeRF sets without.
@@ -189,6 +99,11 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
     light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+}
+
+template <std::size_t N>
+bool Among(const std::string_view (&keys)[N], const std::string& key) {
+  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
 }
 
 // What is read; what tells a trainer how to train; nothing else is passed over without a word.
@@ -313,7 +228,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
     if (own_keys.empty() && shared_camera) {
       view.camera = *shared_camera;
     } else {
-      const json keys = CameraKeysOfFrame(shared_keys, own_keys);
+      const json keys = MergedCameraKeys(shared_keys, own_keys);
       const JsonPlace place{keys, frame.where};
       if (!HasIntrinsics(place))
         throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
@@ -328,7 +243,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
       if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, frame.where);
     }
     for (const auto& [key, value] : object.items())
-      if (!Among(kFrameKeys, key) && !Among(kCameraKeys, key)) ++unused[key];
+      if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
     light_field.views.push_back(std::move(view));
   };
   document.ForEachFrame(add);
@@ -342,7 +257,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
                   light_field.views[i].id);
   if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
   for (const auto& [key, value] : document.top().items())
-    if (!Among(kSetKeys, key) && !Among(kCameraKeys, key))
+    if (!Among(kSetKeys, key) && !IsCameraKey(key))
       light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
   for (const auto& [key, count] : unused)
     light_field.doubts.push_back(
@@ -367,47 +282,6 @@ std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
   if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
     return std::nullopt;
   return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
-}
-
-void WriteCamera(const CameraModel& camera, json& object) {
-  object["w"] = camera.width;
-  object["h"] = camera.height;
-  object["fl_x"] = camera.fx;
-  object["fl_y"] = camera.fy;
-  object["cx"] = camera.cx;
-  object["cy"] = camera.cy;
-  const auto& c = camera.coefficients;
-  switch (camera.distortion) {
-    case Distortion::kNone:
-      object["camera_model"] = "PINHOLE";
-      break;
-    case Distortion::kRadialTangential:
-      object["camera_model"] = "OPENCV";
-      object["k1"] = c[0];
-      object["k2"] = c[1];
-      object["p1"] = c[2];
-      object["p2"] = c[3];
-      object["k3"] = c[4];
-      break;
-    case Distortion::kFisheye:
-      object["camera_model"] = "OPENCV_FISHEYE";
-      object["is_fisheye"] = true;
-      object["k1"] = c[0];
-      object["k2"] = c[1];
-      object["k3"] = c[2];
-      object["k4"] = c[3];
-      break;
-  }
-}
-
-// nerfstudio looks for the kind of lens at the top alone.
-void WriteKind(const std::vector<CameraModel>& cameras, json& object) {
-  const auto is_fisheye = [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; };
-  if (cameras.empty()) return;
-  if (std::all_of(cameras.begin(), cameras.end(), is_fisheye))
-    object["camera_model"] = "OPENCV_FISHEYE";
-  else if (std::none_of(cameras.begin(), cameras.end(), is_fisheye))
-    object["camera_model"] = "OPENCV";
 }
 
 json OurKeys(const LightField& light_field) {
@@ -470,7 +344,12 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
 LightField ReadTransformsJson(const fs::path& file) {
   const Document document(file);
   LightField light_field = ReadFrames(document, file, true);
-  ReadPointsOf({document.top(), file.string()}, light_field);
+  const JsonPlace top{document.top(), file.string()};
+  ReadPointsOf(top, light_field);
+  if (StampFrom(top) && !fs::exists(light_field.root / "journal.jsonl"))
+    light_field.doubts.push_back(fmt::format(
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {0}' shows how to make it anew",
+        light_field.root.string(), file.filename().string()));
   return light_field;
 }
 
@@ -488,7 +367,7 @@ std::string TransformsJsonText(const LightField& light_field, const std::optiona
   if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
   json& ours = document["ulf"] = OurKeys(light_field);
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
-  if (!one_camera) WriteKind(light_field.cameras, document);
+  if (!one_camera) WriteCameraKind(light_field.cameras, document);
   // nerfstudio takes masks of all frames or of none.
   const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
                                        [](const View& view) { return view.mask_path.empty(); });

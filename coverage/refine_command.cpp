@@ -264,7 +264,11 @@ int RunRefine(const RefineArgs& args) {
   std::string dir = args.dir;
   const std::vector<TimedPose> truth = args.truth.empty() ? std::vector<TimedPose>{} : ReadTum(args.truth);
   if (args.output.empty() && fs::is_directory(dir) && !fs::exists(fs::path(dir) / "journal.jsonl"))
-    throw UsageError("{}: is no light field of ours (no journal.jsonl); give a new folder with -o", dir);
+    throw UsageError(
+        "{0}: there is no journal.jsonl; where it was lost 'ulf repair {0}' makes it anew; for a set by "
+        "another "
+        "program give a new folder with -o",
+        dir);
   if (!args.output.empty()) {
     ImportOptions import;
     if (!args.subject.empty()) import.subject = ParseSubject(args.subject);

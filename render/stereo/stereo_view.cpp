@@ -11,9 +11,9 @@ namespace {
 // 255 where the photograph has light in all of a pixel; empty where it has everywhere.
 cv::Mat ValidPart(const Photograph& photograph) {
   if (!photograph.linear()) return {};
-  cv::Mat share;
-  cv::extractChannel(photograph.Level(0), share, 3);
-  share.convertTo(share, CV_32F);
+  cv::Mat light, share;
+  photograph.Level(0).convertTo(light, CV_32F);  // OpenCV takes no channel out of halves
+  cv::extractChannel(light, share, 3);
   const cv::Mat valid = share > 0.99f;
   return cv::countNonZero(valid) == static_cast<int>(valid.total()) ? cv::Mat() : valid;
 }

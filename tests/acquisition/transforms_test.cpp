@@ -372,6 +372,19 @@ TEST_F(Foreign, IntrinsicsAreReadKeyByKey) {
   }
 }
 
+// A light field of ours: who only looks at it must hear of it, too.
+TEST(LostJournal, IsSaidByReadersAndNamesRepair) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  EXPECT_TRUE(ReadLightField(scratch / "lf").doubts.empty());
+  fs::remove(scratch / "lf/journal.jsonl");
+  EXPECT_THAT(ReadLightField(scratch / "lf").doubts,
+              testing::ElementsAre(AllOf(HasSubstr("the journal is missing"), HasSubstr("ulf repair"))));
+  const auto refine = test::RunUlf("refine " + (scratch / "lf").string());
+  EXPECT_NE(refine.exit_code, 0);
+  EXPECT_THAT(refine.errors, HasSubstr("ulf repair"));
+}
+
 TEST_F(Foreign, DamagedPointsAreNamedAndLeftOut) {
   std::ofstream(source() / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\n";
   std::ofstream(source() / "transforms.json") << document_.dump();
@@ -442,9 +455,10 @@ TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
   fs::resize_file(scratch_ / "disk/filler", fs::file_size(scratch_ / "disk/filler") - 24000);
   EXPECT_THAT(
       [&] {
-        Import(source(), scratch_ / "disk/lf", {Subject{{0, 0, 3}, 0.4}});
+        Import(source(), scratch_ / "disk/new/lf", {Subject{{0, 0, 3}, 0.4}});
       },
-      ThrowsMessage<DiskFullError>(AllOf(HasSubstr("disk/lf"), HasSubstr("nothing of it was left behind"))));
+      ThrowsMessage<DiskFullError>(
+          AllOf(HasSubstr("disk/new/lf"), HasSubstr("nothing of it was left behind"))));
   for (const auto& entry : fs::directory_iterator(scratch_ / "disk"))
     EXPECT_EQ(entry.path().filename(), "filler") << "left behind";
 }

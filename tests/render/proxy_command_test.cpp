@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/atomic_file.h"
 #include "acquisition/light_field_io.h"
@@ -78,6 +79,30 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   // The wall stays where it is, the plane turns with the camera.
   EXPECT_THAT(again.errors, ::testing::ContainsRegex("\n  plane +[0-9.]+ dB\n\\* again.ply +[0-9.]+ dB\n"));
   EXPECT_THAT(again.errors, HasSubstr("a little too well"));
+}
+
+// Masks make photographs linear; what all views mask gives no surface.
+TEST(ProxyCommand, MaskedPartsGiveNoSurface) {
+  const test::ScratchFolder scratch;
+  const auto points = [&](const char* name, bool masked) {
+    WriteWall(scratch / name);
+    LightField light_field = ReadLightField(scratch / name);
+    cv::Mat mask(90, 120, CV_8UC1, cv::Scalar(255));
+    mask.rowRange(0, 45) = 0;
+    std::filesystem::create_directories(scratch / name / "masks");
+    for (View& view : light_field.views) {
+      if (!masked) break;
+      view.mask_path = fmt::format("masks/{}.png", view.id);
+      cv::imwrite((scratch / name / view.mask_path).string(), mask);
+    }
+    if (masked) WriteLightField(light_field);
+    const auto run = RunUlf("proxy " + (scratch / name).string() + " --json");
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return nlohmann::json::parse(run.output, nullptr, false).value("points", 0);
+  };
+  const int whole = points("whole", false), half = points("half", true);
+  EXPECT_GT(half, 0.2 * whole);
+  EXPECT_LT(half, 0.7 * whole);
 }
 
 TEST(ProxyCommand, WorksWithoutOpenGl) {
