@@ -112,7 +112,7 @@ TEST_F(Folder, RepairIsAPlanUntilItIsToWrite) {
   const auto before = Content(dir());
   const auto plan = test::RunUlf("repair " + dir().string());
   EXPECT_EQ(plan.exit_code, 0) << plan.errors;
-  EXPECT_THAT(plan.output, AllOf(HasSubstr("would: put"), HasSubstr("nothing has been changed yet")));
+  EXPECT_THAT(plan.output, AllOf(HasSubstr("would put"), HasSubstr("nothing has been changed yet")));
   EXPECT_EQ(Content(dir()), before);
 }
 
