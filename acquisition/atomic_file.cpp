@@ -245,6 +245,14 @@ void FileBatch::Commit() {
 }
 
 void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
+  // A pipe or a device takes bytes; it must not be replaced by a file.
+  std::error_code unknown;
+  if (fs::exists(path, unknown) && !fs::is_regular_file(path, unknown) && !fs::is_directory(path, unknown)) {
+    if (std::ofstream stream(path, std::ios::binary);
+        !stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+      ThrowDiskError(errno, fmt::format("{}: writing failed", path.string()));
+    return;
+  }
   FileBatch batch;
   batch.Write(path, ContentOf(bytes));
   batch.Commit();

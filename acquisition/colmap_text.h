@@ -35,4 +35,8 @@ struct ColmapPoses {
 // Throws Error naming file and line for what is no such file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
+// By CAMERA_ID. Throws Error naming file and line for what is no such file, or is of a model that CameraModel
+// does not know.
+std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);
+
 }  // namespace ulf

@@ -12,6 +12,7 @@
 #include "acquisition/error.h"
 #include "acquisition/feature_file.h"
 #include "acquisition/features.h"
+#include "acquisition/lowercase.h"
 #include "acquisition/output_path.h"
 
 namespace ulf {
@@ -31,11 +32,6 @@ struct SetResult {
   CameraFeature feature;  // as it reads afterwards
   std::string wanted, before;
 };
-
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 std::string Access(const CameraFeature& feature) {
   if (feature.type == FeatureType::kCommand) return feature.writable ? "execute" : "locked";
@@ -277,7 +273,8 @@ int RunFeatures(const FeaturesArgs& args) {
   if (only_listing || (args.json && settings.empty() && names.empty()) || !args.filter.empty())
     for (CameraFeature& feature : access->List()) {
       const std::string everything = feature.name + " " + feature.category + " " + feature.description;
-      if (feature.visibility <= visibility && Lower(everything).find(Lower(args.filter)) != std::string::npos)
+      if (feature.visibility <= visibility &&
+          Lowercase(everything).find(Lowercase(args.filter)) != std::string::npos)
         shown.push_back(std::move(feature));
     }
   json["features"] = Json::array();

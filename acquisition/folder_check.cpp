@@ -13,6 +13,7 @@
 #include "acquisition/error.h"
 #include "acquisition/image_header.h"
 #include "acquisition/image_names.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"
@@ -169,10 +170,11 @@ void LookAtFiles(const fs::path& dir, const JournalContents& journal, FolderChec
 
 void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCheck& check) {
   const std::string file = (dir / name).string();
-  const std::string repair = fmt::format("'ulf repair {}' shows what can be put back", dir.string());
+  const std::string repair =
+      fmt::format("'ulf repair {}' shows what can be put back", ShellWord(dir.string()));
   if (derived.lineage == Lineage::kUnreadable) {
     check.words.push_back(fmt::format("{}; it is derived from the journal, 'ulf repair {}' makes it anew",
-                                      derived.problem, dir.string()));
+                                      derived.problem, ShellWord(dir.string())));
   } else if (derived.HoldsWhatIsLost()) {
     if (!derived.unknown.empty())
       check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,

@@ -16,6 +16,7 @@
 #include "acquisition/journal.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/point_io.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"
@@ -35,13 +36,52 @@ std::string NumbersOf(const std::map<int, View>& views) {
   return ViewNumbers(ids);
 }
 
-// The journal as far as it can be read. Where it has no header of its own, transforms.json gives one.
+// The journal as far as it can be read. Where it has no header of its own, transforms.json gives one, else
+// the cameras of sparse/0.
 struct Found {
   JournalContents journal;
   std::optional<LightField> header;    // cameras and device
   std::optional<LightField> settings;  // and the rest
   std::string problem;                 // why its own header cannot be used
+  const char* header_from = kTransforms;
 };
+
+// True where the model is ours: then its cameras are the journal's, in their order.
+bool HeaderFromModel(const fs::path& dir, Found& found) {
+  const fs::path sparse = dir / "sparse/0";
+  if (!fs::is_regular_file(sparse / "images.txt") || !ReadColmapPoses(sparse / "images.txt").made_from)
+    return false;
+  found.header.emplace().root = dir;
+  for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt"))
+    found.header->cameras.push_back(camera);
+  found.header_from = "sparse/0";
+  return !found.header->cameras.empty();
+}
+
+bool HeaderFromTransforms(const fs::path& dir, Found& found) {
+  if (!fs::is_regular_file(dir / kTransforms)) return false;
+  TransformsText text;
+  try {
+    text = ReadTransformsText(dir / kTransforms);
+  } catch (const Error& error) {
+    found.problem += fmt::format("; {}", error.what());
+    return false;
+  }
+  if (!text.ours) {
+    found.problem += fmt::format("; {} is by another program", kTransforms);
+    return false;
+  }
+  found.settings = text.light_field;
+  found.header = std::move(text.light_field);
+  found.header->views.clear();
+  found.header->doubts.clear();
+  found.header->subject.reset();
+  found.header->up_in_world.reset();
+  found.header->goal.reset();
+  found.header->capture_s = 0;
+  found.header->reasons.clear();
+  return true;
+}
 
 Found FindJournal(const fs::path& dir) {
   Found found;
@@ -53,24 +93,11 @@ Found FindJournal(const fs::path& dir) {
   } catch (const Error& error) {
     found.problem = error.what();
   }
-  if (!fs::is_regular_file(dir / kTransforms))
-    throw Error(
-        "{}; nor is there a {} to make one from (sparse/0 alone is not enough: it knows neither the "
-        "subject nor the masters): restore one of the two from a copy",
-        found.problem, kTransforms);
-  TransformsText text = ReadTransformsText(dir / kTransforms);
-  if (!text.ours)
-    throw Error("{0}: {1} is by another program; make a light field of it with 'ulf import {0} -o NEW'",
-                dir.string(), kTransforms);
-  found.settings = text.light_field;
-  found.header = std::move(text.light_field);
-  found.header->views.clear();
-  found.header->doubts.clear();
-  found.header->subject.reset();
-  found.header->up_in_world.reset();
-  found.header->goal.reset();
-  found.header->capture_s = 0;
-  found.header->reasons.clear();
+  if (!HeaderFromTransforms(dir, found) && !HeaderFromModel(dir, found))
+    throw Error("{}; nothing else here tells the cameras as a capture left them: {}", found.problem,
+                fs::is_regular_file(dir / kTransforms)
+                    ? fmt::format("take the set in with 'ulf import {} -o NEW'", ShellWord(dir.string()))
+                    : fmt::format("restore {} or {} from a copy", kJournal, kTransforms));
   if (fs::is_regular_file(dir / kJournal))
     found.journal = ReadJournal(dir / kJournal, *found.header);
   else
@@ -145,10 +172,37 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
   const bool transforms_tell_poses = check.transforms.HoldsWhatIsLost();
   for (auto [id, view] : check.model.unknown) {
     const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
-    if (!plan.recovered.contains(id) && camera_known && HasItsImage(dir, view)) plan.recovered[id] = view;
+    if (plan.recovered.contains(id) || !camera_known || !HasItsImage(dir, view)) continue;
+    FindMaster(dir, journal, view);
+    plan.recovered[id] = view;
   }
   if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort)
     for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
+}
+
+// The model names no masters: a file of the view's name in masters/ is its own where the photograph can be
+// made from it, in one of the ways in which a master's numbers are read.
+void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
+  const fs::path master = fs::path("masters") / fs::path(view.image_path).stem().concat(".tif");
+  if (!fs::is_regular_file(dir / master) || !fs::is_regular_file(dir / view.image_path)) return;
+  LightField alone;
+  alone.root = dir;
+  alone.cameras = journal.cameras;
+  View& tried = alone.views.emplace_back(view);
+  tried.master_path = master.generic_string();
+  for (const Transfer transfer : {Transfer::kLinear, Transfer::kSrgb})
+    for (const Mosaic mosaic : {Mosaic::kNone, Mosaic::kRggb, Mosaic::kGrbg, Mosaic::kGbrg, Mosaic::kBggr}) {
+      tried.master_transfer = transfer;
+      tried.master_mosaic = mosaic;
+      try {
+        PictureFromMaster(dir, tried);
+        if (!PicturesOfOtherMasters(alone).empty()) continue;
+      } catch (const std::exception&) {
+        continue;  // no picture, or none that can be read this way
+      }
+      view = tried;
+      return;
+    }
 }
 
 // A folder that is not where it belongs is no reason to give up its views.
@@ -188,11 +242,17 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
   if (found.header)
-    plan.found.push_back(found.problem + "; a flat field that the header had cannot be put back");
+    plan.found.push_back(fmt::format("{}; {}", found.problem,
+                                     found.settings ? "a flat field that the header had cannot be put back"
+                                                    : "sparse/0 tells poses and cameras alone: subject, up, "
+                                                      "goal, times and a flat field cannot be put "
+                                                      "back (ulf render and ulf info take --subject)"));
+  plan.header_from = found.header_from;
   for (const std::string& words : check.words)
     plan.found.push_back(words.substr(0, words.find("; 'ulf repair")));
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
+  plan.damaged_lines = journal.damaged.size();
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);
   if (found.settings) plan.settings = found.settings;
@@ -219,7 +279,7 @@ void SayPictures(const fs::path& dir, RepairPlan& plan) {
 }
 
 void SaySteps(const fs::path& dir, RepairPlan& plan) {
-  if (plan.header) plan.steps.push_back("give the journal a header from transforms.json");
+  if (plan.header) plan.steps.push_back(fmt::format("give the journal a header from {}", plan.header_from));
   if (!plan.recovered.empty())
     plan.steps.push_back(fmt::format("put {} back into the journal ({})",
                                      Counted(plan.recovered.size(), "view"), NumbersOf(plan.recovered)));
@@ -231,16 +291,18 @@ void SaySteps(const fs::path& dir, RepairPlan& plan) {
     plan.steps.push_back(fmt::format("take {} out of the light field",
                                      ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
   if (plan.new_journal)
-    plan.steps.push_back(fs::exists(dir / kJournal)
-                             ? "write the journal anew, without damaged lines; the old one stays in kept/"
-                             : "write a journal");
+    plan.steps.push_back(!fs::exists(dir / kJournal)
+                             ? "write a journal"
+                             : fmt::format("write the journal anew{}; the old one stays in kept/",
+                                           plan.damaged_lines == 0
+                                               ? ""
+                                               : " without " + Counted(plan.damaged_lines, "damaged line")));
   SayPictures(dir, plan);
   if (plan.missing_pictures) plan.steps.push_back("make the photographs that are missing from their masters");
   if (plan.new_derived)
     plan.steps.push_back(
-        "write transforms.json, sparse/0 and the points' files anew; what does not follow from the journal "
-        "is "
-        "kept in kept/");
+        "write transforms.json, sparse/0 and the points' files anew; what in them does not follow from the "
+        "journal goes to kept/");
 }
 
 RepairPlan PlanUnlocked(const fs::path& dir) {

@@ -16,10 +16,11 @@ namespace ulf {
 struct RepairPlan {
   std::vector<std::string> found;  // what is wrong
   std::vector<std::string> steps;  // what would be done about it; empty: nothing can or need be done
-  std::size_t views_before = 0, views_after = 0;
+  std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
 
   // What the steps consist of.
-  std::optional<LightField> header;     // where the journal has none of its own
+  std::optional<LightField> header;     // where the journal has none of its own,
+  std::string header_from;              // and the file that tells it
   std::map<int, View> recovered;        // views for the journal, by id
   std::map<int, Rigid3> poses;          // of views that the journal has
   std::map<int, CameraModel> cameras;   // likewise, by index

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "acquisition/error.h"
+#include "acquisition/lowercase.h"
 #include "acquisition/output_path.h"
 
 extern char** environ;
@@ -22,10 +23,7 @@ namespace ulf {
 namespace {
 
 std::string EndingOf(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return ending;
+  return Lowercase(std::filesystem::path(path).extension().string());
 }
 
 std::string Terminal(const std::string& ending, int width, int height) {

@@ -12,6 +12,8 @@
 #include "acquisition/error.h"
 #include "acquisition/image_names.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/lowercase.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/staged_folder.h"
 
 namespace ulf {
@@ -63,6 +65,16 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
                 is_photograph && fs::exists(original) ? ReadWholeFile(original) : PngBytes(Srgb8(image)));
 }
 
+bool HoldsPhotographs(const fs::path& folder) {
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(folder, unknown)) {
+    const std::string ending = Lowercase(entry.path().extension().string());
+    for (const char* photograph : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"})
+      if (ending == photograph) return true;
+  }
+  return false;
+}
+
 // A mask as PNG of one channel, whether it was a file or the image's alpha; none where nothing is masked.
 void TakeMask(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   taken.mask_path.clear();
@@ -70,6 +82,35 @@ void TakeMask(const LightField& source, const View& view, const fs::path& dir, V
   if (mask.empty() || cv::countNonZero(mask) == static_cast<int>(mask.total())) return;
   taken.mask_path = Beside("masks", taken.image_path, ".png");
   WriteInFolder(dir / taken.mask_path, PngBytes(mask));
+}
+
+// What people have besides: told apart from a set whose file is missing.
+void RequirePosedSet(const fs::path& source) {
+  std::error_code unknown;
+  const std::string path = source.string(), word = ShellWord(path);
+  if (fs::is_regular_file(source, unknown)) {
+    if (Lowercase(source.extension().string()) == ".json") return;
+    throw Error(
+        "{}: is no transforms.json; a video is posed and recorded by 'ulf capture replay:{} -o DIR "
+        "--focal-px "
+        "F --no-subject'",
+        path, word);
+  }
+  if (fs::exists(source / "transforms.json", unknown) || fs::exists(source / "journal.jsonl", unknown))
+    return;
+  for (const char* model : {".", "sparse/0", "sparse", "colmap/sparse/0"})
+    for (const char* images : {"images.bin", "images.txt"})
+      if (fs::exists(source / model / images, unknown))
+        throw Error(
+            "{}: a COLMAP model ({}), which ulf does not take in; instant-ngp's colmap2nerf.py or "
+            "nerfstudio's "
+            "ns-process-data makes a transforms.json of it",
+            path, (fs::path(model) / images).lexically_normal().string());
+  if (fs::is_directory(source, unknown) && HoldsPhotographs(source))
+    throw Error(
+        "{}: photographs without poses (no transforms.json); they are posed and recorded by 'ulf capture "
+        "replay:{} -o DIR --focal-px F --no-subject'",
+        path, word);
 }
 
 }  // namespace
@@ -88,6 +129,7 @@ Subject ParseSubject(const std::string& text) {
 }
 
 LightField Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
+  RequirePosedSet(source_path);
   LightField source = ReadLightField(source_path);
   StagedFolder folder(dir);
   if (options.subject) source.subject = options.subject;

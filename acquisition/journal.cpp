@@ -16,6 +16,7 @@
 #include "acquisition/camera_json.h"
 #include "acquisition/error.h"
 #include "acquisition/json_fields.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_json.h"
 #include "acquisition/view_numbers.h"
@@ -252,7 +253,7 @@ void ApplyLine(std::string_view line, const std::optional<json>& object, Journal
 void ReadHeader(const std::optional<json>& object, const std::string& where, JournalContents& contents) {
   if (!object)
     throw Error("{}: the header is damaged; 'ulf repair {}' shows what can be put back", where,
-                contents.light_field.root.string());
+                ShellWord(contents.light_field.root.string()));
   const JsonPlace event{*object, where};
   if (event.Text("event") != "header")
     throw Error("{}: a journal begins with its header; this file is none", where);

@@ -21,8 +21,7 @@ struct JsonPlace {
 
   const nlohmann::json& Raw(const char* key) const {
     if (!object.is_object()) throw Error("{}: expected an object with the key '{}'", where, key);
-    if (!object.contains(key))
-      throw Error("{}: the key '{}' is missing; add it or export the set again", where, key);
+    if (!object.contains(key)) throw Error("{}: the key '{}' is missing", where, key);
     return object.at(key);
   }
 

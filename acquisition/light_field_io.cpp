@@ -17,8 +17,10 @@
 #include "acquisition/error.h"
 #include "acquisition/folder_check.h"
 #include "acquisition/journal.h"
+#include "acquisition/missing_journal.h"
 #include "acquisition/point_io.h"
 #include "acquisition/point_tracks.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/transforms_json.h"
 #include "acquisition/view_files.h"
 #include "acquisition/view_numbers.h"
@@ -46,9 +48,10 @@ void RequireImages(const LightField& light_field, const FolderCheck& check) {
   const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
                                  [id](const View& each) { return each.id == id; });
   throw Error(
-      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take out what is gone: ulf repair {0}",
+      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take out what is gone: ulf repair {4}",
       light_field.root.string(), view->image_path, id,
-      check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "");
+      check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "",
+      ShellWord(light_field.root.string()));
 }
 
 // NAME.PID-NUMBER.part, as FileBatch calls them.
@@ -109,7 +112,7 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
   std::string words;
   for (const std::string& each : check.words) words += each + "; ";
   throw Error("{}nothing was written; put it back with 'ulf repair {} --write', then go on", words,
-              dir.string());
+              ShellWord(dir.string()));
 }
 
 void RequireOwnPictures(const LightField& light_field) {
@@ -118,8 +121,9 @@ void RequireOwnPictures(const LightField& light_field) {
   throw Error(
       "{0}: the photographs in images/ of {1} are not those of their masters, or not of their camera's size; "
       "nothing "
-      "was written; 'ulf repair {0}' shows what can be done",
-      light_field.root.string(), ViewNumbers({others.begin(), others.end()}));
+      "was written; 'ulf repair {2}' shows what can be done",
+      light_field.root.string(), ViewNumbers({others.begin(), others.end()}),
+      ShellWord(light_field.root.string()));
 }
 
 }  // namespace
@@ -166,7 +170,7 @@ void DeriveOrWarn(const LightField& light_field) {
     WriteDerivedFiles(light_field);
   } catch (const Error& error) {
     spdlog::warn("{}; 'ulf repair {}' makes transforms.json and sparse/ later", error.what(),
-                 light_field.root.string());
+                 ShellWord(light_field.root.string()));
   }
 }
 
@@ -198,6 +202,7 @@ LightField ReadLightField(const fs::path& path) {
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
   if (!fs::is_regular_file(path / kJournal)) {
     if (fs::is_regular_file(path / kTransforms)) return ReadSetOfOthers(path / kTransforms);
+    if (HasLostItsJournal(path)) throw NoJournal(path);
     throw Error("{}: holds no light field: neither {} nor {}; capture or import one", path.string(), kJournal,
                 kTransforms);
   }
@@ -296,12 +301,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
 }
 
 LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
-  if (!fs::is_regular_file(dir / kJournal))
-    throw Error(
-        "{0}: holds no light field of a capture (no {1}); check the path, or record one: ulf capture -o DIR; "
-        "where the "
-        "journal was lost, 'ulf repair {0}' makes it anew from transforms.json",
-        dir.string(), kJournal);
+  if (!fs::is_regular_file(dir / kJournal)) throw NoJournal(dir);
   auto state = std::make_unique<State>(dir);
   JournalContents contents = ReadJournal(dir / kJournal);
   const FolderCheck check = CheckFolder(dir, contents, false);

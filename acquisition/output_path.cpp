@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "acquisition/error.h"
+#include "acquisition/lowercase.h"
 
 namespace ulf {
 namespace fs = std::filesystem;
@@ -23,9 +24,7 @@ void RequireWritable(const std::string& path) {
 }
 
 void RequireWritablePicture(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = Lowercase(fs::path(path).extension().string());
   if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
     throw UsageError("{}: give a picture's name, ending in .png or .jpg", path);
   RequireWritable(path);

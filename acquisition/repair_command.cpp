@@ -7,6 +7,7 @@
 
 #include "acquisition/counted.h"
 #include "acquisition/folder_repair.h"
+#include "acquisition/shell_word.h"
 
 namespace ulf {
 namespace {
@@ -25,9 +26,10 @@ void PrintText(const RepairPlan& plan, const RepairArgs& args) {
     return;
   }
   for (const std::string& each : plan.steps) fmt::print("{} {}\n", args.write ? "did this:" : "would", each);
-  fmt::print(
-      "{}: {} before, {} {}\n", args.dir, Counted(plan.views_before, "view"), plan.views_after,
-      args.write ? "now" : "after 'ulf repair " + args.dir + " --write'; nothing has been changed yet");
+  fmt::print("{}: {} before, {} {}\n", args.dir, Counted(plan.views_before, "view"), plan.views_after,
+             args.write
+                 ? "now"
+                 : "after 'ulf repair " + ShellWord(args.dir) + " --write'; nothing has been changed yet");
 }
 
 int RunRepair(const RepairArgs& args) {

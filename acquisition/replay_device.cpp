@@ -15,6 +15,7 @@
 #include "acquisition/frame_recording.h"
 #include "acquisition/image_header.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/lowercase.h"
 #include "acquisition/name_order.h"
 #include "acquisition/paced_device.h"
 
@@ -57,8 +58,7 @@ class Source {
 };
 
 bool IsImageName(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = Lowercase(path.extension().string());
   static const std::vector<std::string> known = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
                                                  ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
   return std::find(known.begin(), known.end(), extension) != known.end();

@@ -18,6 +18,7 @@
 #include "acquisition/image_header.h"
 #include "acquisition/json_fields.h"
 #include "acquisition/point_io.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/transforms_camera.h"
 #include "acquisition/view_json.h"
 
@@ -348,8 +349,8 @@ LightField ReadTransformsJson(const fs::path& file) {
   ReadPointsOf(top, light_field);
   if (StampFrom(top) && !fs::exists(light_field.root / "journal.jsonl"))
     light_field.doubts.push_back(fmt::format(
-        "{0}: the journal is missing; {1} alone is read; 'ulf repair {0}' shows how to make it anew",
-        light_field.root.string(), file.filename().string()));
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to make it anew",
+        light_field.root.string(), file.filename().string(), ShellWord(light_field.root.string())));
   return light_field;
 }
 

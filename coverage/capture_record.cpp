@@ -25,8 +25,8 @@ std::string ViewsInWords(const std::vector<int>& ids) {
 }
 
 // A map that was made anew from recorded views does not know what those showed of it: the earlier session's
-// points stay then, and of the map's own those that this session's views show. A map that was kept knows
-// both.
+// points stay then, all of them, and of the map's own those that this session's views show. A map that was
+// kept knows both.
 std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std::vector<ScenePoint> now,
                                     int first_new_id) {
   const auto is_tracked = [](const ScenePoint& point) { return point.track.size() > 1; };
@@ -38,7 +38,7 @@ std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std:
       std::any_of(now.begin(), now.end(), shown_earlier))
     return now;
   std::erase_if(now, [&](const ScenePoint& point) { return !is_tracked(point); });
-  std::copy_if(earlier.begin(), earlier.end(), std::back_inserter(now), is_tracked);
+  now.insert(now.end(), earlier.begin(), earlier.end());
   return now;
 }
 

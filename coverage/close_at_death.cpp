@@ -17,6 +17,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/signal_stack.h"
 
 namespace ulf {
@@ -63,7 +64,7 @@ int CloseAfterDeath(const std::string& dir, int signal, const std::string& threa
           std::max(seconds, light_field.views.back().device_time_s - light_field.views.front().device_time_s);
     writer.Close(seconds, writer.Contents().reasons);
     fmt::print(stderr, "{}; {} is closed with {}: go on with 'ulf capture ... -o {} --resume'\n", what, dir,
-               Counted(light_field.views.size(), "view"), dir);
+               Counted(light_field.views.size(), "view"), ShellWord(dir));
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}, and {} could not be closed ({}); what was recorded is there, --resume goes on\n",
                what, dir, error.what());

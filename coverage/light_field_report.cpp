@@ -91,11 +91,26 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
                      holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
 }
 
+// The counts of frames are written when a session is closed.
+std::size_t UncountedViews(const LightField& light_field) {
+  if (light_field.device_uri.starts_with("import:")) return 0;
+  const auto counted = light_field.reasons.find(Name(Reason::kRecorded));
+  const std::uint64_t recorded = counted == light_field.reasons.end() ? 0 : counted->second;
+  const std::uint64_t views = light_field.views.size() + light_field.taken_back;
+  return recorded < views ? views - recorded : 0;
+}
+
 std::string ReasonsText(const LightFieldReport& report) {
   std::string reasons;
   for (const auto& [reason, count] : report.reasons)
     if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
-  return reasons.empty() ? reasons : "frames         " + reasons + "\n";
+  std::string text = reasons.empty() ? reasons : "frames         " + reasons + "\n";
+  if (report.uncounted_views > 0)
+    text += fmt::format(
+        "not counted    the frames and the time of a session that was not closed (killed, or still running): "
+        "{} of it\n",
+        Counted(report.uncounted_views, "view"));
+  return text;
 }
 
 }  // namespace
@@ -107,6 +122,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
   report.reasons = light_field.reasons;
+  report.uncounted_views = UncountedViews(light_field);
   report.cap = options.cap;
   if (!report.cap && light_field.goal) report.cap = Cap::FromDegrees(light_field.goal->cap_deg);
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
@@ -177,6 +193,7 @@ nlohmann::json ToJson(const LightFieldReport& report) {
                         {"farthest", report.distances->farthest}};
   json["duplicates"] = report.duplicates;
   json["reasons"] = report.reasons;
+  json["uncounted_views"] = report.uncounted_views;
   return json;
 }
 

@@ -41,6 +41,7 @@ struct LightFieldReport {
   double threshold_px = 7;
   std::uint64_t taken_back = 0;  // views that are in unposed/
   std::map<std::string, std::uint64_t> reasons;
+  std::size_t uncounted_views = 0;  // of sessions whose frames and time were never written
 };
 
 struct ReportOptions {

@@ -59,6 +59,7 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
   const std::filesystem::path file = MapCacheOf(light_field);
+  std::string why = "the last session left none";
   if (std::filesystem::exists(file)) {
     const std::string problem = poses.RestoreMap(file, KeyOf(light_field, tracked));
     if (problem.empty()) {
@@ -66,9 +67,10 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
       return;
     }
     fmt::print(stderr, "{}: {}; the map is made anew from the recorded views\n", file.string(), problem);
+    why = problem;
   }
   SeedFrom(light_field, tracked, poses);
-  spdlog::info("the map is made anew from the recorded views in {:.2f} s", seconds());
+  spdlog::info("the map is made anew from the recorded views in {:.2f} s ({})", seconds(), why);
 }
 
 void SaveMapCache(const LightField& light_field, const CameraModel& tracked, const PoseSource& poses) {

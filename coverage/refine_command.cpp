@@ -19,9 +19,11 @@
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/missing_journal.h"
 #include "acquisition/model_choice.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/point_tracks.h"
+#include "acquisition/shell_word.h"
 #include "coverage/coverage_map.h"
 #include "tracking/refine/light_field_input.h"
 #include "tracking/refine/refine.h"
@@ -69,7 +71,7 @@ void Write(const LightField& before, const RefineResult& result, LightFieldWrite
   } catch (const Error& error) {
     throw Error(
         "{}; the refined poses are recorded; 'ulf repair {} --write' makes the files that follow from them",
-        error.what(), before.root.string());
+        error.what(), ShellWord(before.root.string()));
   }
 }
 
@@ -263,12 +265,10 @@ int RunRefine(const RefineArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   std::string dir = args.dir;
   const std::vector<TimedPose> truth = args.truth.empty() ? std::vector<TimedPose>{} : ReadTum(args.truth);
-  if (args.output.empty() && fs::is_directory(dir) && !fs::exists(fs::path(dir) / "journal.jsonl"))
-    throw UsageError(
-        "{0}: there is no journal.jsonl; where it was lost 'ulf repair {0}' makes it anew; for a set by "
-        "another "
-        "program give a new folder with -o",
-        dir);
+  if (args.output.empty() && fs::exists(fs::path(dir) / "transforms.json") &&
+      !fs::exists(fs::path(dir) / "journal.jsonl") && !HasLostItsJournal(dir))
+    throw UsageError("{}: a set by another program, which is never written to; give a new folder with -o",
+                     dir);
   if (!args.output.empty()) {
     ImportOptions import;
     if (!args.subject.empty()) import.subject = ParseSubject(args.subject);
@@ -297,7 +297,12 @@ int RunRefine(const RefineArgs& args) {
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
   std::optional<LightFieldErrors> errors;
-  if (!args.truth.empty()) errors = CompareWithTruth(before, result, truth, args.truth);
+  std::string not_compared;  // why: the report of what was done comes first
+  if (!args.truth.empty()) try {
+      errors = CompareWithTruth(before, result, truth, args.truth);
+    } catch (const Error& error) {
+      not_compared = error.what();
+    }
   if (args.json) {
     nlohmann::ordered_json json = ToJson(before, result, args, cost);
     if (args.explain)
@@ -312,6 +317,8 @@ int RunRefine(const RefineArgs& args) {
       for (const ModelChoice& choice : Explained(result)) fmt::print("{}", ToText(choice));
     if (errors) fmt::print("{}", ToText(*errors));
   }
+  std::fflush(stdout);
+  if (!not_compared.empty()) throw Error("{}; the poses are refined and recorded", not_compared);
   return kOk;
 }
 

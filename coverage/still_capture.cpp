@@ -9,6 +9,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/error.h"
+#include "acquisition/shell_word.h"
 #include "tracking/quantile.h"
 
 namespace ulf {
@@ -164,7 +165,7 @@ ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArg
   } catch (const Error& error) {
     throw Error(
         "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
-        error.what(), device.Info().uri);
+        error.what(), ShellWord(device.Info().uri));
   }
 }
 

@@ -43,7 +43,12 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
-    candidates.push_back({result.used, proxies[i / fields.size()], result.Main().psnr_db});
+    const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
+    // Where views span no surface several fields come to the same one.
+    const bool again = std::any_of(candidates.begin(), candidates.end(), [&](const ScoredChoice& other) {
+      return other.proxy == proxy && NameOf(other.field) == NameOf(result.used);
+    });
+    if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
   }
   return candidates;
 }

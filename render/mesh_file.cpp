@@ -9,15 +9,14 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "acquisition/lowercase.h"
 #include "render/polygon_soup.h"
 
 namespace ulf {
 namespace {
 
 PolygonSoup PolygonsOf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = Lowercase(file.extension().string());
   const std::string bytes = ReadWholeFile(file);
   const std::string name = file.string();
   if (bytes.empty()) throw Error("{}: the file is empty; export the mesh again", name);

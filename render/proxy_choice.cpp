@@ -8,6 +8,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/shell_word.h"
 #include "render/mesh_file.h"
 #include "render/points_proxy.h"
 
@@ -58,7 +59,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     const std::filesystem::path file = light_field / kMeshProxyFile;
     if (!std::filesystem::exists(file))
       throw Error("--proxy mesh: {} is not there; make it with: ulf proxy {}", file.string(),
-                  light_field.string());
+                  ShellWord(light_field.string()));
     return MeshFrom(file, name, subject);
   }
   const std::string extension = std::filesystem::path(name).extension().string();

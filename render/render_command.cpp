@@ -15,6 +15,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
+#include "acquisition/shell_word.h"
 #include "render/aperture_options.h"
 #include "render/camera_path.h"
 #include "render/choice.h"
@@ -286,7 +287,7 @@ std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncodi
     spdlog::info("without trying them out the next time: {}", AsAsked(args, choice));
   if (args.proxy == kAuto && !choice.proxy->Occluder() &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile))
-    spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", args.dir);
+    spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", ShellWord(args.dir));
   const auto scene = WithProxy(*plain, choice.proxy);
   auto renderer = MakeRenderer(scene, {.field = choice.field,
                                        .renderer = RendererFromName(args.renderer),

@@ -55,6 +55,7 @@ class Video : public PictureSink {
   void Add(const cv::Mat& srgb8) override {
     const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // half-resolution colour asks for it
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
+    RequireRoom(even);
     if (!writer_.isOpened()) {
       if (even != srgb8.size())
         spdlog::warn(
@@ -67,18 +68,6 @@ class Video : public PictureSink {
       throw UsageError(
           "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
           path_.string(), count_, even.width, even.height, size_.width, size_.height);
-    // The encoder holds pictures back and writes without looking whether there was room.
-    if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) <
-        kReserve + Bytes(even)) {
-      const int written = count_;
-      if (written == 0)
-        throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
-      Close();
-      throw DiskFullError(
-          "{}: the disk is nearly full: the video ends after {}; free some space and render the rest "
-          "with --frames {}:",
-          path_.string(), Counted(written, "picture"), written);
-    }
     writer_.write(srgb8(cv::Rect({0, 0}, even)));
     ++count_;
   }
@@ -93,6 +82,21 @@ class Video : public PictureSink {
   }
 
  private:
+  // The encoder holds pictures back and writes without looking whether there was room.
+  void RequireRoom(const cv::Size& size) {
+    if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) >=
+        kReserve + Bytes(size))
+      return;
+    const int written = count_;
+    if (written == 0)
+      throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
+    Close();
+    throw DiskFullError(
+        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest "
+        "with --frames {}:",
+        path_.string(), Counted(written, "picture"), written);
+  }
+
   void Open(const cv::Size& size) {
     size_ = size;
     if (Opens(fps_)) return;

@@ -1,6 +1,6 @@
 #include "tracking/track_command.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -177,8 +177,14 @@ int RunTrack(const TrackArgs& args) {
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
   const auto device = OpenDevice(WithReplaySpeed(uri, args.speed));
   const auto [run, known] = Follow(args, spec, *device);
-  if (!args.output.empty()) WriteTum(args.output, run.live);
-  if (!args.final_output.empty()) WriteTum(args.final_output, run.final);
+  // The report is printed whatever the disk says.
+  std::vector<std::string> unwritten;
+  for (const auto& [path, poses] : {std::pair(&args.output, &run.live), {&args.final_output, &run.final}})
+    try {
+      if (!path->empty()) WriteTum(*path, *poses);
+    } catch (const Error& error) {
+      unwritten.push_back(error.what());
+    }
   // Without a file, the device's own poses serve where it knows them.
   std::optional<TrackErrors> errors;
   if (!args.truth.empty())
@@ -201,6 +207,7 @@ int RunTrack(const TrackArgs& args) {
     spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
+  if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
   if (!run.broke.empty())
     throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
   return run.live.empty() ? kFailed : kOk;

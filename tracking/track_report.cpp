@@ -51,7 +51,9 @@ Counts Count(const TrackRun& run) {
     const Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
-    counts.lost += before == TrackState::kTracking && track.state != TrackState::kTracking;
+    // A camera that is found in the frame that lost it was lost, too.
+    counts.lost +=
+        before == TrackState::kTracking && (track.state != TrackState::kTracking || track.relocalized);
     if (!counts.first_tracked && track.cam_from_world) counts.first_tracked = i;
     before = track.state;
     if (track.skipped) continue;

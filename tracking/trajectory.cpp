@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "tracking/quantile.h"
 
@@ -39,18 +40,15 @@ std::vector<TimedPose> ReadTum(const std::filesystem::path& path) {
 }
 
 void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses) {
-  std::ofstream file(path);
-  file << "# time tx ty tz qx qy qz qw (camera to world)\n";
+  std::string text = "# time tx ty tz qx qy qz qw (camera to world)\n";
   for (const TimedPose& pose : poses) {
     const Rigid3 world_from_cam = pose.cam_from_world.Inverse();
     const Vector3d& t = world_from_cam.translation;
     const Eigen::Quaterniond& q = world_from_cam.rotation;
-    file << fmt::format("{:.9f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
+    text += fmt::format("{:.9f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
                         t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
-  file.flush();
-  if (!file)
-    throw Error("{}: cannot be written; check that the folder exists and the disk has room", path.string());
+  WriteFileAtomically(path, text);
 }
 
 namespace {

@@ -16,6 +16,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/output_path.h"
+#include "acquisition/shell_word.h"
 #include "acquisition/stop_signal.h"
 
 namespace ulf {
@@ -162,7 +163,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   if (source.identity.serial.empty() && source.identity.model.empty())
     fmt::print(
         "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
-        output);
+        ShellWord(output));
   else if (args.output.empty())
     fmt::print("commands that use this camera find it by themselves\n");
   return kOk;

@@ -8,6 +8,7 @@
 
 #include "acquisition/calibration/sensor_window.h"
 #include "acquisition/error.h"
+#include "acquisition/shell_word.h"
 
 namespace ulf {
 namespace {
@@ -208,7 +209,8 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
       "--calibration FILE; or give --focal-px F for a lens with little distortion (F = image width in pixels "
       "x focal "
       "length / sensor width){}",
-      info.uri, info.uri, stored.empty() ? "" : ". What is calibrated is stored as " + stored.string());
+      info.uri, ShellWord(info.uri),
+      stored.empty() ? "" : ". What is calibrated is stored as " + stored.string());
 }
 
 }  // namespace

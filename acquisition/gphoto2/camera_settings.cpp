@@ -11,6 +11,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/lowercase.h"
 
 namespace ulf {
 namespace {
@@ -32,11 +33,6 @@ const SettingNames& NamesOf(ShotSetting setting) {
   return kNames[static_cast<std::size_t>(setting)];
 }
 
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 // The image formats that the camera offers and that come with a JPEG.
 std::string FormatsWithJpeg(GphotoCamera& camera) {
   for (const char* name : {"imageformat", "imagequality"}) {
@@ -56,7 +52,7 @@ std::string FormatsWithJpeg(GphotoCamera& camera) {
 const char* Name(ShotSetting setting) { return NamesOf(setting).name; }
 
 std::optional<double> PhotographicNumber(const std::string& text) {
-  std::string rest = Lower(text);
+  std::string rest = Lowercase(text);
   for (const char* prefix : {"f/", "iso", "f"})
     if (rest.starts_with(prefix)) {
       rest = rest.substr(std::string(prefix).size());
@@ -82,12 +78,12 @@ bool MeansTheSame(const std::string& a, const std::string& b) {
   const auto x = PhotographicNumber(a), y = PhotographicNumber(b);
   // Half of the third of a stop in which cameras count, and some for their rounding.
   if (x && y) return std::abs(std::log2(*x / *y)) < 0.12;
-  return Lower(a) == Lower(b);
+  return Lowercase(a) == Lowercase(b);
 }
 
 std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, const std::string& value) {
   for (const std::string& choice : choices)
-    if (Lower(choice) == Lower(value)) return choice;
+    if (Lowercase(choice) == Lowercase(value)) return choice;
   const auto number = PhotographicNumber(value);
   std::optional<std::string> nearest;
   double least = 1e9;
@@ -103,19 +99,19 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
   // A part of the name is enough when it names one choice: "fine" of "JPEG Fine".
   std::vector<std::string> holding;
   for (const std::string& choice : choices)
-    if (Lower(choice).find(Lower(value)) != std::string::npos) holding.push_back(choice);
+    if (Lowercase(choice).find(Lowercase(value)) != std::string::npos) holding.push_back(choice);
   return holding.size() == 1 && !number ? std::optional(holding.front()) : std::nullopt;
 }
 
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices) {
   for (const char* word : {"manual", "m", "mf", "manual focus", "off", "mf (fixed)", "mf (selection)"})
     for (const std::string& choice : choices)
-      if (Lower(choice) == word) return choice;
+      if (Lowercase(choice) == word) return choice;
   return std::nullopt;
 }
 
 bool IsAutomatic(const std::string& value) {
-  const std::string text = Lower(value);
+  const std::string text = Lowercase(value);
   return text.starts_with("auto") || text == "on" || text.starts_with("af-") ||
          text.starts_with("one shot") || text.starts_with("ai ");
 }
@@ -144,7 +140,7 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                      Name(setting), Name(setting));
   const auto now = camera_.Setting(known->second.name);
   const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
-  std::optional<std::string> wanted = setting == ShotSetting::kFocus && Lower(value) == "manual"
+  std::optional<std::string> wanted = setting == ShotSetting::kFocus && Lowercase(value) == "manual"
                                           ? ManualChoice(choices)
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;

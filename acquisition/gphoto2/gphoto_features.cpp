@@ -9,6 +9,7 @@
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/gphoto2/gphoto_options.h"
+#include "acquisition/shell_word.h"
 
 namespace ulf {
 namespace {
@@ -83,7 +84,8 @@ class GphotoFeatures : public FeatureAccess {
   void Set(const std::string& name, const std::string& value) override {
     const auto feature = Find(name);
     if (!feature)
-      throw UsageError("{}: there is no feature '{}'; 'ulf features {}' lists them", uri_, name, uri_);
+      throw UsageError("{}: there is no feature '{}'; 'ulf features {}' lists them", uri_, name,
+                       ShellWord(uri_));
     if (!feature->writable) throw UsageError("{}: {} cannot be written", uri_, name);
     std::string written = value;
     if (feature->type == FeatureType::kEnumeration && !feature->choices.empty()) {

@@ -5,6 +5,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/gphoto2/gphoto_device.h"
+#include "acquisition/lowercase.h"
 
 namespace ulf {
 namespace {
@@ -17,11 +18,6 @@ double NumberWithin(const DeviceUri& uri, const std::string& key, double low, do
   if (number < low || number > high)
     throw UsageError("'{}': {} must be {} to {}", uri.Text(), key, low, high);
   return number;
-}
-
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 // "ptpip:ADDRESS" or "ptpip:ADDRESS:PORT" as the driver wants it, with the port for both connections.
@@ -55,7 +51,7 @@ bool HasSerial(const DeviceUri& uri, const GphotoAddress& address) {
   try {
     GphotoCamera camera(uri.Text(), address);
     const auto serial = camera.Setting("serialnumber");
-    return serial && Lower(serial->value) == Lower(uri.path);
+    return serial && Lowercase(serial->value) == Lowercase(uri.path);
   } catch (const Error&) {
     return false;  // another program's: not this one by its serial, as far as anybody can see
   }
@@ -96,7 +92,7 @@ GphotoAddress ResolveGphotoAddress(const DeviceUri& uri) {
     if (camera.port == uri.path) return camera;
   std::vector<GphotoAddress> matching;
   for (const GphotoAddress& camera : found)
-    if (Lower(camera.model).find(Lower(uri.path)) != std::string::npos) matching.push_back(camera);
+    if (Lowercase(camera.model).find(Lowercase(uri.path)) != std::string::npos) matching.push_back(camera);
   if (matching.empty() && !uri.path.starts_with("usb:"))
     for (const GphotoAddress& camera : found)
       if (HasSerial(uri, camera)) matching.push_back(camera);

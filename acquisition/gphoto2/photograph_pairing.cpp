@@ -1,4 +1,5 @@
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/lowercase.h"
 
 #include <cctype>
 #include <utility>
@@ -8,16 +9,11 @@ namespace {
 
 constexpr double kRememberedS = 60;  // one that was handed out by halves
 
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 struct Files {
   bool raw = false, jpeg = true;
 };
 Files FilesOf(const std::string& image_format) {
-  const std::string format = Lower(image_format);
+  const std::string format = Lowercase(image_format);
   const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
   const bool both = holds("+");
   const bool raw =
@@ -27,11 +23,13 @@ Files FilesOf(const std::string& image_format) {
 
 }  // namespace
 
-std::string StemOf(const std::string& file_name) { return Lower(file_name.substr(0, file_name.rfind('.'))); }
+std::string StemOf(const std::string& file_name) {
+  return Lowercase(file_name.substr(0, file_name.rfind('.')));
+}
 
 std::string ExtensionOf(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');
-  const std::string extension = dot == std::string::npos ? "" : Lower(file_name.substr(dot));
+  const std::string extension = dot == std::string::npos ? "" : Lowercase(file_name.substr(dot));
   return extension == ".jpeg" || extension == ".jpe" ? ".jpg" : extension;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "acquisition/lowercase.h"
 #include "acquisition/simulator/lanes.h"
 
 namespace ulf {
@@ -140,12 +141,8 @@ void GatherRow(const F4* light, int y, int width, const PixelFormat& format, std
 }  // namespace
 
 std::optional<SensorFormat> SensorFormatByName(const std::string& name) {
-  const auto same = [](char a, char b) {
-    return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-  };
-  return FormatWhere([&](const PixelFormat& format) {
-    return std::equal(format.name.begin(), format.name.end(), name.begin(), name.end(), same);
-  });
+  return FormatWhere(
+      [&](const PixelFormat& format) { return Lowercase(std::string(format.name)) == Lowercase(name); });
 }
 
 std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc) {

@@ -116,6 +116,19 @@ TEST_F(Folder, RepairIsAPlanUntilItIsToWrite) {
   EXPECT_EQ(Content(dir()), before);
 }
 
+TEST_F(Folder, RepairSaysWhatItDoesAndNothingElse) {
+  Sample(9);
+  Rewrite(dir() / "journal.jsonl",
+          [](std::string& bytes) { bytes.resize(bytes.rfind('\n', bytes.size() * 2 / 3) + 1); });
+  EXPECT_THAT(test::RunUlf("repair " + dir().string()).output,
+              AllOf(HasSubstr("would write the journal anew; the old one stays in kept/\n"),
+                    Not(HasSubstr("damaged"))));
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[LineBegin(bytes, 4) + 9] = '\x01'; });
+  EXPECT_THAT(test::RunUlf("repair " + dir().string() + " --write").output,
+              AllOf(HasSubstr("did this: write the journal anew without 1 damaged line; the old one stays"),
+                    Not(HasSubstr("done:"))));
+}
+
 TEST_F(Folder, RepairPutsBackWhatTheJournalLost) {
   const LightField whole = Sample(9);
   const std::string old_transforms = ReadWholeFile(dir() / "transforms.json");
@@ -217,6 +230,81 @@ TEST_F(Folder, AMissingJournalIsMadeFromTransformsJson) {
   EXPECT_EQ(LightFieldWriter::Resume(dir()).NextViewId(), 5);
 }
 
+// With the journal and transforms.json gone, or written over by another program.
+TEST_F(Folder, AMissingJournalIsMadeFromTheModelAlone) {
+  for (const bool foreign : {false, true}) {
+    fs::remove_all(dir());
+    const LightField whole = Sample(4);
+    const auto before = Content(dir());
+    fs::remove(dir() / "journal.jsonl");
+    fs::remove(dir() / "transforms.json");
+    if (foreign) std::ofstream(dir() / "transforms.json") << R"({"fl_x": 60, "frames": []})";
+    EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
+    const auto done = test::RunUlf("repair " + dir().string() + " --write");
+    EXPECT_EQ(done.exit_code, 0) << done.errors;
+    EXPECT_THAT(done.output, AllOf(HasSubstr("subject, up, goal, masters"), HasSubstr("header from sparse/0"),
+                                   HasSubstr("did this: write a journal\n"), HasSubstr("0 before, 4 now"),
+                                   Not(HasSubstr("damaged"))));
+    const LightField repaired = ReadSaying({});
+    ASSERT_EQ(repaired.views.size(), 4u);
+    EXPECT_EQ(repaired.cameras, whole.cameras);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(repaired.views[i].image_path, whole.views[i].image_path);
+      EXPECT_LT((repaired.views[i].cam_from_world.Matrix() - whole.views[i].cam_from_world.Matrix()).norm(),
+                1e-9);
+      EXPECT_EQ(ReadWholeFile(dir() / whole.views[i].image_path), before.at(whole.views[i].image_path));
+    }
+    EXPECT_EQ(LightFieldWriter::Resume(dir()).NextViewId(), 5);
+    EXPECT_FALSE(PlanRepair(dir()).any());
+  }
+}
+
+// The model names none; another view's is none of its own.
+TEST_F(Folder, MastersComeBackWithViewsThatOnlyTheModelKnows) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 4);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  const std::string other = ReadWholeFile(dir() / "masters/000003.tif");
+  std::ofstream(dir() / "masters/000002.tif", std::ios::binary) << other;
+  fs::remove(dir() / "journal.jsonl");
+  fs::remove(dir() / "transforms.json");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
+  const auto before = Content(dir());
+  Repair(dir());
+  std::vector<std::string> masters;
+  for (const View& view : ReadLightField(dir()).views) masters.push_back(view.master_path);
+  EXPECT_THAT(masters, ElementsAre("masters/000001.tif", "", "masters/000003.tif", "masters/000004.tif"));
+  for (const auto& [path, bytes] : before)
+    if (path.starts_with("images/") || path.starts_with("masters/")) {
+      EXPECT_EQ(ReadWholeFile(dir() / path), bytes) << path;
+    }
+  EXPECT_NO_THROW(LightFieldWriter::Resume(dir()));
+}
+
+// Only what repair can mend is sent there, by a command that a shell takes as it is.
+TEST_F(Folder, FoldersWithoutAJournalAreToldApart) {
+  const auto refusal = [](const fs::path& folder) {
+    try {
+      LightFieldWriter::Resume(folder);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(refusal(scratch_ / "nowhere"), AllOf(HasSubstr("no such folder"), Not(HasSubstr("repair"))));
+  fs::create_directories(scratch_ / "empty");
+  EXPECT_THAT(refusal(scratch_ / "empty"), AllOf(HasSubstr("ulf capture"), Not(HasSubstr("repair"))));
+  std::ofstream(scratch_ / "empty/transforms.json") << R"({"fl_x": 60, "frames": []})";
+  EXPECT_THAT(refusal(scratch_ / "empty"), AllOf(HasSubstr("ulf import"), Not(HasSubstr("repair"))));
+
+  const fs::path spaced = scratch_ / "my $vase";
+  WriteSample(spaced, 2);
+  fs::remove(spaced / "journal.jsonl");
+  EXPECT_THAT(refusal(spaced), HasSubstr("'ulf repair \"" + (scratch_ / "my \\$vase").string() + "\"'"));
+}
+
 TEST_F(Folder, ADamagedHeaderIsMadeFromTransformsJson) {
   const LightField whole = Sample(4);
   Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[3] = '\0'; });
@@ -231,6 +319,7 @@ TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
   json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
   document.erase("ulf");
   std::ofstream(dir() / "transforms.json") << document.dump();
+  fs::remove_all(dir() / "sparse");
   const auto before = Content(dir());
   EXPECT_THAT([&] { Repair(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf import")));
   EXPECT_EQ(Content(dir()), before);

@@ -1,5 +1,6 @@
 // Files as they come to the disk: several at once, all or none; pictures that every reader opens.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -88,6 +89,18 @@ TEST(TiffFile, RefusesWhatItCannotHold) {
   for (const int type : {CV_8UC2, CV_8UC4, CV_64FC1, CV_16SC1})
     EXPECT_THROW(TiffContent(cv::Mat(4, 4, type, cv::Scalar(0))), Error) << type;
   EXPECT_THROW(TiffContent(cv::Mat()), Error);
+}
+
+TEST(FileBatch, ADeviceIsWrittenToAndNotReplaced) {
+  const test::ScratchFolder scratch;
+  const fs::path pipe = scratch / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::string read;
+  std::thread reader([&] { read = ReadWholeFile(pipe); });
+  WriteFileAtomically(pipe, "poses");
+  reader.join();
+  EXPECT_EQ(read, "poses");
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST(FileBatch, AllFilesGetTheirNamesTogether) {

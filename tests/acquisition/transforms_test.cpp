@@ -440,6 +440,26 @@ TEST_F(Foreign, SizesThatNoImageHasAreShownAsTheyAre) {
   EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("'w'"), HasSubstr("2147483648"))));
 }
 
+// What people try first has no poses, or has them in a way that is not read.
+TEST_F(Foreign, WhatIsNoPosedSetIsToldApart) {
+  const auto refusal = [&](const fs::path& path) {
+    const auto run = test::RunUlf("import '" + path.string() + "' -o " + (scratch_ / "lf").string());
+    EXPECT_EQ(run.exit_code, 1) << run.output;
+    EXPECT_FALSE(fs::exists(scratch_ / "lf"));
+    return run.errors;
+  };
+  std::ofstream(scratch_ / "my walk.MP4") << "film";
+  EXPECT_THAT(refusal(scratch_ / "my walk.MP4"),
+              HasSubstr("ulf capture replay:\"" + (scratch_ / "my walk.MP4").string() + "\" -o"));
+  fs::create_directories(scratch_ / "photographs");
+  fs::copy(source() / "images/000001.png", scratch_ / "photographs/a.PNG");
+  EXPECT_THAT(refusal(scratch_ / "photographs"), HasSubstr("photographs without poses"));
+  fs::create_directories(scratch_ / "photographs/sparse/0");
+  std::ofstream(scratch_ / "photographs/sparse/0/images.bin") << "?";
+  EXPECT_THAT(refusal(scratch_ / "photographs"), HasSubstr("a COLMAP model (sparse/0/images.bin)"));
+  EXPECT_THAT(refusal(scratch_ / "nowhere"), HasSubstr("no such folder"));
+}
+
 TEST_F(Foreign, AnImportThatFailsLeavesNothing) {
   fs::resize_file(source() / "images/000003.png", 200);
   EXPECT_THROW(Imported(), Error);

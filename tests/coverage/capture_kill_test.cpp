@@ -11,6 +11,7 @@
 #include <random>
 
 #include "acquisition/atomic_file.h"
+#include "acquisition/counted.h"
 #include "acquisition/light_field_io.h"
 #include "tests/acquisition/light_field_samples.h"
 #include "tests/support/test_paths.h"
@@ -71,6 +72,12 @@ TEST(CaptureProcess, SurvivesSigkillAtRandomMoments) {
       }
     }
     total += killed.views.size();
+    // The counts of its frames died with it, which is said.
+    if (!killed.views.empty()) {
+      EXPECT_THAT(test::RunUlf("info " + dir.string()).output,
+                  testing::HasSubstr(fmt::format("was not closed (killed, or still running): {} of it",
+                                                 Counted(killed.views.size(), "view"))));
+    }
   }
   EXPECT_GT(total, 2u * KILLS) << "the kills came before anything was recorded: the test shows nothing";
 }
@@ -96,7 +103,11 @@ TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
   const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
                                     " --headless --poses known --resume --frames 10");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_GE(ReadLightField(dir).views.size(), closed.views.size());
+  const std::size_t views = ReadLightField(dir).views.size();
+  EXPECT_GE(views, closed.views.size());
+  EXPECT_THAT(
+      test::RunUlf("info " + dir.string()).output,
+      testing::HasSubstr(fmt::format("still running): {} of it", Counted(closed.views.size(), "view"))));
 }
 
 TEST(CaptureProcess, AnOverrunStackClosesTheLightFieldInWhateverThread) {

@@ -276,11 +276,15 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const auto third = JsonOf(torn);
   EXPECT_LT(third["reasons"]["tracking"].get<int>() - second["reasons"]["tracking"].get<int>(), 10);
   std::filesystem::remove(saved_map);
+  const auto points = [&] { return StatisticsOf(ReadLightField(scratch / "lf").points).points; };
+  const std::size_t points_before = points();
   const CommandResult without = RunUlf(capture + " --resume --frames 15");
   EXPECT_EQ(without.errors.find("; the map is made anew"), std::string::npos) << without.errors;
   EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
+  EXPECT_THAT(without.errors, HasSubstr("(the last session left none)"));
   EXPECT_TRUE(std::filesystem::exists(saved_map));
   EXPECT_GT(observations("lf"), at_first) << "without the map's memory, too";
+  EXPECT_GE(points(), points_before) << "points that no recorded view shows are kept, too";
 }
 
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {

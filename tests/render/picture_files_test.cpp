@@ -457,6 +457,13 @@ TEST(Disk, WhenFullIsSaidAndWhatWasWrittenStays) {
   }
   EXPECT_GT(whole, 0);
 
+  // No room from the start: not the codecs' fault.
+  const auto none =
+      RunUlf("render " + (scratch / "lf").string() + " --frames 3 -o " + (scratch / "none.mp4").string());
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.errors, AllOf(HasSubstr("there is no room for a video"), Not(HasSubstr("H.264"))));
+  EXPECT_FALSE(fs::exists(scratch / "none.mp4"));
+
   fs::remove_all(scratch / "out");
   const cv::Mat picture(120, 160, CV_8UC3, cv::Scalar(30, 90, 150));
   auto video = OpenPictureSink(scratch / "v.mp4", 30);

@@ -299,6 +299,13 @@ TEST(Choice, SaysWhyThereIsNone) {
   ASSERT_EQ(around.explained.size(), 2u);
   EXPECT_EQ(around.explained[1].candidates[0].model, "lumigraph");
   EXPECT_THAT(around.explained[1].candidates[0].evidence, testing::HasSubstr("span no surface"));
+
+  // What comes to the same weights once views are left out is tried, and listed, once.
+  const auto cap = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03)});
+  const std::vector<FieldOptions> twice{
+      {.kind = FieldKind::kLumigraph}, {.kind = FieldKind::kLumigraph}, {.kind = FieldKind::kNearest}};
+  const Choice once = ChooseByEvidence(*cap, twice, {cap->proxy}, RendererKind::kGl);
+  ASSERT_EQ(once.candidates.size(), 2u) << once.why;
 }
 
 // Too few to compare: weights that do not smooth over what little there is, and the geometry that knows most.

@@ -353,6 +353,7 @@ TEST(RefineCommand, SaysHowFarThePosesAreFromTrueOnes) {
       test::RunUlf("refine " + room.dir.string() + " --truth " + (room.scratch / "other.txt").string());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.errors, HasSubstr("fewer than three views"));
+  EXPECT_THAT(other.output, HasSubstr("registered by")) << "the report of what was done to the light field";
 }
 
 TEST(RefineCommand, OnAFullDiskTheOldPosesAreStillThere) {

@@ -15,8 +15,10 @@
 #include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/gnuplot.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/textured_room.h"
+#include "tracking/track_report.h"
 #include "tracking/track_words.h"
 #include "tracking/trajectory.h"
 
@@ -55,6 +57,35 @@ TEST(TrackCommand, OutputsAreCheckedBeforeTheWork) {
   const auto refused = test::RunUlf("track sim:studio --frames 5 -o /nonexistent/poses.txt");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, testing::HasSubstr("does not exist"));
+}
+
+TEST(TrackCommand, OnAFullDiskTheReportIsPrinted) {
+  const test::ScratchFolder scratch;
+  if (const auto problem = test::MountSmallDisk(scratch.path(), 1 << 20)) GTEST_SKIP() << *problem;
+  test::FillDisk(scratch / "filler");
+  const std::filesystem::path poses = scratch / "poses.txt";
+  const auto run =
+      test::RunUlf("track 'sim:studio?width=160&height=120' --frames 40 --poses known --deterministic -o " +
+                   poses.string());
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.output, testing::HasSubstr("40 frames, 40 tracked"));
+  EXPECT_THAT(run.errors, testing::HasSubstr("poses.txt: writing failed: No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(poses)) << "an empty file is none";
+}
+
+// A map that fails and finds itself within one frame was lost as often as it was found.
+TEST(TrackReport, FindingAgainFollowsLosing) {
+  TrackRun run;
+  for (const bool found : {false, false, true, false}) {
+    TrackedFrame frame;
+    frame.track.state = TrackState::kTracking;
+    frame.track.cam_from_world = Rigid3{};
+    frame.track.relocalized = found;
+    run.live.push_back({frame.time_s, Rigid3{}});
+    run.frames.push_back(frame);
+  }
+  run.final = run.live;
+  EXPECT_THAT(ToText(run, nullptr), testing::HasSubstr("lost 1 time, found again 1 time"));
 }
 
 TEST(TrackCommand, RunsAnySourceOfPoses) {

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "acquisition/error.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/geometry_scene.h"
 
@@ -135,6 +136,18 @@ TEST(Trajectory, FilesRoundTrip) {
     EXPECT_NEAR(read[i].time_s, poses[i].time_s, 1e-6);
     EXPECT_LT((read[i].cam_from_world.Matrix() - poses[i].cam_from_world.Matrix()).norm(), 1e-6);
   }
+}
+
+TEST(Trajectory, WhatCannotBeWrittenLeavesTheOldPoses) {
+  const test::ScratchFolder folder;
+  if (const auto problem = test::MountSmallDisk(folder.path(), 1 << 20)) GTEST_SKIP() << *problem;
+  const auto poses = MakeTrajectory(20, 3);
+  WriteTum(folder / "poses.txt", poses);
+  test::FillDisk(folder / "filler");
+  EXPECT_THROW(WriteTum(folder / "poses.txt", MakeTrajectory(400, 4)), DiskFullError);
+  EXPECT_EQ(ReadTum(folder / "poses.txt").size(), poses.size());
+  EXPECT_THROW(WriteTum(folder / "new.txt", poses), DiskFullError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "new.txt"));
 }
 
 TEST(Trajectory, BadFilesAreNamed) {

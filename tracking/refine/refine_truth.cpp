@@ -69,8 +69,7 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
   if (!errors.before || !errors.after)
     throw Error(
         "{}: fewer than three views have a true pose at their time (the device's, to {:.1f} ms), or they lie "
-        "on "
-        "a line; the poses are refined, nothing is compared",
+        "on a line; nothing is compared",
         truth_name, 1e3 * tolerance_s);
   const Vector3d middle = errors.after->truth_from_estimated * MiddleOf(result.points);
   std::vector<double> distances;

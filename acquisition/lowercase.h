@@ -1,0 +1,14 @@
+// ASCII letters in lower case: endings of file names, names of settings.
+#pragma once
+
+#include <string>
+
+namespace ulf {
+
+inline std::string Lowercase(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+}  // namespace ulf
