@@ -87,6 +87,7 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   try {
     TransformsText text = ReadTransformsText(file);
     derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl");
+    if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
     Compare(text.light_field.views, journal, derived);
     if (!text.ours) derived.lineage = Lineage::kForeign;
     derived.other_cameras = CamerasDiffer(journal.light_field, text.light_field);
@@ -110,6 +111,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
   try {
     const ColmapPoses poses = ReadColmapPoses(file);
     derived.lineage = LineageOf(poses.made_from, dir / "journal.jsonl");
+    if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
     std::vector<View> views;
     for (const auto& [id, image] : poses.images) {
       View view;

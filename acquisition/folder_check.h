@@ -34,6 +34,7 @@ struct Derived {
   std::map<int, View> other_poses;  // views whose poses differ
   std::map<int, View> lost_poses;   // of these, corrections whose lines in the journal are damaged
   bool other_cameras = false;
+  std::uint64_t made_from_bytes = 0;  // of the journal; 0: it does not say
   // The journal has lost what this file still holds.
   bool HoldsWhatIsLost() const;
   // Somebody else has written it.

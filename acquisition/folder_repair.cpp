@@ -165,21 +165,6 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
   if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
 }
 
-// From sparse/0, which knows poses and names only.
-void RecoverFromModel(const fs::path& dir, const LightField& journal, const FolderCheck& check,
-                      RepairPlan& plan) {
-  if (!check.model.HoldsWhatIsLost()) return;
-  const bool transforms_tell_poses = check.transforms.HoldsWhatIsLost();
-  for (auto [id, view] : check.model.unknown) {
-    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
-    if (plan.recovered.contains(id) || !camera_known || !HasItsImage(dir, view)) continue;
-    FindMaster(dir, journal, view);
-    plan.recovered[id] = view;
-  }
-  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort)
-    for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
-}
-
 // The model names no masters: a file of the view's name in masters/ is its own where the photograph can be
 // made from it, in one of the ways in which a master's numbers are read.
 void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
@@ -203,6 +188,21 @@ void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
       view = tried;
       return;
     }
+}
+
+// From sparse/0, which knows poses, cameras and names only.
+void RecoverFromModel(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                      RepairPlan& plan) {
+  if (!check.model.HoldsWhatIsLost()) return;
+  const bool transforms_tell_poses = check.transforms.HoldsWhatIsLost();
+  for (auto [id, view] : check.model.unknown) {
+    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
+    if (plan.recovered.contains(id) || !camera_known || !HasItsImage(dir, view)) continue;
+    FindMaster(dir, journal, view);
+    plan.recovered[id] = view;
+  }
+  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort)
+    for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
 }
 
 // A folder that is not where it belongs is no reason to give up its views.
@@ -253,6 +253,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
   plan.damaged_lines = journal.damaged.size();
+  plan.longest_stamp = std::max(check.transforms.made_from_bytes, check.model.made_from_bytes);
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);
   if (found.settings) plan.settings = found.settings;
@@ -352,6 +353,7 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
   WriteLines(dir / kJournal, old, plan, to);
   if (!plan.poses.empty() || !plan.cameras.empty()) to.UpdatePoses(plan.poses, plan.cameras);
   for (const int id : plan.taken_out) to.RemoveView(id);
+  to.NoteRepair(plan.longest_stamp);
   if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);
 }
 

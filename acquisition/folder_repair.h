@@ -27,6 +27,7 @@ struct RepairPlan {
   std::vector<int> taken_out;           // views whose photograph is gone
   std::vector<int> pictures_of_others;  // views whose photograph is not their master's
   std::optional<LightField> settings;   // subject, up, goal, capture time that the journal has lost
+  std::uint64_t longest_stamp = 0;      // bytes of the journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
   bool any() const { return !steps.empty(); }
 };

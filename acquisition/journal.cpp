@@ -131,7 +131,6 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const std::string kind = event.Text("event");
-  contents.closed = kind == "close";
   if (kind == "header") {
     ApplyHeader(event, light_field);
   } else if (kind == "view") {
@@ -155,7 +154,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))
       light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
-  } else if (kind != "gap") {
+  } else if (kind != "gap" && kind != "repaired") {
     throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }
 }
@@ -336,6 +335,12 @@ void Journal::Append(const std::string& lines) {
     done += static_cast<std::size_t>(written);
   }
   if (fsync(descriptor_) != 0) take_back("syncing to disk failed");
+}
+
+void Journal::NoteRepair(std::uint64_t bytes) {
+  const std::string line = json{{"event", "repaired"}}.dump();
+  const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
+  Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
 }
 
 void Journal::Header(const LightField& light_field) {

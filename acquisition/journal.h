@@ -60,11 +60,10 @@ struct JournalLine {
   int view_id = 0;  // of a view's line that is whole, else 0
 };
 
-// What a journal adds up to. `closed`: its last event is a close.
+// What a journal adds up to.
 struct JournalContents {
   LightField light_field;
   int next_view_id = 1;  // above all that were ever given; those of removed views are not given again
-  bool closed = false;
   std::size_t whole_bytes = 0;          // up to the end of the last whole line
   std::set<int> removed;                // ids of views that were taken out
   std::set<std::string> removed_files;  // their photographs and masters
@@ -102,6 +101,9 @@ class Journal {
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons);
   // Lines of another journal, as they are.
   void Append(const std::string& lines);
+  // A line that says that the journal was repaired, so long that the journal has at least `bytes`: what was
+  // made from a longer one would else be taken for newer.
+  void NoteRepair(std::uint64_t bytes);
 
  private:
   std::filesystem::path file_;

@@ -616,6 +616,32 @@ TEST_F(Folder, ADamagedLineIsNotCutOff) {
   EXPECT_THAT(Ids(ReadSaying({"view 3 is in doubt"})), ElementsAre(1, 2, 4, 5));
 }
 
+// A repair that is killed after the journals were exchanged leaves derived files that were made from a longer
+// journal: they must not count as newer than corrections that came after them.
+TEST_F(Folder, ARepairThatWasKilledTakesNoOlderPoses) {
+  Sample(3);
+  Rigid3 moved;
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    moved = writer.Contents().views[1].cam_from_world;
+    moved.translation.x() += 0.01;
+    writer.UpdatePoses({{2, moved}});
+  }
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+    const std::size_t close = bytes.find("\"event\":\"close\"");
+    bytes.insert(close, std::string(500, '\x01'));
+  });
+  const auto derived = Content(dir());
+  ASSERT_FALSE(PlanRepair(dir()).poses.contains(2));
+  Repair(dir());
+  for (const auto& [path, bytes] : derived)
+    if (path == "transforms.json" || path.starts_with("sparse/"))
+      std::ofstream(dir() / path, std::ios::trunc | std::ios::binary) << bytes;
+  EXPECT_TRUE(PlanRepair(dir()).poses.empty());
+  Repair(dir());
+  EXPECT_EQ(ReadLightField(dir()).views[1].cam_from_world.translation, moved.translation);
+}
+
 // A disk that is full while the journal is repaired leaves the old one.
 TEST_F(Folder, ARepairThatCannotWriteLeavesTheFolderAsItWas) {
   Sample(9);

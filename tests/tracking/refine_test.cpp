@@ -29,6 +29,7 @@ using test::RefineRoom;
 using test::RoomViews;
 using test::TexturedRoom;
 using test::Way;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -307,8 +308,14 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   EXPECT_LT(room.Errors(room.dir).center, 0.002);
 
   const auto again = test::RunUlf("refine " + room.dir.string());
-  EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.errors, HasSubstr("-o"));
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.errors, HasSubstr("ulf repair"));
+  // A set by another program has none to be repaired, and is never written to.
+  std::filesystem::create_directories(room.scratch / "set");
+  std::ofstream(room.scratch / "set/transforms.json") << R"({"fl_x": 60, "frames": []})";
+  const auto foreign = test::RunUlf("refine " + (room.scratch / "set").string());
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_THAT(foreign.errors, AllOf(HasSubstr("-o"), Not(HasSubstr("repair"))));
   const auto imported =
       test::RunUlf("refine " + room.dir.string() + " -o " + (room.scratch / "copy").string());
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
