@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "acquisition/commands.h"
 #include "acquisition/error.h"
@@ -17,6 +18,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ulf"));
   spdlog::set_pattern("%^%l%$: %v");
 
+  cv::utils::logging::setLogLevel(
+      cv::utils::logging::LOG_LEVEL_ERROR);  // what fails is said by our own errors
   CLI::App app{
       "ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
   app.require_subcommand(1);

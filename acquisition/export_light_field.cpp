@@ -20,6 +20,7 @@
 #include "acquisition/exr_file.h"
 #include "acquisition/image_names.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/lowercase.h"
 #include "acquisition/point_ply.h"
 #include "acquisition/staged_folder.h"
 #include "acquisition/transforms_json.h"
@@ -37,12 +38,7 @@ std::string NameInExport(const std::string& image_path, std::set<std::string>& t
   return UniqueName(name, taken);
 }
 
-std::string Ending(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
+std::string Ending(const std::string& path) { return Lowercase(fs::path(path).extension().string()); }
 
 bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras) {
   return cameras.empty() || cameras[static_cast<std::size_t>(view.camera)].is_identity;
@@ -229,6 +225,11 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
 }
 
 void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
+  const fs::path inside =
+      fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field.root));
+  if (!inside.empty() && *inside.begin() != "..")
+    throw UsageError("-o {}: lies in the light field, which stays as it is; choose a folder beside it",
+                     out.string());
   const StagedFolder tried(out);
   if (options.undistort)
     UndistortAll(light_field);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <fstream>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
@@ -31,13 +32,14 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b) {
   return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kSamePose * scale;
 }
 
-Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& journal) {
+// The journal ends where it can be read no further: a power cut may leave the file's length, and nothing in
+// it.
+Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& file,
+                  const JournalContents& journal) {
   if (!made_from) return Lineage::kUnknown;
-  std::error_code missing;
-  const std::uint64_t bytes = fs::file_size(journal, missing);
-  if (missing || made_from->bytes > bytes) return Lineage::kJournalShort;
-  if (StampOf(journal, made_from->bytes) != made_from) return Lineage::kJournalOther;
-  return made_from->bytes == bytes ? Lineage::kCurrent : Lineage::kOlder;
+  if (made_from->bytes > journal.whole_bytes) return Lineage::kJournalShort;
+  if (StampOf(file, made_from->bytes) != made_from) return Lineage::kJournalOther;
+  return made_from->bytes == journal.whole_bytes ? Lineage::kCurrent : Lineage::kOlder;
 }
 
 std::set<int> Ids(const std::map<int, View>& views) {
@@ -86,7 +88,7 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   if (!fs::is_regular_file(file)) return derived;
   try {
     TransformsText text = ReadTransformsText(file);
-    derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl");
+    derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl", journal);
     if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
     Compare(text.light_field.views, journal, derived);
     if (!text.ours) derived.lineage = Lineage::kForeign;
@@ -104,13 +106,20 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   return derived;
 }
 
+// A text file that was cut short hardly ever is at the end of a line.
+bool EndsWithItsLine(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  stream.seekg(-1, std::ios::end);
+  return stream.get() == '\n';
+}
+
 Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
   Derived derived;
   const fs::path file = dir / "sparse/0/images.txt";
   if (!fs::is_regular_file(file)) return derived;
   try {
     const ColmapPoses poses = ReadColmapPoses(file);
-    derived.lineage = LineageOf(poses.made_from, dir / "journal.jsonl");
+    derived.lineage = LineageOf(poses.made_from, dir / "journal.jsonl", journal);
     if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
     std::vector<View> views;
     for (const auto& [id, image] : poses.images) {
@@ -122,6 +131,8 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
       views.push_back(std::move(view));
     }
     Compare(views, journal, derived);
+    derived.is_cut = !EndsWithItsLine(file) || (derived.lineage == Lineage::kCurrent &&
+                                                views.size() < journal.light_field.views.size());
     // Without a stamp only what says the same can be ours.
     if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
       derived.lineage = Lineage::kForeign;
@@ -182,6 +193,11 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
       check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,
                                         Counted(derived.unknown.size(), "view"),
                                         ViewNumbers(Ids(derived.unknown)), repair));
+    else if (derived.lost_poses.empty() && derived.other_poses.empty())
+      check.words.push_back(fmt::format(
+          "the journal was longer when {} was made from it: its last lines are lost (subject, goal, "
+          "counts of frames; all poses are there); {}",
+          file, repair));
     else
       check.words.push_back(fmt::format(
           "the journal was longer when {} was made from it: corrections of poses may be lost "
@@ -190,6 +206,11 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
           Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
                   "pose"),
           repair));
+  } else if (derived.is_cut) {
+    check.words.push_back(
+        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes "
+                    "it anew",
+                    file, ShellWord(dir.string())));
   } else if (derived.lineage == Lineage::kForeign) {
     check.words.push_back(fmt::format("{} is by another program: the journal counts", file));
   } else if (derived.WasChanged()) {
@@ -203,24 +224,40 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
 // The same picture, made twice, differs by rounding; two views of one scene by far more.
 constexpr double kSameLevels = 2;
 
-bool ShowsWhatItShould(const LightField& light_field, const View& view) {
+template <typename Read>
+cv::Mat PixelsOrNone(const Read& read) {
+  try {
+    return read();
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+void CheckPicture(const LightField& light_field, const View& view, PictureCheck& check) {
   const fs::path path = light_field.root / view.image_path;
+  if (!fs::exists(path)) return;  // which is another matter
   const CameraModel& camera = light_field.CameraOf(view);
   if (const auto header = ReadImageHeader(path.string());
-      header && (header->width != camera.width || header->height != camera.height))
-    return false;
-  if (!PictureFollowsFromMaster(view) || !fs::exists(path) ||
-      !fs::exists(light_field.root / view.master_path))
-    return true;
-  try {
-    const cv::Mat made = PictureFromMaster(light_field.root, view).pixels;
-    const cv::Mat stored = Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb});
-    if (made.size() != stored.size()) return false;
-    return cv::norm(made, stored, cv::NORM_L1) <=
-           kSameLevels * static_cast<double>(made.total()) * made.channels();
-  } catch (const Error&) {
-    return true;  // one of them cannot be read, which is another matter
+      header && (header->width != camera.width || header->height != camera.height)) {
+    check.others.push_back(view.id);
+    return;
   }
+  if (!PictureFollowsFromMaster(view) || !fs::exists(light_field.root / view.master_path)) {
+    if (!ImageFileIsWhole(path.string()) ||
+        PixelsOrNone([&] { return ReadImageFile(path.string()); }).empty())
+      check.damaged.push_back(view.id);
+    return;
+  }
+  const cv::Mat made = PixelsOrNone([&] { return PictureFromMaster(light_field.root, view).pixels; });
+  const cv::Mat stored = PixelsOrNone(
+      [&] { return Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb}); });
+  if (made.empty()) check.damaged_masters.push_back(view.id);
+  if (made.empty() && stored.empty()) check.damaged.push_back(view.id);
+  if (made.empty()) return;
+  const bool same =
+      made.size() == stored.size() && cv::norm(made, stored, cv::NORM_L1) <=
+                                          kSameLevels * static_cast<double>(made.total()) * made.channels();
+  if (!same) check.others.push_back(view.id);
 }
 
 }  // namespace
@@ -289,22 +326,24 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
   return check;
 }
 
-std::vector<int> PicturesOfOtherMasters(const LightField& light_field) {
-  std::vector<int> found;
+PictureCheck CheckPictures(const LightField& light_field) {
+  PictureCheck found;
   std::mutex mutex;
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i; (i = next++) < light_field.views.size();) {
-      const View& view = light_field.views[i];
-      if (ShowsWhatItShould(light_field, view)) continue;
+      PictureCheck one;
+      CheckPicture(light_field, light_field.views[i], one);
       const std::lock_guard lock(mutex);
-      found.push_back(view.id);
+      for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
+        (found.*list).insert((found.*list).end(), (one.*list).begin(), (one.*list).end());
     }
   };
   std::vector<std::jthread> threads;
   for (unsigned n = 0; n < std::max(1u, std::thread::hardware_concurrency()); ++n) threads.emplace_back(work);
   threads.clear();
-  std::sort(found.begin(), found.end());
+  for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
+    std::sort((found.*list).begin(), (found.*list).end());
   return found;
 }
 

@@ -34,6 +34,7 @@ struct Derived {
   std::map<int, View> other_poses;  // views whose poses differ
   std::map<int, View> lost_poses;   // of these, corrections whose lines in the journal are damaged
   bool other_cameras = false;
+  bool is_cut = false;                // its end is missing
   std::uint64_t made_from_bytes = 0;  // of the journal; 0: it does not say
   // The journal has lost what this file still holds.
   bool HoldsWhatIsLost() const;
@@ -58,8 +59,15 @@ struct FolderCheck {
 // Reads, writes nothing. While somebody is writing, only what cannot change under his hands is looked at.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
 
-// Views whose photograph shows something else than their master (decoded and compared, in several threads);
-// with those whose photograph has not their camera's size.
-std::vector<int> PicturesOfOtherMasters(const LightField& light_field);
+// Views by what is wrong with their pictures.
+struct PictureCheck {
+  std::vector<int> others;   // the photograph is not the master's, or cannot be read while the master can; or
+                             // it has not its camera's size
+  std::vector<int> damaged;  // the photograph cannot be read, nor is there a master to make it from
+  std::vector<int> damaged_masters;  // the master cannot be read
+};
+
+// Photographs and masters decoded and compared, in several threads.
+PictureCheck CheckPictures(const LightField& light_field);
 
 }  // namespace ulf

@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* kJournal = "journal.jsonl";
 constexpr const char* kNewJournal = "journal.jsonl.new";
 constexpr const char* kTransforms = "transforms.json";
+constexpr const char* kMakePictures = "make the photographs that are missing from their masters";
 
 std::string NumbersOf(const std::map<int, View>& views) {
   std::set<int> ids;
@@ -51,9 +52,16 @@ bool HeaderFromModel(const fs::path& dir, Found& found) {
   const fs::path sparse = dir / "sparse/0";
   if (!fs::is_regular_file(sparse / "images.txt") || !ReadColmapPoses(sparse / "images.txt").made_from)
     return false;
-  found.header.emplace().root = dir;
-  for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt"))
-    found.header->cameras.push_back(camera);
+  LightField header;
+  header.root = dir;
+  try {
+    for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt"))
+      header.cameras.push_back(camera);
+  } catch (const Error& error) {
+    found.problem += fmt::format("; {}", error.what());
+    return false;
+  }
+  found.header = header;
   found.header_from = "sparse/0";
   return !found.header->cameras.empty();
 }
@@ -85,9 +93,10 @@ bool HeaderFromTransforms(const fs::path& dir, Found& found) {
 
 Found FindJournal(const fs::path& dir) {
   Found found;
+  if (fs::exists(dir / kJournal) && !fs::is_regular_file(dir / kJournal))
+    throw Error("{}: is no file; move it away, then repair", (dir / kJournal).string());
   try {
-    if (!fs::is_regular_file(dir / kJournal))
-      throw Error("{}: there is no journal", (dir / kJournal).string());
+    if (!fs::exists(dir / kJournal)) throw Error("{}: there is no journal", (dir / kJournal).string());
     found.journal = ReadJournal(dir / kJournal);
     return found;
   } catch (const Error& error) {
@@ -181,7 +190,9 @@ void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
       tried.master_mosaic = mosaic;
       try {
         PictureFromMaster(dir, tried);
-        if (!PicturesOfOtherMasters(alone).empty()) continue;
+        if (const PictureCheck check = CheckPictures(alone);
+            !check.others.empty() || !check.damaged_masters.empty())
+          continue;
       } catch (const std::exception&) {
         continue;  // no picture, or none that can be read this way
       }
@@ -201,7 +212,8 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
     FindMaster(dir, journal, view);
     plan.recovered[id] = view;
   }
-  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort)
+  // One that is cut has corrections of some views only: the poses would be of two kinds.
+  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort && !check.model.is_cut)
     for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
 }
 
@@ -223,10 +235,24 @@ void TakeOutWhatIsGone(const fs::path& dir, const LightField& light_field, const
 
 // Those that are not their masters' can be made anew, those of a wrong size alone cannot.
 void SortPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
-  const std::vector<int> others = PicturesOfOtherMasters(light_field);
+  const PictureCheck check = CheckPictures(light_field);
+  if (!check.damaged_masters.empty())
+    plan.found.push_back(
+        fmt::format("{}: the masters of {} cannot be read: their photographs of 8 bits are used",
+                    dir.string(), ViewNumbers({check.damaged_masters.begin(), check.damaged_masters.end()})));
+  if (const std::size_t damaged = check.damaged.size(); damaged > 0) {
+    plan.found.push_back(fmt::format(
+        "{}: the photographs of {} cannot be read, and nothing else holds them; "
+        "copy them again from where they came{}",
+        dir.string(), ViewNumbers({check.damaged.begin(), check.damaged.end()}),
+        damaged > 1 && 2 * damaged > light_field.views.size() ? ": most of all"
+                                                              : ", else their views are taken out"));
+    if (!(damaged > 1 && 2 * damaged > light_field.views.size()))
+      plan.taken_out.insert(plan.taken_out.end(), check.damaged.begin(), check.damaged.end());
+  }
   std::set<int> alone;
   for (const View& view : light_field.views) {
-    if (std::find(others.begin(), others.end(), view.id) == others.end()) continue;
+    if (std::find(check.others.begin(), check.others.end(), view.id) == check.others.end()) continue;
     if (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path))
       plan.pictures_of_others.push_back(view.id);
     else
@@ -237,19 +263,55 @@ void SortPictures(const fs::path& dir, const LightField& light_field, RepairPlan
                                      dir.string(), ViewNumbers(alone)));
 }
 
+// A message's pointer to the command that is running.
+std::string WithoutRepair(std::string words) {
+  for (const char* pointer : {"; 'ulf repair", ", 'ulf repair"})
+    if (const std::size_t at = words.find(pointer); at != std::string::npos) words.resize(at);
+  return words;
+}
+
+// Derived files that were made from this journal and are not as they are made: damaged, or edited. And points
+// that cannot be read.
+void CompareDerived(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                    RepairPlan& plan) {
+  LightField light_field = journal;
+  ReadPoints(light_field);
+  for (const std::string& doubt : light_field.doubts) plan.found.push_back(doubt);
+  plan.damaged_points = !light_field.doubts.empty();
+  const bool no_ply = !light_field.points.empty() && !fs::exists(dir / "points.ply");
+  if (no_ply) plan.found.push_back(fmt::format("{}: is missing", (dir / "points.ply").string()));
+  plan.new_derived |= plan.damaged_points || no_ply;
+  if (check.transforms.lineage != Lineage::kCurrent || check.model.lineage != Lineage::kCurrent) return;
+  const auto stamp = StampOf(dir / kJournal);
+  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp);
+  const std::pair<const char*, std::string> as_made[] = {
+      {"sparse/0/cameras.txt", colmap.cameras},
+      {"sparse/0/images.txt", colmap.images},
+      {"sparse/0/points3D.txt", colmap.points3d},
+      {kTransforms, TransformsJsonText(light_field, stamp)}};
+  for (const auto& [name, text] : as_made) {
+    if (fs::is_regular_file(dir / name) && ReadWholeFile(dir / name) == text) continue;
+    plan.found.push_back(fmt::format("{}: is not as it was made from the journal", (dir / name).string()));
+    (name == std::string(kTransforms) ? plan.other_transforms : plan.other_model) = true;
+    plan.new_derived = true;
+  }
+}
+
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const JournalContents& journal = found.journal;
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
   if (found.header)
-    plan.found.push_back(fmt::format("{}; {}", found.problem,
-                                     found.settings ? "a flat field that the header had cannot be put back"
-                                                    : "sparse/0 tells poses and cameras alone: subject, up, "
-                                                      "goal, times and a flat field cannot be put "
-                                                      "back (ulf render and ulf info take --subject)"));
+    plan.found.push_back(fmt::format(
+        "{}; {}", WithoutRepair(found.problem),
+        found.settings
+            ? "a flat field that the header had cannot be put back"
+            : "sparse/0 tells poses and cameras alone: what else the header held cannot be put back (device, "
+              "threshold, where the calibration is from, flat field); without the journal's other lines, nor "
+              "can subject, up, goal and times (ulf render and ulf info take --subject, a resumed capture "
+              "takes --quality)"));
   plan.header_from = found.header_from;
-  for (const std::string& words : check.words)
-    plan.found.push_back(words.substr(0, words.find("; 'ulf repair")));
+  for (const std::string& words : check.words) plan.found.push_back(WithoutRepair(words));
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
   plan.damaged_lines = journal.damaged.size();
@@ -266,6 +328,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
                      !plan.taken_out.empty() || plan.settings || !journal.damaged.empty();
   plan.new_derived =
       plan.new_journal || check.not_closed || !check.transforms.IsOurs() || !check.model.IsOurs();
+  if (!plan.new_journal) CompareDerived(dir, journal.light_field, check, plan);
   plan.views_after = plan.views_before + plan.recovered.size() - plan.taken_out.size();
   return plan;
 }
@@ -288,6 +351,9 @@ void SaySteps(const fs::path& dir, RepairPlan& plan) {
     plan.steps.push_back(fmt::format("take over {} that the journal has lost the correction of",
                                      Counted(plan.poses.size(), "pose")));
   if (!plan.cameras.empty()) plan.steps.push_back("take over the corrected intrinsics");
+  if (plan.settings && !plan.header)
+    plan.steps.push_back(fmt::format(
+        "put back what {} still tells of subject, up, goal and the session's counts", kTransforms));
   if (!plan.taken_out.empty())
     plan.steps.push_back(fmt::format("take {} out of the light field",
                                      ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
@@ -299,7 +365,7 @@ void SaySteps(const fs::path& dir, RepairPlan& plan) {
                                                ? ""
                                                : " without " + Counted(plan.damaged_lines, "damaged line")));
   SayPictures(dir, plan);
-  if (plan.missing_pictures) plan.steps.push_back("make the photographs that are missing from their masters");
+  if (plan.missing_pictures) plan.steps.push_back(kMakePictures);
   if (plan.new_derived)
     plan.steps.push_back(
         "write transforms.json, sparse/0 and the points' files anew; what in them does not follow from the "
@@ -398,7 +464,11 @@ RepairPlan Repair(const fs::path& dir) {
   std::optional<Journal> old_journal;
   if (fs::is_regular_file(dir / kJournal)) old_journal.emplace(dir / kJournal);
   std::optional<Journal> new_journal(std::in_place, dir / kNewJournal);
-  const RepairPlan plan = PlanUnlocked(dir);
+  RepairPlan plan = PlanUnlocked(dir);
+  std::vector<View> taken_out;
+  for (const View& view : FindJournal(dir).journal.light_field.views)
+    if (std::find(plan.taken_out.begin(), plan.taken_out.end(), view.id) != plan.taken_out.end())
+      taken_out.push_back(view);
   try {
     if (plan.new_journal) {
       WriteNewJournal(dir, plan, *new_journal);
@@ -423,11 +493,21 @@ RepairPlan Repair(const fs::path& dir) {
       MakeFolder(dir / "unposed");
       MoveWithoutReplacing(dir / view.image_path, dir / "unposed" / fs::path(view.image_path).filename());
     }
-  MakeMissingPictures(light_field);
+  for (const View& view : taken_out)
+    if (fs::is_regular_file(dir / view.image_path)) {
+      MakeFolder(dir / "unposed");
+      MoveWithoutReplacing(dir / view.image_path, dir / "unposed" / fs::path(view.image_path).filename());
+    }
+  MakeFolder(dir / "images");
+  if (const std::size_t missing = MakeMissingPictures(light_field); missing > 0) {
+    std::erase(plan.steps, kMakePictures);
+    plan.not_done.push_back(fmt::format("make {} from their masters (the reasons stand above)",
+                                        Counted(missing, "missing photograph")));
+  }
   if (plan.new_derived) {
     const FolderCheck check = CheckFolder(dir, contents, false);
-    if (!check.transforms.IsOurs()) KeepOld(dir, kTransforms, kTransforms);
-    if (!check.model.IsOurs()) KeepOld(dir, "sparse/0", "sparse");
+    if (!check.transforms.IsOurs() || plan.other_transforms) KeepOld(dir, kTransforms, kTransforms);
+    if (!check.model.IsOurs() || plan.other_model) KeepOld(dir, "sparse/0", "sparse");
     ReadPoints(light_field);
     if (!light_field.doubts.empty())
       for (const char* points : {"points.ply", "points.ulf"}) KeepOld(dir, points, points);

@@ -14,8 +14,9 @@
 namespace ulf {
 
 struct RepairPlan {
-  std::vector<std::string> found;  // what is wrong
-  std::vector<std::string> steps;  // what would be done about it; empty: nothing can or need be done
+  std::vector<std::string> found;     // what is wrong
+  std::vector<std::string> steps;     // what would be done about it; empty: nothing can or need be done
+  std::vector<std::string> not_done;  // by Repair(), of what was planned
   std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
 
   // What the steps consist of.
@@ -29,6 +30,7 @@ struct RepairPlan {
   std::optional<LightField> settings;   // subject, up, goal, capture time that the journal has lost
   std::uint64_t longest_stamp = 0;      // bytes of the journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
+  bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/
   bool any() const { return !steps.empty(); }
 };
 

@@ -13,6 +13,7 @@
 #include <memory>
 #include <sstream>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/lowercase.h"
 #include "acquisition/output_path.h"
@@ -55,11 +56,11 @@ std::string Contents(FILE* file) {
 
 struct Finished {
   int exit_code = -1;
-  std::string errors;
+  std::string output, errors;
 };
 
 Finished RunGnuplot(const std::string& script) {
-  const File input = TemporaryFile(), errors = TemporaryFile();
+  const File input = TemporaryFile(), output = TemporaryFile(), errors = TemporaryFile();
   if (std::fwrite(script.data(), 1, script.size(), input.get()) != script.size() || std::fflush(input.get()))
     throw Error("gnuplot: its script cannot be written ({}); make room in {}", std::strerror(errno),
                 P_tmpdir);
@@ -68,7 +69,7 @@ Finished RunGnuplot(const std::string& script) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, fileno(input.get()), STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(output.get()), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), STDERR_FILENO);
   char name[] = "gnuplot";
   // From a named file it stops at the first error; from its standard input it would go on.
@@ -82,7 +83,7 @@ Finished RunGnuplot(const std::string& script) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, Contents(errors.get())};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, Contents(output.get()), Contents(errors.get())};
 }
 
 }  // namespace
@@ -102,12 +103,13 @@ void RequireChart(const std::string& path) {
 }
 
 void DrawChart(const std::string& path, int width, int height, const std::string& script) {
-  const std::string setup = fmt::format("set encoding utf8\nset terminal {}\nset output {}\n",
-                                        Terminal(EndingOf(path), width, height), QuotedForGnuplot(path));
+  const std::string setup =
+      fmt::format("set encoding utf8\nset terminal {}\n", Terminal(EndingOf(path), width, height));
   const Finished finished = RunGnuplot(setup + script + "\nunset output\n");
-  if (finished.exit_code == 0) return;
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
+  if (finished.exit_code == 0 && !finished.output.empty()) {
+    WriteFileAtomically(path, finished.output);
+    return;
+  }
   // The first line that says something; gnuplot repeats the offending command with a caret before it.
   std::istringstream lines(finished.errors);
   std::string line, said;

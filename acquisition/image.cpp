@@ -9,9 +9,11 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "acquisition/atomic_file.h"
 #include "acquisition/error.h"
 #include "acquisition/exr_file.h"
 #include "acquisition/image_header.h"
+#include "acquisition/lowercase.h"
 
 namespace ulf {
 namespace {
@@ -192,13 +194,27 @@ bool ImageFileIsWhole(const std::string& path) {
   return is_png ? tail.find("IEND") != std::string::npos : tail.rfind("\xFF\xD9") != std::string::npos;
 }
 
+void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {
+  std::vector<unsigned char> bytes;
+  bool encoded = false;
+  try {
+    encoded = cv::imencode(Lowercase(std::filesystem::path(path).extension().string()), srgb8, bytes);
+  } catch (const cv::Exception&) {
+  }
+  if (!encoded) throw Error("{}: give a picture's name, ending in .png or .jpg", path);
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
 namespace {
 
 void RequireWholeFile(const std::string& path) {
   if (!std::ifstream(path))
-    throw Error("{}: the image is missing or cannot be read; restore it or remove its view", path);
+    throw Error("{}: the image is missing or cannot be read; restore it (of a light field: ulf repair DIR)",
+                path);
   if (!ImageFileIsWhole(path))
-    throw Error("{}: the image is truncated; copy it again from where it came, or remove its view", path);
+    throw Error(
+        "{}: the image is truncated; copy it again from where it came (of a light field: ulf repair DIR)",
+        path);
 }
 
 cv::Mat Decoded(const std::string& path) {
@@ -208,7 +224,10 @@ cv::Mat Decoded(const std::string& path) {
   } catch (const cv::Exception&) {
   }
   if (pixels.empty())
-    throw Error("{}: cannot be decoded as an image; copy it again or remove its view", path);
+    throw Error(
+        "{}: cannot be decoded as an image; copy it again from where it came (of a light field: ulf repair "
+        "DIR)",
+        path);
   return pixels;
 }
 

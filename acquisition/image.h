@@ -59,5 +59,7 @@ cv::Mat ReadAlpha(const std::string& path);
 
 // True when the file decodes without loss from truncation (end markers of PNG and JPEG present).
 bool ImageFileIsWhole(const std::string& path);
+// Encoded by the name's ending. Throws DiskFullError or Error; then what was at `path` is there as it was.
+void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
 }  // namespace ulf

@@ -254,9 +254,14 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
     throw Error("{}: the header is damaged; 'ulf repair {}' shows what can be put back", where,
                 ShellWord(contents.light_field.root.string()));
   const JsonPlace event{*object, where};
-  if (event.Text("event") != "header")
-    throw Error("{}: a journal begins with its header; this file is none", where);
-  ApplyHeader(event, contents.light_field);
+  try {
+    if (event.Text("event") != "header")
+      throw Error("{}: a journal begins with its header; this file is none", where);
+    ApplyHeader(event, contents.light_field);
+  } catch (const Error& error) {
+    throw Error("{}; 'ulf repair {}' shows what can be put back", error.what(),
+                ShellWord(contents.light_field.root.string()));
+  }
 }
 
 JournalContents Read(const fs::path& file, const LightField* header) {
@@ -285,7 +290,7 @@ JournalContents Read(const fs::path& file, const LightField* header) {
         "{}: the journal has no header: the capture was killed before it began, or the file is damaged; 'ulf "
         "repair {}' "
         "shows what can be put back",
-        file.string(), contents.light_field.root.string());
+        file.string(), ShellWord(contents.light_field.root.string()));
   NameMissingViews(contents);
   return contents;
 }

@@ -116,10 +116,16 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
 }
 
 void RequireOwnPictures(const LightField& light_field) {
-  const std::vector<int> others = PicturesOfOtherMasters(light_field);
+  const PictureCheck check = CheckPictures(light_field);
+  if (!check.damaged.empty())
+    spdlog::warn("{}: the photographs of {} cannot be read; 'ulf repair {}' shows what can be done",
+                 light_field.root.string(), ViewNumbers({check.damaged.begin(), check.damaged.end()}),
+                 ShellWord(light_field.root.string()));
+  const std::vector<int>& others = check.others;
   if (others.empty()) return;
   throw Error(
-      "{0}: the photographs in images/ of {1} are not those of their masters, or not of their camera's size; "
+      "{0}: the photographs in images/ of {1} are not those of their masters, are damaged, or have not their "
+      "camera's size; "
       "nothing "
       "was written; 'ulf repair {2}' shows what can be done",
       light_field.root.string(), ViewNumbers({others.begin(), others.end()}),
@@ -129,10 +135,15 @@ void RequireOwnPictures(const LightField& light_field) {
 }  // namespace
 
 // As far as there is room and masters are whole.
-void MakeMissingPictures(const LightField& light_field) {
-  std::size_t made = 0;
+std::size_t MakeMissingPictures(const LightField& light_field) {
+  std::size_t made = 0, missing = 0;
+  bool full = false;
   for (const View& view : light_field.views) {
     if (!PictureFollowsFromMaster(view) || fs::exists(light_field.root / view.image_path)) continue;
+    if (full) {
+      ++missing;
+      continue;
+    }
     if (made++ == 0)
       spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
                    light_field.root.string());
@@ -140,11 +151,14 @@ void MakeMissingPictures(const LightField& light_field) {
       WritePictureFromMaster(light_field.root, view);
     } catch (const DiskFullError& error) {
       spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
-      return;
+      full = true;
+      ++missing;
     } catch (const std::exception& error) {
       spdlog::warn("{}; {} is still missing", error.what(), view.image_path);
+      ++missing;
     }
   }
+  return missing;
 }
 
 namespace {
@@ -187,6 +201,9 @@ bool IsUnused(const fs::path& dir) {
   for (const char* folder : {"images", "masters", "unposed"})
     if (fs::is_directory(dir / folder, unknown) && !fs::is_empty(dir / folder, unknown)) return false;
   try {
+    // Not even a header: the disk was full, or the capture was killed, before it began.
+    if (ReadWholeFile(dir / kJournal).find('\n') == std::string::npos)
+      return !fs::exists(dir / kTransforms) && !fs::exists(dir / "sparse");
     return ReadJournal(dir / kJournal).next_view_id == 1;
   } catch (const Error&) {
     return false;
@@ -197,14 +214,23 @@ bool IsUnused(const fs::path& dir) {
 
 LightField ReadLightField(const fs::path& path) {
   std::error_code unknown;
+  if (fs::is_regular_file(path, unknown) && path.filename() == kJournal)
+    throw Error("{}: give the folder that holds it: {}", path.string(),
+                path.parent_path().empty() ? "." : path.parent_path().string());
   if (fs::is_regular_file(path, unknown)) return ReadSetOfOthers(path);
   if (!fs::is_directory(path, unknown))
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
   if (!fs::is_regular_file(path / kJournal)) {
     if (fs::is_regular_file(path / kTransforms)) return ReadSetOfOthers(path / kTransforms);
     if (HasLostItsJournal(path)) throw NoJournal(path);
-    throw Error("{}: holds no light field: neither {} nor {}; capture or import one", path.string(), kJournal,
-                kTransforms);
+    throw Error(
+        "{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(), kJournal,
+        kTransforms,
+        fs::is_directory(path / "images", unknown)
+            ? fmt::format(" (the photographs in images/ are posed anew by 'ulf capture replay:{} -o NEW "
+                          "--focal-px F --no-subject')",
+                          ShellWord((path / "images").string()))
+            : "");
   }
   JournalContents journal = ReadJournal(path / kJournal);
   const bool being_written = IsBeingWritten(path / kJournal);
@@ -277,6 +303,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   if (!unused && fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
     throw Error("{}: the folder is not empty; choose another one", dir.string());
   header.camera.Validate("the camera of " + dir.string());
+  const bool made_folder = !fs::exists(dir, unknown);
   MakeFolder(dir / "images");
   auto state = std::make_unique<State>(dir);
   if (unused) {
@@ -295,8 +322,16 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   light_field.units = header.units;
   light_field.threshold_px = header.threshold_px;
   light_field.coverage_width_px = header.coverage_width_px;
-  state->journal.Header(light_field);
-  SyncFolder(dir);
+  try {
+    state->journal.Header(light_field);
+    SyncFolder(dir);
+  } catch (...) {
+    // Nothing was recorded: no folder stays that says otherwise.
+    fs::remove(dir / kJournal, unknown);
+    fs::remove(dir / "images", unknown);
+    if (made_folder) fs::remove(dir, unknown);
+    throw;
+  }
   return LightFieldWriter(std::move(state));
 }
 

@@ -132,8 +132,8 @@ class LightFieldWriter {
 // files.
 void WriteLightField(const LightField& light_field);
 
-// What of images/ follows from masters and is missing; warns of what cannot be made.
-void MakeMissingPictures(const LightField& light_field);
+// What of images/ follows from masters and is missing; warns of what cannot be made, and counts it.
+std::size_t MakeMissingPictures(const LightField& light_field);
 
 // transforms.json, sparse/0 and points.ply from the values, with the stamp of the journal that is there.
 void WriteDerivedFiles(const LightField& light_field);

@@ -26,6 +26,7 @@ void PrintText(const RepairPlan& plan, const RepairArgs& args) {
     return;
   }
   for (const std::string& each : plan.steps) fmt::print("{} {}\n", args.write ? "did this:" : "would", each);
+  for (const std::string& each : plan.not_done) fmt::print("not done: {}\n", each);
   fmt::print("{}: {} before, {} {}\n", args.dir, Counted(plan.views_before, "view"), plan.views_after,
              args.write
                  ? "now"
@@ -37,13 +38,14 @@ int RunRepair(const RepairArgs& args) {
   if (args.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"found", plan.found},
                                               {"steps", plan.steps},
+                                              {"not_done", plan.not_done},
                                               {"views_before", plan.views_before},
                                               {"views_after", plan.views_after},
                                               {"written", args.write && plan.any()}}
                            .dump(2));
   else
     PrintText(plan, args);
-  return kOk;
+  return plan.not_done.empty() ? kOk : kFailed;
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // A view's pixels, from whichever of its files holds them (declared in light_field_io.h).
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <opencv2/core.hpp>
 
@@ -72,10 +74,20 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
   return TransferOf(path) == Transfer::kLinear || (header && header->bits > 8);
 }
 
+// A damaged master costs what it holds beyond the photograph, as a missing one does.
+static Image ReadMasterOrImage(const LightField& light_field, const View& view) {
+  if (!HasReadableMaster(light_field, view)) return ReadRecordedImage(light_field, view);
+  try {
+    return ReadViewMaster(light_field, view);
+  } catch (const Error& error) {
+    if (!fs::exists(light_field.root / view.image_path)) throw;
+    spdlog::warn("{}; its photograph of 8 bits is used", error.what());
+    return ReadRecordedImage(light_field, view);
+  }
+}
+
 Image ReadViewLight(const LightField& light_field, const View& view) {
-  return FlatFieldDivided(light_field, view,
-                          HasReadableMaster(light_field, view) ? ReadViewMaster(light_field, view)
-                                                               : ReadRecordedImage(light_field, view));
+  return FlatFieldDivided(light_field, view, ReadMasterOrImage(light_field, view));
 }
 
 bool HasMask(const LightField& light_field, const View& view) {

@@ -7,13 +7,13 @@
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/calibration/intrinsics_options.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/frame_recording.h"
+#include "acquisition/image.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
@@ -38,15 +38,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WritePicture(const std::string& path, const cv::Mat& picture) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path, picture);
-  } catch (const cv::Exception&) {
-  }
-  if (!written) throw Error("{}: the picture cannot be written; give a path ending in .png or .jpg", path);
-}
-
 void WritePictures(const CaptureArgs& args, const CameraModel& camera, const CaptureSummary& summary,
                    const LightFieldReport& report) {
   if (args.overlay.empty() && args.map.empty()) return;
@@ -64,12 +55,12 @@ void WritePictures(const CaptureArgs& args, const CameraModel& camera, const Cap
     cv::Mat live;
     cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
                cv::INTER_CUBIC);
-    WritePicture(args.overlay, DrawOverlay(live, large, cam_from_world, map));
+    WritePictureFile(args.overlay, DrawOverlay(live, large, cam_from_world, map));
   }
   if (args.map.empty()) return;
   std::string caption = fmt::format("{}, within {:g} px", Counted(report.views, "view"), report.threshold_px);
   if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
-  WritePicture(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
+  WritePictureFile(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
 }
 
 void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report,

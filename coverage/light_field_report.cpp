@@ -93,7 +93,7 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
 
 // The counts of frames are written when a session is closed.
 std::size_t UncountedViews(const LightField& light_field) {
-  if (light_field.device_uri.starts_with("import:")) return 0;
+  if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
   const auto counted = light_field.reasons.find(Name(Reason::kRecorded));
   const std::uint64_t recorded = counted == light_field.reasons.end() ? 0 : counted->second;
   const std::uint64_t views = light_field.views.size() + light_field.taken_back;

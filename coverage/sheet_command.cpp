@@ -5,11 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
+#include "acquisition/image.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
@@ -142,7 +142,7 @@ int RunSheet(const SheetArgs& args) {
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
   const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);
-  if (!cv::imwrite(args.out, sheet)) throw Error("{}: cannot be written; check folder and ending", args.out);
+  WritePictureFile(args.out, sheet);
   fmt::print("{}\n", args.out);
   return kOk;
 }

@@ -60,7 +60,12 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     if (!std::filesystem::exists(file))
       throw Error("--proxy mesh: {} is not there; make it with: ulf proxy {}", file.string(),
                   ShellWord(light_field.string()));
-    return MeshFrom(file, name, subject);
+    try {
+      return MeshFrom(file, name, subject);
+    } catch (const Error& error) {
+      throw Error("{}; make it anew with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
+                  error.what(), ShellWord(light_field.string()));
+    }
   }
   const std::string extension = std::filesystem::path(name).extension().string();
   if (extension == ".ply" || extension == ".obj" || extension == ".PLY" || extension == ".OBJ")

@@ -2,9 +2,9 @@
 
 #include <fmt/core.h>
 
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "acquisition/image.h"
 #include "acquisition/output_path.h"
 #include "render/display/key_names.h"
 
@@ -103,7 +103,8 @@ void ScriptedSurface::Write(const std::filesystem::path& file, const char* when)
   bool written = false;
   try {
     Bind();
-    written = cv::imwrite(file.string(), Read());
+    WritePictureFile(file.string(), Read());
+    written = true;
   } catch (const std::exception&) {
   }
   fmt::print(stderr, "look {}: {}{}\n", file.string(), written ? "written" : "cannot be written", when);

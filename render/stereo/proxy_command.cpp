@@ -15,6 +15,7 @@
 #include "acquisition/error.h"
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/lowercase.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
 #include "render/choice.h"
@@ -116,6 +117,8 @@ int RunProxy(const ProxyArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   const std::string out =
       args.out.empty() ? (std::filesystem::path(args.dir) / kMeshProxyFile).string() : args.out;
+  if (Lowercase(std::filesystem::path(out).extension().string()) != ".ply")
+    throw UsageError("-o {}: a mesh is written as PLY; give a name ending in .ply", out);
   const LightField light_field = ReadLightField(args.dir);
   RequireWritable(out);
   const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);

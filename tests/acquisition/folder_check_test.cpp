@@ -301,8 +301,18 @@ TEST_F(Folder, FoldersWithoutAJournalAreToldApart) {
 
   const fs::path spaced = scratch_ / "my $vase";
   WriteSample(spaced, 2);
+  EXPECT_THAT([&] { ReadLightField(spaced / "journal.jsonl"); },
+              ThrowsMessage<Error>(HasSubstr("give the folder")));
+  const std::string repair = "'ulf repair \"" + (scratch_ / "my \\$vase").string() + "\"'";
+  const std::string journal = ReadWholeFile(spaced / "journal.jsonl");
+  for (const auto& [damage, change] : {std::pair("nothing", std::string()),
+                                       {"noise", std::string("%$&/")},
+                                       {"no version", "{\"event\":\"header\"}\n" + journal}}) {
+    std::ofstream(spaced / "journal.jsonl", std::ios::trunc) << change;
+    EXPECT_THAT([&] { ReadLightField(spaced); }, ThrowsMessage<Error>(HasSubstr(repair))) << damage;
+  }
   fs::remove(spaced / "journal.jsonl");
-  EXPECT_THAT(refusal(spaced), HasSubstr("'ulf repair \"" + (scratch_ / "my \\$vase").string() + "\"'"));
+  EXPECT_THAT(refusal(spaced), HasSubstr(repair));
 }
 
 TEST_F(Folder, ADamagedHeaderIsMadeFromTransformsJson) {
@@ -491,6 +501,56 @@ TEST_F(Folder, APhotographOfAnotherSizeStopsAWriter) {
   EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), only_copy) << "nothing could take its place";
 }
 
+TEST_F(Folder, ADamagedPhotographIsMadeFromItsMasterOrTakenOut) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  const std::string right = ReadWholeFile(dir() / "images/000002.png");
+  fs::resize_file(dir() / "images/000002.png", right.size() / 2);
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
+  Repair(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), right);
+  EXPECT_EQ(fs::file_size(dir() / "unposed/000002.png"), right.size() / 2);
+
+  // Without a master it cannot come back.
+  fs::remove_all(dir());
+  Sample(4);
+  fs::resize_file(dir() / "images/000003.png", 300);
+  EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("the photographs of view 3 cannot be read")));
+  EXPECT_THAT(Ids(ReadSaying({})), ElementsAre(1, 2, 4));
+  EXPECT_EQ(fs::file_size(dir() / "unposed/000003.png"), 300u) << "nothing is deleted";
+}
+
+TEST_F(Folder, ADamagedMasterCostsWhatItHoldsBeyondThePhotograph) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  fs::resize_file(dir() / "masters/000002.tif", 900);
+  const LightField read = ReadSaying({});
+  EXPECT_EQ(ReadViewLight(read, read.views[0]).pixels.depth(), CV_16U);
+  EXPECT_EQ(ReadViewLight(read, read.views[1]).pixels.depth(), CV_8U);
+  EXPECT_THAT(PlanRepair(dir()).found, Contains(HasSubstr("the masters of view 2 cannot be read")));
+  EXPECT_NO_THROW(LightFieldWriter::Resume(dir()));
+}
+
+// What was planned and failed is not called done.
+TEST_F(Folder, RepairSaysWhatItCouldNotDo) {
+  { WriterAheadOfItsPhotographs(dir(), 3).Close(1); }
+  fs::remove_all(dir() / "images");
+  EXPECT_EQ(test::RunUlf("repair " + dir().string() + " --write").exit_code, 0) << "the folder is made, too";
+  EXPECT_TRUE(fs::is_regular_file(dir() / "images/000002.png"));
+  fs::remove(dir() / "images/000002.png");
+  fs::resize_file(dir() / "masters/000002.tif", 900);
+  const auto run = test::RunUlf("repair " + dir().string() + " --write");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.output, AllOf(HasSubstr("not done: make 1 missing photograph"),
+                                Not(HasSubstr("did this: make the photographs"))));
+}
+
 // An images/ that is not where it was is no reason to give up its views.
 TEST_F(Folder, RepairTakesOutNoLightFieldWhosePhotographsAreElsewhere) {
   Sample(4);
@@ -544,6 +604,21 @@ TEST_F(Folder, DamagedPointsCostThePointsOnly) {
   fs::remove(dir() / "points.ulf");
   fs::resize_file(dir() / "points.ply", fs::file_size(dir() / "points.ply") - 3);
   EXPECT_THAT(ReadSaying({"points.ply", "truncated", "without points"}).points, IsEmpty());
+}
+
+TEST_F(Folder, RepairMakesThePointsFilesThatItCan) {
+  Sample(3);
+  const std::string ply = ReadWholeFile(dir() / "points.ply");
+  fs::remove(dir() / "points.ply");
+  Repair(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "points.ply"), ply);
+  fs::resize_file(dir() / "points.ulf", 20);
+  ReadSaying({"points.ply is taken"});
+  EXPECT_TRUE(PlanRepair(dir()).any());
+  Repair(dir());
+  EXPECT_THAT(ReadSaying({}).points.size(), 2u);
+  EXPECT_EQ(fs::file_size(dir() / "kept/points.ulf"), 20u);
+  EXPECT_FALSE(PlanRepair(dir()).any());
 }
 
 TEST_F(Folder, PointsOfAnotherProgramAreKept) {
@@ -614,6 +689,86 @@ TEST_F(Folder, ADamagedLineIsNotCutOff) {
   EXPECT_EQ(LightFieldWriter::Resume(dir()).AddView(NoiseFrame(7), ViewNumber(2)).id, 5);
   EXPECT_TRUE(ReadWholeFile(dir() / "journal.jsonl").starts_with(damaged));
   EXPECT_THAT(Ids(ReadSaying({"view 3 is in doubt"})), ElementsAre(1, 2, 4, 5));
+}
+
+// A power cut may leave the journal's length, and nothing in its last blocks.
+TEST_F(Folder, AnEndOfZerosIsALostEnd) {
+  for (const char* end : {"zeros", "more zeros", "noise"}) {
+    fs::remove_all(dir());
+    const LightField whole = Sample(6);
+    std::map<int, Rigid3> moved;
+    {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      for (const View& view : writer.Contents().views) {
+        moved[view.id] = view.cam_from_world;
+        moved[view.id].translation.x() += 0.01;
+      }
+      writer.UpdatePoses(moved);
+      writer.Close(20);
+    }
+    const auto size = fs::file_size(dir() / "journal.jsonl");
+    fs::resize_file(dir() / "journal.jsonl", size - 400);
+    if (end == std::string("noise"))
+      std::ofstream(dir() / "journal.jsonl", std::ios::app) << std::string(900, '#') << "\n"
+                                                            << std::string(99, '%');
+    else
+      fs::resize_file(dir() / "journal.jsonl",
+                      end == std::string("zeros") ? size : (size + 4096) / 4096 * 4096);
+    const auto before = Content(dir());
+    ReadSaying({"corrections of poses may be lost (6 poses differ)", "ulf repair"});
+    EXPECT_THROW(LightFieldWriter::Resume(dir()), Error);
+    EXPECT_EQ(Content(dir()), before);
+    Repair(dir());
+    const LightField repaired = ReadSaying({});
+    ASSERT_EQ(repaired.views.size(), 6u);
+    for (const View& view : repaired.views)
+      EXPECT_EQ(view.cam_from_world.translation, moved.at(view.id).translation) << end;
+    EXPECT_EQ(repaired.capture_s, 20);
+    EXPECT_EQ(ReadWholeFile(dir() / "kept/journal-1.jsonl"), before.at("journal.jsonl"));
+  }
+}
+
+TEST_F(Folder, ALostGoalComesBackAndIsNamed) {
+  Sample(3);
+  Rewrite(dir() / "journal.jsonl",
+          [](std::string& bytes) { bytes.resize(bytes.rfind("{\"event\":\"close\"")); });
+  ReadSaying({"its last lines are lost", "all poses are there"});
+  EXPECT_THAT(Repair(dir()).steps,
+              Contains(HasSubstr("put back what transforms.json still tells of subject")));
+  EXPECT_EQ(ReadSaying({}).capture_s, 12.5);
+}
+
+// A model whose end is missing has corrections of some views only.
+TEST_F(Folder, AModelThatIsCutIsSaidAndMadeAnew) {
+  Sample(5);
+  const std::string whole = ReadWholeFile(dir() / "sparse/0/images.txt");
+  fs::resize_file(dir() / "sparse/0/images.txt", whole.size() / 2);
+  ReadSaying({"sparse/0/images.txt is cut short", "ulf repair"});
+  Repair(dir());
+  EXPECT_EQ(ReadWholeFile(dir() / "sparse/0/images.txt"), whole);
+  for (const char* file : {"sparse/0/points3D.txt", "sparse/0/cameras.txt"}) {
+    const std::string right = ReadWholeFile(dir() / file);
+    fs::resize_file(dir() / file, right.size() - 5);
+    EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("is not as it was made from the journal")));
+    EXPECT_EQ(ReadWholeFile(dir() / file), right);
+  }
+  EXPECT_FALSE(PlanRepair(dir()).any());
+
+  // Of a lost end the whole file tells the poses, the cut one none.
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    std::map<int, Rigid3> moved;
+    for (const View& view : writer.Contents().views) {
+      moved[view.id] = view.cam_from_world;
+      moved[view.id].translation.x() += 0.01;
+    }
+    writer.UpdatePoses(moved);
+    writer.Close(20);
+  }
+  fs::resize_file(dir() / "sparse/0/images.txt", fs::file_size(dir() / "sparse/0/images.txt") / 2);
+  fs::resize_file(dir() / "journal.jsonl", fs::file_size(dir() / "journal.jsonl") - 400);
+  fs::remove(dir() / "transforms.json");
+  EXPECT_TRUE(PlanRepair(dir()).poses.empty());
 }
 
 // A repair that is killed after the journals were exchanged leaves derived files that were made from a longer
