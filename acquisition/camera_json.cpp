@@ -1,6 +1,7 @@
 #include "acquisition/camera_json.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace ulf {
 namespace {

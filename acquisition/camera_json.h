@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/camera_model.h"
-#include "acquisition/device.h"
 #include "acquisition/json_fields.h"
 
 namespace ulf {

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/camera_model.h"
 #include "acquisition/frame.h"
 
@@ -83,14 +84,6 @@ struct DeviceStatistics {
   std::optional<double> clock_offset_s, clock_jitter_s;
   // The transport's own counters (packets missing, resent, ...), named for people, in the order to be shown.
   std::vector<std::pair<std::string, double>> transport;
-};
-
-// Which part of the sensor a device's images show. Lengths in unbinned sensor pixels.
-struct SensorWindow {
-  int sensor_width = 0, sensor_height = 0;
-  int x = 0, y = 0, width = 0, height = 0;
-  int binning_x = 1, binning_y = 1;  // also decimation
-  bool operator==(const SensorWindow&) const = default;
 };
 
 // Which of a camera's automatics leave the pictures alone from one to the next; none: the camera does not

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "acquisition/calibration/flat_field.h"
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/camera_model.h"
-#include "acquisition/device.h"
 #include "acquisition/image.h"
 #include "acquisition/rigid3.h"
 

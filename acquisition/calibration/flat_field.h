@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/calibration/sensor_window.h"
 #include "acquisition/image.h"
 
 namespace ulf {

@@ -1,4 +1,4 @@
-// Intrinsics of one part of a sensor from those of another.
+// The part of a sensor that images show, and intrinsics of one part from those of another.
 //
 // In image coordinates with pixel centres at integer + 0.5 the image's corner is the window's corner on the
 // sensor, and binning divides lengths from there: sensor = window + binning * image, exactly. (With centres
@@ -6,10 +6,19 @@
 // the lens's and stays.
 #pragma once
 
+#include <string>
+
 #include "acquisition/camera_model.h"
-#include "acquisition/device.h"
 
 namespace ulf {
+
+// Which part of the sensor a device's images show. Lengths in unbinned sensor pixels.
+struct SensorWindow {
+  int sensor_width = 0, sensor_height = 0;
+  int x = 0, y = 0, width = 0, height = 0;
+  int binning_x = 1, binning_y = 1;  // also decimation
+  bool operator==(const SensorWindow&) const = default;
+};
 
 // `camera` as it was calibrated with the window `calibrated`, for images of `used`. Throws Error where the
 // windows are of different sensors or contradict the camera's size.
