@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "acquisition/atomic_file.h"
-#include "acquisition/command_line.h"
 #include "acquisition/error.h"
 #include "acquisition/image_names.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/lowercase.h"
+#include "acquisition/progress.h"
 #include "acquisition/shell_word.h"
 #include "acquisition/staged_folder.h"
 

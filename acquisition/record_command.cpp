@@ -12,6 +12,7 @@
 #include "acquisition/frame_recording.h"
 #include "acquisition/host_time.h"
 #include "acquisition/number_checks.h"
+#include "acquisition/progress.h"
 #include "acquisition/stop_signal.h"
 
 namespace ulf {

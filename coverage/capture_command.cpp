@@ -17,6 +17,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
+#include "acquisition/progress.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/capture_report.h"
 #include "coverage/capture_session.h"

@@ -12,6 +12,7 @@
 #include "acquisition/error.h"
 #include "acquisition/export_light_field.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/progress.h"
 #include "acquisition/stop_signal.h"
 #include "tracking/refine/light_field_input.h"
 #include "tracking/refine/triangulate.h"

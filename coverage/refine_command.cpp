@@ -23,6 +23,7 @@
 #include "acquisition/model_choice.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/point_tracks.h"
+#include "acquisition/progress.h"
 #include "acquisition/shell_word.h"
 #include "coverage/coverage_map.h"
 #include "tracking/refine/light_field_input.h"

@@ -15,6 +15,7 @@
 #include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
+#include "acquisition/progress.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "coverage/marker_mouse.h"

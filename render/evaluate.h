@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/command_line.h"
+#include "acquisition/progress.h"
 #include "render/quality.h"
 #include "render/renderer.h"
 

@@ -11,6 +11,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/gnuplot.h"
+#include "acquisition/progress.h"
 #include "render/evaluate.h"
 #include "render/quality_chart.h"
 #include "render/scene_options.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
-#include "acquisition/command_line.h"
+#include "acquisition/progress.h"
 #include "render/scene.h"
 
 namespace ulf {

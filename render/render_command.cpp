@@ -15,6 +15,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
+#include "acquisition/progress.h"
 #include "acquisition/shell_word.h"
 #include "render/aperture_options.h"
 #include "render/camera_path.h"

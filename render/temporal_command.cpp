@@ -12,6 +12,7 @@
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
+#include "acquisition/progress.h"
 
 namespace ulf {
 namespace {

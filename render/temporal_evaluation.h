@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/command_line.h"
+#include "acquisition/progress.h"
 #include "render/camera_path.h"
 #include "render/renderer.h"
 #include "render/truth.h"

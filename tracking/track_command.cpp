@@ -19,6 +19,7 @@
 #include "acquisition/gnuplot.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
+#include "acquisition/progress.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/stop_signal.h"
 #include "tracking/pose_source.h"

@@ -16,6 +16,7 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/output_path.h"
+#include "acquisition/progress.h"
 #include "acquisition/shell_word.h"
 #include "acquisition/stop_signal.h"
 

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <string>
 
-#include "acquisition/command_line.h"
+#include "acquisition/progress.h"
 #include "render/scene.h"
 #include "render/triangle_mesh.h"
 

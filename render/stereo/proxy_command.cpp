@@ -18,6 +18,7 @@
 #include "acquisition/lowercase.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/output_path.h"
+#include "acquisition/progress.h"
 #include "render/choice.h"
 #include "render/mesh_file.h"
 #include "render/proxy_choice.h"

@@ -21,6 +21,7 @@
 
 #include "acquisition/error.h"
 #include "acquisition/light_field_io.h"
+#include "acquisition/progress.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "render/choice.h"
 #include "render/evaluate.h"

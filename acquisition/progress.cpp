@@ -1,4 +1,4 @@
-#include "acquisition/command_line.h"
+#include "acquisition/progress.h"
 
 #include <fmt/core.h>
 #include <unistd.h>
