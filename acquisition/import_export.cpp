@@ -1,7 +1,5 @@
 #include "acquisition/import_export.h"
 
-#include <cmath>
-#include <cstdio>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -114,19 +112,6 @@ void RequirePosedSet(const fs::path& source) {
 }
 
 }  // namespace
-
-Subject ParseSubject(const std::string& text) {
-  Subject subject;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &subject.center_in_world.x(),
-                  &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
-      static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
-      !std::isfinite(subject.radius))
-    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
-  if (!(subject.radius > 0))
-    throw UsageError("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text);
-  return subject;
-}
 
 LightField Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
   RequirePosedSet(source_path);

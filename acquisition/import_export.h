@@ -21,7 +21,4 @@ struct ImportOptions {
 LightField Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                   const ImportOptions& options);
 
-// "x,y,z,r" in world units; throws UsageError.
-Subject ParseSubject(const std::string& text);
-
 }  // namespace ulf

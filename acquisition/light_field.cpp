@@ -3,8 +3,24 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+
+#include "acquisition/error.h"
 
 namespace ulf {
+
+Subject ParseSubject(const std::string& text) {
+  Subject subject;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &subject.center_in_world.x(),
+                  &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
+      static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
+      !std::isfinite(subject.radius))
+    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
+  if (!(subject.radius > 0))
+    throw UsageError("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text);
+  return subject;
+}
 
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;

@@ -27,6 +27,9 @@ struct Subject {
   bool operator==(const Subject&) const = default;
 };
 
+// "x,y,z,r" in world units; throws UsageError.
+Subject ParseSubject(const std::string& text);
+
 // A recorded frame: image, camera, pose.
 struct View {
   int id = 0;               // given once, in order of recording, never used again

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 
 namespace ulf {
 namespace {

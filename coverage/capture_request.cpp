@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 
 namespace ulf {
 namespace {

@@ -8,7 +8,6 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "acquisition/stop_signal.h"

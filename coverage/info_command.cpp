@@ -5,7 +5,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "coverage/light_field_report.h"
 

@@ -12,7 +12,6 @@
 #include "acquisition/counted.h"
 #include "acquisition/device.h"
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "acquisition/progress.h"

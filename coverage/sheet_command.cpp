@@ -10,7 +10,6 @@
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
 #include "acquisition/image.h"
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
 #include "coverage/contact_sheet.h"

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/number_checks.h"
 #include "render/gl_context.h"

@@ -13,7 +13,6 @@
 
 #include "acquisition/counted.h"
 #include "acquisition/error.h"
-#include "acquisition/import_export.h"
 #include "acquisition/light_field_io.h"
 #include "acquisition/lowercase.h"
 #include "acquisition/number_checks.h"
