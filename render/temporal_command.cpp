@@ -13,6 +13,7 @@
 #include "acquisition/light_field_io.h"
 #include "acquisition/output_path.h"
 #include "acquisition/progress.h"
+#include "render/simulated_truth.h"
 
 namespace ulf {
 namespace {

@@ -22,8 +22,7 @@ class TruthSource {
   virtual void RequireSameWorld(const RenderScene& scene) = 0;
 };
 
-// "sim:studio?seed=7", as the light field was captured (with --poses known: in the simulator's world), or a
-// folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear), as `ulf render -o FOLDER` numbers them.
-std::unique_ptr<TruthSource> TruthFromName(const std::string& name);
+// A folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear), as `ulf render -o FOLDER` numbers them.
+std::unique_ptr<TruthSource> TruthFromFolder(const std::string& folder);
 
 }  // namespace ulf
