@@ -27,9 +27,6 @@
 
 namespace ulf {
 
-// All markers of the dictionary, sub-pixel, in no order; `gray` CV_8UC1.
-std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
-
 struct MarkerPose {
   Rigid3 cam_from_world;
   std::vector<PointObservation> corners;  // that support it, with what they come to as independent ones

@@ -12,6 +12,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/test_paths.h"
 #include "tracking/board_from_map.h"
+#include "tracking/marker_detector.h"
 #include "tracking/marker_locator.h"
 #include "tracking/pose_source.h"
 #include "tracking/quantile.h"
