@@ -26,6 +26,7 @@
 
 #include "acquisition/calibration/sensor_window.h"
 #include "acquisition/camera_model.h"
+#include "acquisition/device_uri.h"
 #include "acquisition/frame.h"
 
 namespace ulf {
@@ -125,23 +126,6 @@ class Device {
   // FrameKind::kStill when they have been downloaded, also those that the photographer releases on the body.
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
-};
-
-// A device URI taken apart: `scheme:path?key=value&key=value`.
-struct DeviceUri {
-  std::string scheme;
-  std::string path;
-  std::vector<std::pair<std::string, std::string>> options;
-
-  static DeviceUri Parse(const std::string& uri);  // throws UsageError
-  std::optional<std::string> Option(const std::string& key) const;
-  // The option as a finite number; throws UsageError naming it when it is something else.
-  std::optional<double> Number(const std::string& key) const;
-  // In place of what the URI says of it.
-  void Set(const std::string& key, const std::string& value);
-  // Throws UsageError naming the first option that is not in `known`.
-  void AllowOnly(const std::vector<std::string>& known) const;
-  std::string Text() const;
 };
 
 // Opens by scheme; an empty URI means the first real camera found. Throws UsageError for a URI that means

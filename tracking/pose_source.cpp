@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "acquisition/device.h"
+#include "acquisition/device_uri.h"
 #include "acquisition/error.h"
 #include "tracking/working_size.h"
 
