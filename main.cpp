@@ -7,11 +7,8 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "acquisition/commands.h"
 #include "acquisition/error.h"
 #include "coverage/commands.h"
-#include "render/commands.h"
-#include "tracking/commands.h"
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a camera that hangs up is an error value, not our end
@@ -29,10 +26,7 @@ int main(int argc, char** argv) {
   app.add_flag("-v,--verbose", verbose, "Say more");
 
   ulf::ChosenCommand chosen;
-  ulf::AddAcquisitionCommands(app, chosen);
-  ulf::AddTrackingCommands(app, chosen);
-  ulf::AddRenderCommands(app, chosen);
-  ulf::AddCoverageCommands(app, chosen);
+  ulf::AddCommands(app, chosen);
 
   if (argc == 1) {
     std::fputs(app.help().c_str(), stderr);

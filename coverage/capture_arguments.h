@@ -5,11 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/calibration/intrinsics_options.h"
+#include "acquisition/calibration/intrinsics.h"
 #include "coverage/capture_session.h"
 #include "tracking/pose_source.h"
-#include "tracking/readout_option.h"
-#include "tracking/tracking_side_option.h"
+#include "tracking/readout_args.h"
 
 namespace ulf {
 

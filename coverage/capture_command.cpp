@@ -33,6 +33,7 @@
 #include "coverage/simulated_operator.h"
 #include "tracking/marker_spec.h"
 #include "tracking/readout_option.h"
+#include "tracking/tracking_side_option.h"
 
 namespace ulf {
 namespace {

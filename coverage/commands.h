@@ -1,7 +1,8 @@
+// All subcommands, in the order in which the help lists them.
 #pragma once
 
 #include "acquisition/command_line.h"
 
 namespace ulf {
-void AddCoverageCommands(CLI::App& app, ChosenCommand& chosen);  // capture, plan, info
+void AddCommands(CLI::App& app, ChosenCommand& chosen);
 }

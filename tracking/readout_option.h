@@ -3,15 +3,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <optional>
 #include <string>
 
-namespace ulf {
+#include "tracking/readout_args.h"
 
-struct ReadoutArgs {
-  std::optional<double> readout_s = {};  // none: looked for
-  bool compensate_found = false;
-};
+namespace ulf {
 
 inline void AddReadoutOption(CLI::App& command, ReadoutArgs& args) {
   command
