@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "acquisition/error.h"
-#include "coverage/commands.h"
+#include "commands/commands.h"
+#include "core/base/error.h"
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a camera that hangs up is an error value, not our end

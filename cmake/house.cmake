@@ -55,29 +55,20 @@ endfunction()
 
 # ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
 # APART: files with options of their own, or with private names that others have, too.
-# Command files parse arguments and print: what they include costs more to compile than what they do, so it is
-# compiled once for all folders, and nothing in them is worth much of the optimiser's time.
-set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
 function(ulf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  set(commands ${ARG_SOURCES})
-  list(FILTER commands INCLUDE REGEX "(_command|commands)\\.cpp$")
-  list(FILTER ARG_SOURCES EXCLUDE REGEX "(_command|commands)\\.cpp$")
-  ulf_batch(commands ${name}_commands)
   ulf_batch(ARG_SOURCES ${name})
-  set(in_batches -Wno-subobject-linkage)  # which takes a file in a batch for a header
-  add_library(${name}_commands OBJECT ${commands})
-  target_link_libraries(${name}_commands PRIVATE ulf_flags ${ARG_LINK} ${ARG_LINK_PRIVATE})
-  target_compile_options(${name}_commands PRIVATE ${ulf_command_options} ${in_batches})
-  target_precompile_headers(${name}_commands REUSE_FROM ulf_command_headers)
-  add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART} $<TARGET_OBJECTS:${name}_commands>)
+  add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART})
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
-  target_compile_options(${name} PRIVATE ${in_batches})
+  target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # which takes a file in a batch for a header
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()
 endfunction()
 
+# Command files parse arguments and print: nothing in them is worth much of the optimiser's time, and what they include
+# costs more to compile than what they do, so it is compiled once for them and for main.cpp.
+set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
 function(ulf_precompile_command_headers)
   file(WRITE ${CMAKE_BINARY_DIR}/generated/command_headers.cpp "")
   add_library(ulf_command_headers OBJECT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp)

@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 

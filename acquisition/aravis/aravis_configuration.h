@@ -7,7 +7,7 @@
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
-#include "acquisition/pixel_format.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf {
 

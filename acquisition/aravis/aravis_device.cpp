@@ -17,13 +17,13 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/clock_offset.h"
-#include "acquisition/counted.h"
-#include "acquisition/frame_id_counter.h"
-#include "acquisition/frame_queue.h"
-#include "acquisition/host_time.h"
-#include "acquisition/reaper.h"
-#include "acquisition/signal_stack.h"
+#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/device/frame_queue.h"
+#include "acquisition/device/reaper.h"
+#include "core/base/clock_offset.h"
+#include "core/base/counted.h"
+#include "core/base/host_time.h"
+#include "core/base/signal_stack.h"
 
 namespace ulf {
 namespace {

@@ -60,7 +60,7 @@
 
 #include <memory>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

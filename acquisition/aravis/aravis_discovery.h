@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

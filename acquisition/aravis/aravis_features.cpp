@@ -10,8 +10,8 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_session.h"
-#include "acquisition/error.h"
-#include "acquisition/pixel_format.h"
+#include "core/base/error.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf {
 namespace {

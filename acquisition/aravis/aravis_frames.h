@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "acquisition/aravis/aravis_configuration.h"
-#include "acquisition/frame.h"
+#include "core/image/frame.h"
 
 namespace ulf {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "acquisition/error.h"
-#include "acquisition/pixel_format.h"
+#include "core/base/error.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

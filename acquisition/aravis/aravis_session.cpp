@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/stop_signal.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf {
 namespace {

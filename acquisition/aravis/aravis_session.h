@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "acquisition/aravis/aravis_calls.h"
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

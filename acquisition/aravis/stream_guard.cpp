@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "acquisition/calibration/board.h"
+#include "core/fiducials/board.h"
 
 namespace ulf {
 

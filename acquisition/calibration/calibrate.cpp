@@ -1,5 +1,5 @@
 #include "acquisition/calibration/calibrate.h"
-#include "acquisition/counted.h"
+#include "core/base/counted.h"
 
 #include <fmt/format.h>
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/calibration/board_detector.h"
 #include "acquisition/calibration/lens_choice.h"
+#include "core/fiducials/board_detector.h"
 
 namespace ulf {
 

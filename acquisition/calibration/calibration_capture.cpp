@@ -5,10 +5,10 @@
 #include <chrono>
 #include <filesystem>
 
-#include "acquisition/counted.h"
-#include "acquisition/error.h"
-#include "acquisition/host_time.h"
-#include "acquisition/name_order.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/name_order.h"
 
 namespace ulf {
 namespace {

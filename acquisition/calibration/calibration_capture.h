@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquisition/calibration/calibration_guide.h"
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

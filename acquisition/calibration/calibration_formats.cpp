@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

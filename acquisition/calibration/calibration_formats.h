@@ -15,7 +15,7 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/camera_model.h"
+#include "core/geometry/camera_model.h"
 
 namespace ulf {
 

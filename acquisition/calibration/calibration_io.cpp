@@ -3,10 +3,10 @@
 #include <sstream>
 #include <vector>
 
-#include "acquisition/atomic_file.h"
 #include "acquisition/calibration/calibration_formats.h"
-#include "acquisition/camera_json.h"
-#include "acquisition/error.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/geometry/camera_json.h"
 
 namespace ulf {
 namespace {

@@ -22,9 +22,9 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/calibration/flat_field.h"
-#include "acquisition/camera_model.h"
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
+#include "core/geometry/camera_model.h"
+#include "core/image/flat_field.h"
 
 namespace ulf {
 

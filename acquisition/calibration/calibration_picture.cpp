@@ -1,5 +1,5 @@
 #include "acquisition/calibration/calibration_picture.h"
-#include "acquisition/counted.h"
+#include "core/base/counted.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/calibrate.h"
-#include "acquisition/calibration/flat_field.h"
+#include "core/image/flat_field.h"
 
 namespace ulf {
 

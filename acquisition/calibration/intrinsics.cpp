@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "acquisition/calibration/sensor_window.h"
-#include "acquisition/error.h"
-#include "acquisition/shell_word.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/geometry/sensor_window.h"
 
 namespace ulf {
 namespace {

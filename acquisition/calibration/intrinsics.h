@@ -27,8 +27,8 @@
 #include <vector>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/camera_model.h"
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
+#include "core/geometry/camera_model.h"
 
 namespace ulf {
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/calibration/board_detector.h"
-#include "acquisition/camera_model.h"
-#include "acquisition/rigid3.h"
+#include "core/fiducials/board_detector.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
 
 namespace ulf {
 

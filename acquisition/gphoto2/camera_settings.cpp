@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/error.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "acquisition/lowercase.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
 
 namespace ulf {
 namespace {

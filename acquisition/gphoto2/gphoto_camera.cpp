@@ -13,8 +13,8 @@
 #include <mutex>
 #include <string_view>
 
-#include "acquisition/error.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

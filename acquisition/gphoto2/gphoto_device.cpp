@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/error.h"
+#include "acquisition/device/photograph_inbox.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/capture_target.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
@@ -17,10 +17,10 @@
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_frame.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "acquisition/host_time.h"
-#include "acquisition/jpeg_file.h"
-#include "acquisition/photograph_inbox.h"
-#include "acquisition/signal_stack.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/signal_stack.h"
+#include "core/image/jpeg_file.h"
 
 namespace ulf {
 namespace {

@@ -24,8 +24,8 @@
 #include <memory>
 #include <vector>
 
-#include "acquisition/device.h"
-#include "acquisition/features.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/features.h"
 
 namespace ulf {
 

@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/error.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/gphoto2/gphoto_options.h"
-#include "acquisition/shell_word.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
 
 namespace ulf {
 namespace {

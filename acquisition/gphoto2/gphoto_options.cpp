@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cctype>
 
-#include "acquisition/error.h"
 #include "acquisition/gphoto2/gphoto_device.h"
-#include "acquisition/lowercase.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
 
 namespace ulf {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 

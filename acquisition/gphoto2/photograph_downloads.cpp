@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "acquisition/host_time.h"
+#include "core/base/host_time.h"
 
 namespace ulf {
 namespace {

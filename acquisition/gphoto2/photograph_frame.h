@@ -1,10 +1,10 @@
 // A downloaded photograph as a frame, its pixels still encoded.
 #pragma once
 
-#include "acquisition/frame.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "acquisition/jpeg_file.h"
+#include "core/image/frame.h"
+#include "core/image/jpeg_file.h"
 
 namespace ulf {
 

@@ -1,5 +1,5 @@
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "acquisition/lowercase.h"
+#include "core/base/lowercase.h"
 
 #include <cctype>
 #include <utility>

@@ -16,9 +16,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "acquisition/rigid3.h"
 #include "acquisition/simulator/hand_motion.h"
 #include "acquisition/simulator/waves.h"
+#include "core/geometry/rigid3.h"
 
 namespace ulf {
 

@@ -1,7 +1,7 @@
 // Whatever moves a simulated camera: a plan (hand.h), or somebody who looks at what comes of it.
 #pragma once
 
-#include "acquisition/rigid3.h"
+#include "core/geometry/rigid3.h"
 
 namespace ulf {
 

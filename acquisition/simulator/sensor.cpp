@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "acquisition/lowercase.h"
-#include "acquisition/simulator/lanes.h"
+#include "acquisition/simulator/scene/lanes.h"
+#include "core/base/lowercase.h"
 
 namespace ulf {
 namespace {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/image.h"
-#include "acquisition/pixel_format.h"
+#include "core/image/image.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf {
 

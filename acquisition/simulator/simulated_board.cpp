@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/calibration/sensor_window.h"
-#include "acquisition/error.h"
-#include "acquisition/host_time.h"
-#include "acquisition/simulator/noise.h"
+#include "acquisition/simulator/scene/noise.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/geometry/sensor_window.h"
 
 namespace ulf {
 namespace {

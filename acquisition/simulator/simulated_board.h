@@ -13,8 +13,8 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/calibration/board.h"
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
+#include "core/fiducials/board.h"
 
 namespace ulf {
 

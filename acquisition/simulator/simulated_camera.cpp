@@ -3,7 +3,7 @@
 #include <charconv>
 #include <functional>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/device.h"
-#include "acquisition/frame.h"
+#include "acquisition/device/device.h"
 #include "acquisition/simulator/hand.h"
-#include "acquisition/simulator/ray_caster.h"
+#include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_faults.h"
+#include "core/image/frame.h"
 
 namespace ulf {
 

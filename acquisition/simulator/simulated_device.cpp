@@ -8,13 +8,13 @@
 #include <mutex>
 #include <thread>
 
-#include "acquisition/error.h"
-#include "acquisition/frame_id_counter.h"
-#include "acquisition/host_time.h"
-#include "acquisition/simulator/noise.h"
-#include "acquisition/simulator/scene.h"
+#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/simulator/scene/noise.h"
+#include "acquisition/simulator/scene/scene.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
 
 namespace ulf {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <memory>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 #include "acquisition/simulator/hand_motion.h"
 
 namespace ulf {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/simulator/gige_relay.h"
+#include "acquisition/simulator/gige/gige_relay.h"
 
 namespace ulf {
 

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 #include "acquisition/v4l2/v4l2_node.h"
 
 namespace ulf {

@@ -12,18 +12,18 @@
 #include <mutex>
 #include <thread>
 
-#include "acquisition/clock_offset.h"
-#include "acquisition/error.h"
-#include "acquisition/frame_id_counter.h"
-#include "acquisition/frame_queue.h"
-#include "acquisition/host_time.h"
-#include "acquisition/signal_stack.h"
+#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/device/frame_queue.h"
 #include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
 #include "acquisition/v4l2/v4l2_options.h"
 #include "acquisition/v4l2/v4l2_stream.h"
+#include "core/base/clock_offset.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/signal_stack.h"
 
 namespace ulf {
 namespace {

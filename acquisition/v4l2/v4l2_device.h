@@ -29,7 +29,7 @@
 #include <memory>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

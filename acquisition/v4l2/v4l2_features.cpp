@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstring>
 
-#include "acquisition/error.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

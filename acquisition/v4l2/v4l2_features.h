@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "acquisition/features.h"
+#include "acquisition/device/features.h"
 
 namespace ulf {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

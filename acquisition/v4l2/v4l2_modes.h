@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/image.h"
-#include "acquisition/pixel_format.h"
 #include "acquisition/v4l2/v4l2_node.h"
+#include "core/image/image.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf {
 

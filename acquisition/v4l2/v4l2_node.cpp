@@ -13,7 +13,7 @@
 #include <fstream>
 #include <optional>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 
 namespace ulf {
 

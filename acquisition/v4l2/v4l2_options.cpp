@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <set>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 

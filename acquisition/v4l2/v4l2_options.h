@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/device.h"
+#include "acquisition/device/device.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_stream.h"
 

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <new>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "acquisition/counted.h"
-#include "acquisition/image.h"
+#include "core/base/counted.h"
+#include "core/image/image.h"
 #include "coverage/operator/key_help.h"
 #include "coverage/operator/view_mark.h"
 

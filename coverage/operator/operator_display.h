@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "coverage/capture_request.h"
 #include "coverage/operator/panels.h"
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/recorded_pictures.h"
@@ -19,6 +18,7 @@
 #include "coverage/operator/review.h"
 #include "coverage/operator/subject_tool.h"
 #include "coverage/operator/wishes.h"
+#include "coverage/session/capture_request.h"
 #include "render/display/live_texture.h"
 #include "render/display/painter.h"
 #include "render/display/surface.h"

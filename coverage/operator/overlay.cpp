@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coverage/bound/sphere_outline.h"
 #include "coverage/operator/shown_sphere.h"
-#include "coverage/sphere_outline.h"
 
 namespace ulf {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "coverage/capture_state.h"
 #include "coverage/operator/palette.h"
 #include "coverage/operator/shown_sphere.h"
+#include "coverage/session/capture_state.h"
 #include "render/display/shapes.h"
 
 namespace ulf {

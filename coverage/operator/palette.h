@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "coverage/coverage_map.h"
+#include "coverage/bound/coverage_map.h"
 #include "render/display/shapes.h"
 
 namespace ulf {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/counted.h"
+#include "core/base/counted.h"
 #include "coverage/operator/key_help.h"
 #include "coverage/operator/overlay.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "coverage/capture_state.h"
 #include "coverage/operator/palette.h"
+#include "coverage/session/capture_state.h"
 #include "render/display/plain_panels.h"
 
 namespace ulf {

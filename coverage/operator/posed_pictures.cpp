@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/image.h"
+#include "core/image/image.h"
 
 namespace ulf {
 

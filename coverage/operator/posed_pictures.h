@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "acquisition/camera_model.h"
-#include "acquisition/rigid3.h"
-#include "coverage/capture_state.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf {
 

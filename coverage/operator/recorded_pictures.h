@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "coverage/capture_state.h"
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/stored_pictures.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf {
 

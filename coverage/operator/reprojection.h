@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "coverage/operator/posed_pictures.h"
-#include "render/gl_objects.h"
+#include "render/gl/gl_objects.h"
 
 namespace ulf {
 

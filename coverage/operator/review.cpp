@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tracking/marker_locator.h"
+#include "tracking/sources/marker_locator.h"
 
 namespace ulf {
 namespace {

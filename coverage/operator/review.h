@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "coverage/capture_state.h"
-#include "coverage/marker_mouse.h"
+#include "coverage/operator/marker_mouse.h"
+#include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
 namespace ulf {

@@ -7,8 +7,8 @@
 #include <exception>
 #include <thread>
 
-#include "acquisition/error.h"
-#include "acquisition/signal_stack.h"
+#include "core/base/error.h"
+#include "core/base/signal_stack.h"
 
 namespace ulf {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "acquisition/image.h"
-#include "acquisition/output_path.h"
+#include "core/base/output_path.h"
+#include "core/image/image.h"
 #include "render/display/key_names.h"
 
 namespace ulf {

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "coverage/capture_request.h"
+#include "coverage/session/capture_request.h"
 #include "render/display/surface.h"
 
 namespace ulf {

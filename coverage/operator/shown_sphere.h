@@ -11,9 +11,9 @@
 #include <optional>
 #include <vector>
 
-#include "coverage/capture_state.h"
-#include "coverage/coverage_map.h"
-#include "coverage/sphere_outline.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/bound/sphere_outline.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf {
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <exception>
 
-#include "acquisition/journal.h"
-#include "acquisition/light_field_io.h"
+#include "core/light_field/journal.h"
+#include "core/light_field/light_field_io.h"
 
 namespace ulf {
 

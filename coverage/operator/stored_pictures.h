@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "acquisition/light_field.h"
+#include "core/light_field/light_field.h"
 #include "coverage/operator/posed_pictures.h"
 
 namespace ulf {

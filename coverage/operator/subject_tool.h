@@ -5,8 +5,8 @@
 
 #include <optional>
 
-#include "coverage/capture_state.h"
 #include "coverage/operator/wishes.h"
+#include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
 namespace ulf {

@@ -4,9 +4,9 @@
 
 #include <optional>
 
-#include "coverage/capture_state.h"
 #include "coverage/operator/overlay.h"
 #include "coverage/operator/wishes.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf {
 

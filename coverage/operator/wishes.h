@@ -7,8 +7,8 @@
 #include <optional>
 #include <set>
 
-#include "coverage/capture_request.h"
-#include "coverage/capture_state.h"
+#include "coverage/session/capture_request.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf {
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <sstream>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

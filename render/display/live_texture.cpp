@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "render/gl_objects.h"
+#include "render/gl/gl_objects.h"
 
 namespace ulf {
 

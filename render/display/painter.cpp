@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf {
 namespace {

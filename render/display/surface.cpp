@@ -12,8 +12,8 @@
 #include <optional>
 #include <utility>
 
-#include "acquisition/error.h"
-#include "render/gl_objects.h"
+#include "core/base/error.h"
+#include "render/gl/gl_objects.h"
 // Its macros come last.
 #include <X11/Xlib.h>
 

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
-#include "acquisition/error.h"
-#include "render/gl_context.h"
+#include "core/base/error.h"
+#include "render/gl/gl_context.h"
 
 namespace ulf {
 

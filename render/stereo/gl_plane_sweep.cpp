@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "render/embedded_shaders.h"
+#include "render/gl/embedded_shaders.h"
 #include "render/stereo/plane_carrier.h"
 
 namespace ulf {

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "render/gl_context.h"
-#include "render/gl_objects.h"
+#include "render/gl/gl_context.h"
+#include "render/gl/gl_objects.h"
 #include "render/stereo/plane_sweep.h"
 
 namespace ulf {

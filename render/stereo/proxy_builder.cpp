@@ -8,8 +8,8 @@
 #include <memory>
 #include <mutex>
 
-#include "acquisition/counted.h"
-#include "acquisition/error.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"

@@ -10,9 +10,9 @@
 #include <cstddef>
 #include <string>
 
-#include "acquisition/progress.h"
-#include "render/scene.h"
-#include "render/triangle_mesh.h"
+#include "core/base/progress.h"
+#include "render/proxy/triangle_mesh.h"
+#include "render/scene/scene.h"
 
 namespace ulf {
 

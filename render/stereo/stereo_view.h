@@ -5,9 +5,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "acquisition/camera_model.h"
-#include "acquisition/rigid3.h"
-#include "render/scene.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "render/scene/scene.h"
 
 namespace ulf {
 

@@ -8,8 +8,8 @@
 
 #include <vector>
 
+#include "render/proxy/triangle_mesh.h"
 #include "render/stereo/depth_fusion.h"
-#include "render/triangle_mesh.h"
 
 namespace ulf {
 

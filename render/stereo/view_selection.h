@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "acquisition/light_field.h"
+#include "core/light_field/light_field.h"
 #include "render/stereo/stereo_view.h"
 
 namespace ulf {

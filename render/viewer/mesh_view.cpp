@@ -6,8 +6,8 @@
 #include <set>
 #include <utility>
 
-#include "acquisition/image.h"
-#include "render/at.h"
+#include "core/base/at.h"
+#include "core/image/image.h"
 
 namespace ulf {
 namespace {

@@ -3,10 +3,10 @@
 // lines through it meet them (mesh_field.h).
 #pragma once
 
-#include "acquisition/camera_model.h"
-#include "acquisition/rigid3.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
 #include "render/display/shapes.h"
-#include "render/mesh_field.h"
+#include "render/fields/mesh_field.h"
 
 namespace ulf {
 

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <utility>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "render/viewer/mesh_view.h"
 #include "render/viewer/viewer_files.h"
 #include "render/viewer/viewer_words.h"

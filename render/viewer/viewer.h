@@ -11,8 +11,8 @@
 
 #include "render/display/painter.h"
 #include "render/display/surface.h"
-#include "render/gl_renderer.h"
-#include "render/mesh_field.h"
+#include "render/fields/mesh_field.h"
+#include "render/gl/gl_renderer.h"
 #include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_state.h"
 #include "render/viewer/where_am_i.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/camera_path.h"
+#include "render/output/camera_path.h"
 
 namespace ulf {
 

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "acquisition/atomic_file.h"
-#include "acquisition/error.h"
-#include "acquisition/json_fields.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/json_fields.h"
 
 namespace ulf {
 namespace {

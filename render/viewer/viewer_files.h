@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "render/aperture.h"
+#include "render/fields/aperture.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf {

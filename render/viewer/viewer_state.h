@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "render/aperture.h"
-#include "render/blending_field.h"
 #include "render/display/plain_panels.h"
 #include "render/display/surface.h"
+#include "render/fields/aperture.h"
+#include "render/fields/blending_field.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf {

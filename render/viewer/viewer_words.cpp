@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/counted.h"
+#include "core/base/counted.h"
 
 namespace ulf {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/subject_center.h"
+#include "render/scene/subject_center.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf {

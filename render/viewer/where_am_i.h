@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/display/shapes.h"
-#include "render/scene.h"
+#include "render/scene/scene.h"
 
 namespace ulf {
 

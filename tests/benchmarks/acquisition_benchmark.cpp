@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/device.h"
-#include "acquisition/error.h"
+#include "acquisition/device/device.h"
+#include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/loopback_namespace.h"
 

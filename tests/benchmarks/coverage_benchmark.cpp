@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "coverage/coverage_map.h"
+#include "coverage/bound/coverage_map.h"
 #include "tests/benchmarks/figures.h"
 
 namespace ulf {

@@ -16,7 +16,7 @@
 #include "coverage/operator/operator_display.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/staged_capture.h"
-#include "tracking/pose_source.h"
+#include "tracking/sources/pose_source.h"
 
 namespace ulf {
 namespace {

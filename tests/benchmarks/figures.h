@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tracking/quantile.h"
+#include "core/base/quantile.h"
 
 namespace ulf {
 

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 
-#include "acquisition/light_field_io.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "render/camera_path.h"
-#include "render/gl_renderer.h"
-#include "render/pyramid_file.h"
+#include "core/light_field/light_field_io.h"
+#include "render/gl/gl_renderer.h"
+#include "render/output/camera_path.h"
+#include "render/scene/pyramid_file.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

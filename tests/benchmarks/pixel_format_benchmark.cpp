@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "acquisition/pixel_format.h"
-#include "acquisition/unpack.h"
+#include "core/image/pixel_format.h"
+#include "core/image/unpack.h"
 #include "tests/benchmarks/figures.h"
 
 namespace ulf {

@@ -22,15 +22,15 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
-#include "acquisition/device.h"
-#include "acquisition/error.h"
-#include "acquisition/frame_recording.h"
-#include "acquisition/tiff_file.h"
-#include "coverage/view_spool.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/frame_recording.h"
+#include "core/base/error.h"
+#include "core/image/tiff_file.h"
+#include "coverage/session/record/view_spool.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"
-#include "tracking/tracker.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf {
 namespace {

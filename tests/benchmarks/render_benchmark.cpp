@@ -16,18 +16,18 @@
 #include <numeric>
 #include <vector>
 
-#include "acquisition/error.h"
-#include "acquisition/light_field_io.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "render/camera_path.h"
-#include "render/gl_context.h"
-#include "render/gl_renderer.h"
-#include "render/image_triangulation.h"
-#include "render/lumigraph_field.h"
-#include "render/mesh_field.h"
+#include "core/base/error.h"
+#include "core/light_field/light_field_io.h"
+#include "render/fields/image_triangulation.h"
+#include "render/fields/lumigraph_field.h"
+#include "render/fields/mesh_field.h"
+#include "render/gl/gl_context.h"
+#include "render/gl/gl_renderer.h"
+#include "render/output/camera_path.h"
 #include "tests/benchmarks/figures.h"
-#include "tests/render/cap_scene.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/cap_scene.h"
+#include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

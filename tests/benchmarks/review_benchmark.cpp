@@ -7,11 +7,11 @@
 
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "coverage/marker_mouse.h"
-#include "render/nearest_view.h"
+#include "core/base/thread_clock.h"
+#include "coverage/operator/marker_mouse.h"
+#include "render/quality/nearest_view.h"
 #include "tests/benchmarks/figures.h"
-#include "tracking/marker_locator.h"
-#include "tracking/thread_clock.h"
+#include "tracking/sources/marker_locator.h"
 
 namespace ulf {
 namespace {

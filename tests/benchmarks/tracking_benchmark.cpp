@@ -5,14 +5,14 @@
 #include <opencv2/features2d.hpp>
 
 #include "tests/benchmarks/figures.h"
-#include "tests/tracking/geometry_scene.h"
-#include "tests/tracking/textured_room.h"
-#include "tracking/bundle_adjustment.h"
-#include "tracking/frame_locator.h"
-#include "tracking/map.h"
-#include "tracking/map_matching.h"
-#include "tracking/matching.h"
-#include "tracking/tracker.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/features/matching.h"
+#include "tracking/map/map.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/tracker/frame_locator.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf {
 namespace {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/light_field_io.h"
+#include "core/light_field/light_field_io.h"
 #include "render/viewer/viewer.h"
 #include "tests/benchmarks/figures.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <random>
 
-#include "coverage/criterion.h"
+#include "core/base/quantile.h"
+#include "core/base/thread_clock.h"
+#include "coverage/bound/criterion.h"
 #include "tests/charts/makers.h"
 #include "tests/support/bound_oracle.h"
-#include "tracking/quantile.h"
-#include "tracking/thread_clock.h"
 
 namespace ulf::test {
 namespace {

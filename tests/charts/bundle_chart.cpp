@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/thread_clock.h"
+#include "core/geometry/similarity3.h"
 #include "tests/charts/makers.h"
-#include "tests/tracking/geometry_scene.h"
-#include "tracking/bundle_adjustment.h"
-#include "tracking/similarity3.h"
-#include "tracking/thread_clock.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tracking/estimation/bundle_adjustment.h"
 
 namespace ulf::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/simulator/simulated_board.h"
-#include "tests/acquisition/synthetic_board_views.h"
+#include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/charts/makers.h"
 #include "tests/support/test_paths.h"
 

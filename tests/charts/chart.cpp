@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf::test {
 namespace {

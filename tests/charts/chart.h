@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "acquisition/chart.h"
+#include "core/plot/chart.h"
 
 namespace ulf::test {
 

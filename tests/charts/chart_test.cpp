@@ -9,8 +9,8 @@
 #include <limits>
 #include <random>
 
-#include "acquisition/chart_layout.h"
-#include "acquisition/error.h"
+#include "core/base/error.h"
+#include "core/plot/chart_layout.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

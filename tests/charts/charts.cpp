@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "tests/charts/makers.h"
 
 namespace ulf::test {

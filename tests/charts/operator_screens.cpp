@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "coverage/capture_outlook.h"
-#include "coverage/guidance.h"
+#include "coverage/bound/guidance.h"
 #include "coverage/operator/operator_display.h"
+#include "coverage/session/capture_outlook.h"
 #include "tests/support/staged_capture.h"
-#include "tracking/track_words.h"
+#include "tracking/tracker/track_words.h"
 
 namespace ulf::test {
 namespace {

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <memory>
 
-#include "acquisition/device.h"
-#include "acquisition/error.h"
+#include "acquisition/device/device.h"
+#include "core/base/error.h"
 #include "tests/charts/makers.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"

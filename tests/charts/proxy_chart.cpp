@@ -4,8 +4,8 @@
 #include <array>
 #include <map>
 
-#include "render/choice.h"
-#include "render/points_proxy.h"
+#include "render/proxy/points_proxy.h"
+#include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"

@@ -19,14 +19,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "acquisition/error.h"
-#include "acquisition/light_field_io.h"
-#include "acquisition/progress.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "render/choice.h"
-#include "render/evaluate.h"
-#include "render/mesh_file.h"
-#include "render/quality_chart.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "render/quality/choice.h"
+#include "render/quality/evaluate.h"
+#include "render/quality/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"

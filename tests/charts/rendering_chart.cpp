@@ -2,7 +2,7 @@
 // light field's own mesh, at two sizes.
 #include <map>
 
-#include "render/points_proxy.h"
+#include "render/proxy/points_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <span>
 
+#include "core/base/quantile.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/solver_grid.h"
-#include "tracking/quantile.h"
 
 namespace ulf::test {
 namespace {

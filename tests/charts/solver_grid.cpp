@@ -6,10 +6,10 @@
 #include <limits>
 #include <optional>
 
-#include "tests/tracking/geometry_scene.h"
-#include "tracking/quantile.h"
-#include "tracking/sampling.h"
-#include "tracking/thread_clock.h"
+#include "core/base/quantile.h"
+#include "core/base/thread_clock.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tracking/estimation/sampling.h"
 
 namespace ulf::test {
 namespace {

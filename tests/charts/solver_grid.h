@@ -1,6 +1,6 @@
 // Seeded problems on a grid of geometry, noise and outliers, and what a solver makes of them inside the
-// product's sampler (tracking/sampling.h); nothing else differs. One camera's pose is refined on its inliers
-// as the product does it; two views are not refined, so that the solver alone is seen.
+// product's sampler (tracking/estimation/sampling.h); nothing else differs. One camera's pose is refined on
+// its inliers as the product does it; two views are not refined, so that the solver alone is seen.
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 #include <opengv/relative_pose/CentralRelativeAdapter.hpp>
 #include <opengv/relative_pose/methods.hpp>
 
-#include "tracking/relative_pose.h"
+#include "tracking/estimation/relative_pose.h"
 
 namespace ulf::test {
 namespace {

@@ -1,5 +1,5 @@
 // OpenGV's solvers side by side, for the charts that choose among them; the product has only the chosen ones
-// (tracking/opengv_bridge.h, whose conventions these share).
+// (tracking/estimation/opengv_bridge.h, whose conventions these share).
 #pragma once
 
 #include <Eigen/Core>
@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/rigid3.h"
-#include "tracking/opengv_bridge.h"
+#include "core/geometry/rigid3.h"
+#include "tracking/estimation/opengv_bridge.h"
 
 namespace ulf::test {
 

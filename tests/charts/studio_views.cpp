@@ -7,11 +7,11 @@
 #include <random>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "coverage/coverage_map.h"
-#include "render/evaluate.h"
-#include "render/photograph.h"
-#include "render/temporal_error.h"
-#include "tracking/quantile.h"
+#include "core/base/quantile.h"
+#include "coverage/bound/coverage_map.h"
+#include "render/quality/evaluate.h"
+#include "render/quality/temporal_error.h"
+#include "render/scene/photograph.h"
 
 namespace ulf::test {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "render/renderer.h"
-#include "render/scene.h"
+#include "render/scene/renderer.h"
+#include "render/scene/scene.h"
 
 namespace ulf::test {
 

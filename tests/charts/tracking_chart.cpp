@@ -4,7 +4,7 @@
 #include "tests/charts/makers.h"
 #include "tests/charts/tracking_runs.h"
 #include "tests/support/test_paths.h"
-#include "tests/tracking/predicted_error.h"
+#include "tests/tracking/scenes/predicted_error.h"
 
 namespace ulf::test {
 namespace {

@@ -11,12 +11,12 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
-#include "acquisition/device.h"
-#include "acquisition/error.h"
+#include "acquisition/device/device.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/base/thread_clock.h"
+#include "core/geometry/trajectory.h"
 #include "tests/support/test_paths.h"
-#include "tracking/quantile.h"
-#include "tracking/thread_clock.h"
-#include "tracking/trajectory.h"
 
 namespace ulf::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tracking/tracker.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
 

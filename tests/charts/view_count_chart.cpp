@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "render/gl_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
-#include "tests/render/cap_scene.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/cap_scene.h"
+#include "tests/render/scenes/synthetic_views.h"
 
 namespace ulf::test {
 namespace {

@@ -5,19 +5,19 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "acquisition/error.h"
 #include "acquisition/simulator/simulated_board.h"
-#include "render/choice.h"
-#include "render/quality.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/base/thread_clock.h"
+#include "render/quality/choice.h"
+#include "render/quality/quality.h"
 #include "render/stereo/proxy_builder.h"
-#include "tests/acquisition/synthetic_board_views.h"
+#include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
 #include "tests/charts/tracking_runs.h"
-#include "tests/render/synthetic_views.h"
-#include "tests/tracking/refine_views.h"
-#include "tracking/quantile.h"
-#include "tracking/thread_clock.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/tracking/refine/refine_views.h"
 
 namespace ulf::test {
 namespace {

@@ -1,11 +1,13 @@
-// The floors of docs/architecture.md: an include may go down, never up. Read from the sources' #include
-// lines.
+// The house as docs/architecture.md describes it, held against the sources: its tables say who may include
+// whom and which outside library has which room. Planted violations show that each rule can fail.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
 #include <string>
@@ -17,141 +19,379 @@ namespace ulf::test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using ::testing::UnorderedElementsAre;
 
-// What each folder may include of ours.
-const std::map<std::string, std::set<std::string>> kMayInclude = {
-    {"acquisition", {"acquisition"}},
-    {"tracking", {"acquisition", "tracking"}},
-    {"render", {"acquisition", "render"}},
-    {"coverage", {"acquisition", "tracking", "render", "coverage"}},
-};
+constexpr std::size_t kMostInAFolder = 25;
 
-// Files that can be read and tested without the folders that their own may include: by stem.
-const std::map<std::string, std::set<std::string>> kStricter = {
-    {"coverage/criterion", {"acquisition", "coverage/criterion"}},
-    {"coverage/coverage_map", {"acquisition", "coverage/criterion", "coverage/coverage_map"}},
-};
+fs::path Checkout() { return CHECKOUT; }
 
-// An outside library has few includers: header prefix, and the stems that may include it.
-const std::map<std::string, std::set<std::string>> kOutside = {
-    {"opengv/", {"tracking/opengv_bridge"}},
-    {"arv.h", {"acquisition/aravis/aravis_calls", "acquisition/simulator/simulated_gige_camera"}},
-    {"acquisition/aravis/aravis_calls.h",
-     {"acquisition/aravis/aravis_configuration", "acquisition/aravis/aravis_device",
-      "acquisition/aravis/aravis_discovery", "acquisition/aravis/aravis_features",
-      "acquisition/aravis/aravis_frames", "acquisition/aravis/aravis_session",
-      "acquisition/aravis/aravis_stream"}},
-    {"acquisition/gphoto2/gphoto_camera.h",
-     {"acquisition/gphoto2/camera_settings", "acquisition/gphoto2/capture_target",
-      "acquisition/gphoto2/gphoto_camera", "acquisition/gphoto2/gphoto_device",
-      "acquisition/gphoto2/gphoto_features", "acquisition/gphoto2/gphoto_options",
-      "acquisition/gphoto2/photograph_downloads"}},
-    {"GLFW/", {"render/display/surface"}},
-    {"X11/", {"render/display/surface"}},
-    {"imgui.h", {"render/display/painter"}},
-    {"backends/imgui_", {"render/display/painter"}},
-    {"CGAL/",
-     {"render/spherical_delaunay", "render/planar_delaunay", "render/stereo/tetrahedra",
-      "render/visible_points"}},
-};
-
-std::string Stem(const std::string& path) { return path.substr(0, path.rfind('.')); }
-std::string Folder(const std::string& path) { return path.substr(0, path.find('/')); }
-
-// "tracking" lets in all of the folder, "coverage/criterion" one pair of header and source.
-bool Within(const std::string& path, const std::set<std::string>& places) {
-  return std::any_of(places.begin(), places.end(), [&](const std::string& place) {
-    return place.find('/') == std::string::npos ? Folder(path) == place : Stem(path) == place;
-  });
+std::string TextOf(const fs::path& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-std::vector<std::string> Violations(const fs::path& root) {
-  static const std::regex include_line(R"(^\s*#\s*include\s*(["<])([^">]+)[">])");
+// ---- The page ----
+
+std::vector<std::string> Quoted(const std::string& text) {
+  static const std::regex quoted("`([^`]+)`");
   std::vector<std::string> found;
-  for (const auto& [folder, allowed] : kMayInclude) {
-    if (!fs::is_directory(root / folder)) continue;
-    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
-      const std::string extension = entry.path().extension();
-      if (extension != ".h" && extension != ".cpp") continue;
-      const std::string path = fs::relative(entry.path(), root).generic_string();
-      const auto stricter = kStricter.find(Stem(path));
-      const auto& mine = stricter != kStricter.end() ? stricter->second : allowed;
-      std::ifstream file(entry.path());
-      std::smatch match;
-      for (std::string line; std::getline(file, line);) {
-        if (!std::regex_search(line, match, include_line)) continue;
-        const std::string included = match[2];
-        const bool ours = kMayInclude.count(Folder(included)) > 0 && included.find('/') != std::string::npos;
-        if (ours && !Within(included, mine)) found.push_back(path + " includes " + included);
-        if (Folder(included) == "tests") found.push_back(path + " includes " + included);
-        for (const auto& [prefix, includers] : kOutside)
-          if (included.rfind(prefix, 0) == 0 && !includers.count(Stem(path)))
-            found.push_back(path + " includes " + included);
-      }
+  for (std::sregex_iterator it(text.begin(), text.end(), quoted), end; it != end; ++it)
+    found.push_back((*it)[1]);
+  return found;
+}
+
+// Cells of the rows under the table head that begins with `head`; the rows are taken out of the page.
+std::vector<std::vector<std::string>> TakeTable(std::string& page, const std::string& head) {
+  const std::size_t begin = page.find("\n| " + head + " |");
+  if (begin == std::string::npos) return {};
+  std::size_t end = begin + 1;
+  std::vector<std::vector<std::string>> rows;
+  for (int line = 0; page[end] == '|'; ++line) {
+    const std::size_t next = std::min(page.find('\n', end), page.size());
+    std::vector<std::string> cells;
+    for (std::size_t bar = end; bar + 1 < next;) {
+      const std::size_t other = std::min(page.find('|', bar + 1), next);
+      cells.push_back(page.substr(bar + 1, other - bar - 1));
+      bar = other;
     }
+    if (line >= 2) rows.push_back(cells);  // below the head and its rule
+    end = std::min(next + 1, page.size());
+  }
+  page.erase(begin, end - begin);
+  return rows;
+}
+
+// A place is a folder ("render/gl/") or one file, or header and source, by its path without ending.
+bool Within(const std::string& path, const std::string& place) {
+  if (place.ends_with('/')) return path.starts_with(place);
+  return path == place || path.substr(0, path.rfind('.')) == place;
+}
+
+bool Within(const std::string& path, const std::vector<std::string>& places) {
+  return std::any_of(places.begin(), places.end(),
+                     [&](const std::string& place) { return Within(path, place); });
+}
+
+struct Floor {
+  std::string place;
+  std::vector<std::string> may_include;  // itself among them
+};
+
+struct Library {
+  std::vector<std::string> headers;  // what their names begin with
+  std::vector<std::string> room;
+};
+
+struct House {
+  std::vector<Floor> floors;
+  std::vector<Library> libraries;
+  std::string prose;  // the page without the tables that are read
+
+  static House Read(std::string page) {
+    House house;
+    for (const auto& row : TakeTable(page, "floor")) {
+      if (row.size() < 3 || Quoted(row[1]).size() != 1) continue;
+      Floor floor{Quoted(row[1])[0], Quoted(row[2])};
+      floor.may_include.push_back(floor.place);
+      house.floors.push_back(floor);
+    }
+    for (const auto& row : TakeTable(page, "library"))
+      if (row.size() >= 3) house.libraries.push_back({Quoted(row[1]), Quoted(row[2])});
+    house.prose = page;
+    return house;
+  }
+
+  // The strictest that holds the path.
+  const Floor* FloorOf(const std::string& path) const {
+    const Floor* found = nullptr;
+    for (const Floor& floor : floors)
+      if (Within(path, floor.place) && (!found || floor.place.size() > found->place.size())) found = &floor;
+    return found;
+  }
+};
+
+// ---- The tree ----
+
+bool IsSource(const fs::path& path) { return path.extension() == ".h" || path.extension() == ".cpp"; }
+
+// Files relative to the root, but for what is built, hidden or shared.
+std::vector<std::string> FilesUnder(const fs::path& root) {
+  static const std::set<std::string> kNotOurs{"build", "demo", "shared"};
+  std::vector<std::string> found;
+  for (const auto& top : fs::directory_iterator(root)) {
+    const std::string name = top.path().filename();
+    if (name.starts_with('.') || kNotOurs.count(name)) continue;
+    if (!top.is_directory()) {
+      found.push_back(name);
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(top))
+      if (entry.is_regular_file()) found.push_back(entry.path().lexically_relative(root).generic_string());
   }
   std::sort(found.begin(), found.end());
   return found;
 }
 
-fs::path Checkout() { return CHECKOUT; }
+std::vector<std::string> IncludeFaults(const fs::path& root, const House& house) {
+  static const std::regex include_line(R"(^\s*#\s*include\s*(["<])([^">]+)[">])");
+  std::vector<std::string> found;
+  for (const std::string& path : FilesUnder(root)) {
+    if (!IsSource(path) || path.starts_with("tests/")) continue;
+    const Floor* floor = house.FloorOf(path);
+    if (!floor) {
+      found.push_back(path + " stands on no floor");
+      continue;
+    }
+    std::ifstream file(root / path);
+    std::smatch match;
+    for (std::string line; std::getline(file, line);) {
+      if (!std::regex_search(line, match, include_line)) continue;
+      const std::string included = match[2];
+      bool wrong = included.starts_with("tests/") ||
+                   (house.FloorOf(included) && !Within(included, floor->may_include));
+      for (const Library& library : house.libraries)
+        for (const std::string& header : library.headers)
+          if (included.starts_with(header) && !Within(path, library.room)) wrong = true;
+      if (wrong) found.push_back(path + " includes " + included);
+    }
+  }
+  return found;
+}
 
-void Plant(const fs::path& root, const std::string& path, const std::string& text) {
+std::vector<std::string> CrowdedFolders(const fs::path& root) {
+  std::map<std::string, std::set<std::string>> units;
+  for (const std::string& path : FilesUnder(root))
+    if (IsSource(path)) units[fs::path(path).parent_path()].insert(fs::path(path).stem());
+  std::vector<std::string> found;
+  for (const auto& [folder, names] : units)
+    if (names.size() > kMostInAFolder)
+      found.push_back(folder + "/ holds " + std::to_string(names.size()) + " files side by side");
+  return found;
+}
+
+// What looks like a name of ours and is none: of frames and suffixes, the program, files of a light field,
+// data sets, words of CMake.
+const std::set<std::string> kNoFiles = {
+    "cam_from_world", "center_in_world", "_deg",       "still",          "ulf",
+    "ulf_core",       "cache/pyramids",  "images",     "masks",          "masters",
+    "points.ulf",     "points.ply",      "fox_half",   "shop_grid_even", "_device",
+    "_options",       "_configuration",  "ulf_library"};
+
+// Names in backticks for which there is neither a file nor a folder. A name may be the end of a path, without
+// the file's ending, and have stars in it.
+std::vector<std::string> NamesOfNothing(const fs::path& root, const House& house) {
+  std::set<std::string> known;  // all paths, with and without their ending, and all their folders
+  for (const std::string& path : FilesUnder(root)) {
+    known.insert(path);
+    known.insert(path.substr(0, path.rfind('.')));
+    for (std::size_t slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1))
+      known.insert(path.substr(0, slash));
+  }
+  std::string all = "\n";
+  for (const std::string& path : known) all += "/" + path + "\n";
+
+  std::vector<std::string> places = Quoted(house.prose);
+  for (const Floor& floor : house.floors)
+    places.insert(places.end(), floor.may_include.begin(), floor.may_include.end());
+  for (const Library& library : house.libraries)
+    places.insert(places.end(), library.room.begin(), library.room.end());
+  static const std::regex name_of_ours("[a-z0-9_*./]*[a-z0-9_*/]");
+  std::set<std::string> found;
+  for (std::string place : places) {
+    if (!std::regex_match(place, name_of_ours)) continue;
+    if (place.ends_with('/')) place.pop_back();
+    if (kNoFiles.count(place)) continue;
+    bool exists = all.find("/" + place + "\n") != std::string::npos;
+    if (!exists && place.find('*') != std::string::npos) {
+      std::string pattern = std::regex_replace(place, std::regex("\\."), "\\.");
+      pattern = "(.*/)?" + std::regex_replace(pattern, std::regex("\\*"), "[^/]*");
+      const std::regex with_stars(pattern);
+      exists = std::any_of(known.begin(), known.end(),
+                           [&](const std::string& path) { return std::regex_match(path, with_stars); });
+    }
+    if (!exists) found.insert(place);
+  }
+  return {found.begin(), found.end()};
+}
+
+House OurHouse() { return House::Read(TextOf(Checkout() / "docs" / "architecture.md")); }
+
+void Plant(const fs::path& root, const std::string& path, const std::string& text = {}) {
   fs::create_directories((root / path).parent_path());
   std::ofstream(root / path) << text;
 }
 
-TEST(Layering, NoIncludeClimbsAFloor) { EXPECT_THAT(Violations(Checkout()), IsEmpty()); }
+// ---- The house as it stands ----
+
+TEST(Layering, NoIncludeClimbsAFloorAndLibrariesStayInTheirRooms) {
+  EXPECT_THAT(IncludeFaults(Checkout(), OurHouse()), IsEmpty());
+}
+
+TEST(Layering, NoFolderIsCrowded) { EXPECT_THAT(CrowdedFolders(Checkout()), IsEmpty()); }
+
+TEST(Layering, ThePageNamesWhatIsThere) { EXPECT_THAT(NamesOfNothing(Checkout(), OurHouse()), IsEmpty()); }
 
 TEST(Layering, LooksAtTheSources) {
   // A checker that reads nothing passes everything.
-  ASSERT_TRUE(fs::exists(Checkout() / "coverage" / "criterion.cpp"));
-  for (const auto& [folder, allowed] : kMayInclude)
-    EXPECT_TRUE(fs::is_directory(Checkout() / folder)) << folder;
+  const House house = OurHouse();
+  std::vector<std::string> folders;
+  for (const Floor& floor : house.floors)
+    if (floor.place.ends_with('/')) folders.push_back(floor.place);
+  EXPECT_THAT(folders, UnorderedElementsAre("core/", "acquisition/", "tracking/", "render/", "coverage/",
+                                            "commands/"));
+  for (const Floor& floor : house.floors)
+    EXPECT_TRUE(fs::exists(Checkout() / floor.place) || fs::exists(Checkout() / (floor.place + ".h")))
+        << floor.place;
+  EXPECT_GE(house.libraries.size(), 15u);
+  for (const char* header :
+       {"opengv/", "arv.h", "CGAL/", "GLFW/", "X11/", "imgui", "Imf", "ceres/", "gphoto2/", "libusb",
+        "epoxy/", "EGL/", "yaml-cpp/", "libexif/", "opencv2/aruco"})
+    EXPECT_TRUE(std::any_of(house.libraries.begin(), house.libraries.end(), [&](const Library& library) {
+      return std::count(library.headers.begin(), library.headers.end(), header) > 0;
+    })) << header;
+  EXPECT_GE(FilesUnder(Checkout()).size(), 700u);
 }
+
+// ---- Planted violations, against the page's own tables ----
 
 TEST(Layering, FindsAPlantedClimb) {
   struct Case {
     std::string path, text;
     bool climbs;
   };
+  const House house = OurHouse();
   for (const Case& c : {
-           Case{"acquisition/a.cpp", "#include \"tracking/tracker.h\"\n", true},
-           Case{"acquisition/simulator/a.h", "  #  include \"coverage/criterion.h\"\n", true},
-           Case{"tracking/a.cpp", "#include \"render/proxy.h\"\n", true},
-           Case{"tracking/a.cpp", "#include \"acquisition/frame.h\"\n#include \"tracking/map.h\"\n", false},
-           Case{"render/a.h", "// essay\n#include \"tracking/map.h\"\n", true},
-           Case{"render/a.h", "#include \"coverage/criterion.h\"\n", true},
-           Case{"coverage/a.cpp", "#include \"tracking/tracker.h\"\n#include \"render/proxy.h\"\n", false},
-           Case{"coverage/criterion.cpp", "#include \"tracking/tracker.h\"\n", true},
-           Case{"coverage/criterion.h", "#include \"acquisition/rigid3.h\"\n", false},
-           Case{"coverage/coverage_map.cpp", "#include \"render/viewpoint_mesh.h\"\n", true},
-           Case{"coverage/coverage_map.cpp", "#include \"coverage/capture_session.h\"\n", true},
-           Case{"coverage/coverage_map.cpp", "#include \"coverage/criterion.h\"\n", false},
-           Case{"coverage/operator/a.cpp", "#include <arv.h>\n", true},
-           Case{"coverage/operator/operator_display.cpp", "#include <imgui.h>\n", true},
-           Case{"render/display/painter.cpp", "#include <imgui.h>\n", false},
-           Case{"render/gl_context.cpp", "#include <GLFW/glfw3.h>\n", true},
-           Case{"tracking/relative_pose.cpp", "#include <opengv/types.hpp>\n", true},
-           Case{"tracking/opengv_bridge.cpp", "#include <opengv/types.hpp>\n", false},
-           Case{"render/loop_subdivision.cpp", "#include <CGAL/Delaunay_triangulation_on_sphere_2.h>\n",
-                true},
-           Case{"acquisition/aravis/aravis_calls.h", "#include <arv.h>\n", false},
-           Case{"acquisition/replay_device.cpp", "#include \"acquisition/aravis/aravis_calls.h\"\n", true},
+           Case{"core/base/a.cpp", "#include \"acquisition/device/device.h\"\n", true},
+           Case{"core/image/a.cpp", "#include \"core/base/error.h\"\n", false},
+           Case{"acquisition/a.cpp", "#include \"tracking/tracker/tracker.h\"\n", true},
+           Case{"acquisition/simulator/a.h", "  #  include \"coverage/bound/criterion.h\"\n", true},
+           Case{"acquisition/a.cpp", "#include \"core/base/error.h\"\n", false},
+           Case{"tracking/a.cpp", "#include \"render/proxy/proxy.h\"\n", true},
+           Case{"tracking/a.cpp", "#include \"acquisition/device/device.h\"\n", true},
+           Case{"tracking/a.cpp", "#include \"core/image/frame.h\"\n#include \"tracking/map/map.h\"\n",
+                false},
+           Case{"render/a.h", "// essay\n#include \"tracking/map/map.h\"\n", true},
+           Case{"render/a.h", "#include \"acquisition/simulator/simulated_camera.h\"\n", true},
+           Case{"render/a.h", "#include \"coverage/bound/criterion.h\"\n", true},
+           Case{"coverage/a.cpp",
+                "#include \"tracking/tracker/tracker.h\"\n#include \"render/proxy/proxy.h\"\n", false},
+           Case{"coverage/a.cpp", "#include \"commands/command_line.h\"\n", true},
+           Case{"coverage/bound/criterion.cpp", "#include \"tracking/tracker/tracker.h\"\n", true},
+           Case{"coverage/bound/criterion.h", "#include \"core/geometry/rigid3.h\"\n", false},
+           Case{"coverage/bound/coverage_map.cpp", "#include \"render/fields/viewpoint_mesh.h\"\n", true},
+           Case{"coverage/bound/coverage_map.cpp", "#include \"coverage/session/capture_session.h\"\n", true},
+           Case{"coverage/bound/coverage_map.cpp", "#include \"coverage/bound/criterion.h\"\n", false},
+           Case{"commands/a.cpp", "#include \"coverage/bound/criterion.h\"\n", false},
+           Case{"main.cpp", "#include \"commands/commands.h\"\n", false},
+           Case{"main.cpp", "#include \"render/scene/scene.h\"\n", true},
            Case{"render/a.cpp", "#include \"tests/support/test_paths.h\"\n", true},
-           Case{"render/a.txt", "#include \"tracking/map.h\"\n", false},
+           Case{"render/a.txt", "#include \"tracking/map/map.h\"\n", false},
+           Case{"cellar/a.cpp", "", true},
        }) {
     const ScratchFolder scratch;
     Plant(scratch.path(), c.path, c.text);
-    EXPECT_EQ(!Violations(scratch.path()).empty(), c.climbs) << c.path << ": " << c.text;
+    EXPECT_EQ(!IncludeFaults(scratch.path(), house).empty(), c.climbs) << c.path << ": " << c.text;
   }
+}
+
+TEST(Layering, FindsALibraryOutsideItsRoom) {
+  struct Case {
+    std::string header, outside, room;  // no room: it has none
+  };
+  const House house = OurHouse();
+  for (const Case& c : {
+           Case{"opengv/types.hpp", "tracking/estimation/relative_pose.cpp",
+                "tracking/estimation/opengv_bridge.cpp"},
+           Case{"ceres/ceres.h", "tracking/map/map.cpp", "tracking/estimation/residuals.h"},
+           Case{"ImfArray.h", "render/output/picture_files.cpp", "core/image/exr_file.cpp"},
+           Case{"libexif/exif-data.h", "acquisition/gphoto2/a.cpp", "core/image/jpeg_file.cpp"},
+           Case{"CGAL/Delaunay_triangulation_on_sphere_2.h", "render/fields/loop_subdivision.cpp",
+                "render/fields/spherical_delaunay.cpp"},
+           Case{"epoxy/gl.h", "render/scene/scene.cpp", "render/gl/gl_views.cpp"},
+           Case{"EGL/egl.h", "tracking/map/map.cpp", "render/gl/gl_context.cpp"},
+           Case{"GLFW/glfw3.h", "render/gl/gl_context.cpp", "render/display/surface.cpp"},
+           Case{"X11/Xlib.h", "coverage/operator/review.cpp", "render/display/surface.cpp"},
+           Case{"imgui.h", "coverage/operator/operator_display.cpp", "render/display/painter.cpp"},
+           Case{"backends/imgui_impl_opengl3.h", "render/display/surface.cpp", "render/display/painter.cpp"},
+           Case{"arv.h", "coverage/operator/a.cpp", "acquisition/aravis/aravis_calls.h"},
+           Case{"acquisition/aravis/aravis_calls.h", "acquisition/device/replay_device.cpp",
+                "acquisition/aravis/aravis_stream.cpp"},
+           Case{"gphoto2/gphoto2.h", "acquisition/gphoto2/gphoto_device.cpp",
+                "acquisition/gphoto2/gphoto_camera.cpp"},
+           Case{"libusb-1.0/libusb.h", "acquisition/device/open_device.cpp", ""},
+           Case{"linux/videodev2.h", "acquisition/device/device.h", "acquisition/v4l2/v4l2_node.h"},
+           Case{"opencv2/aruco/charuco.hpp", "tracking/sources/marker_locator.cpp",
+                "core/fiducials/board.cpp"},
+           Case{"yaml-cpp/yaml.h", "acquisition/calibration/intrinsics.cpp",
+                "acquisition/calibration/calibration_formats.cpp"},
+           Case{"CLI/CLI.hpp", "coverage/session/capture_arguments.h", "commands/number_checks.h"},
+       }) {
+    const ScratchFolder scratch;
+    Plant(scratch.path(), c.outside, "#include <" + c.header + ">\n");
+    EXPECT_THAT(IncludeFaults(scratch.path(), house), ElementsAre(c.outside + " includes " + c.header));
+    if (c.room.empty()) continue;
+    const ScratchFolder other;
+    Plant(other.path(), c.room, "#include <" + c.header + ">\n");
+    EXPECT_THAT(IncludeFaults(other.path(), house), IsEmpty()) << c.header;
+  }
+}
+
+TEST(Layering, FindsACrowdedFolder) {
+  const ScratchFolder scratch;
+  for (std::size_t i = 0; i < kMostInAFolder; ++i) {
+    const std::string name = "render/attic/file_" + std::to_string(i);
+    Plant(scratch.path(), name + ".h");
+    Plant(scratch.path(), name + ".cpp");
+  }
+  EXPECT_THAT(CrowdedFolders(scratch.path()), IsEmpty());
+  Plant(scratch.path(), "render/attic/below/one_more.h");
+  EXPECT_THAT(CrowdedFolders(scratch.path()), IsEmpty());
+  Plant(scratch.path(), "render/attic/one_more.h");
+  EXPECT_THAT(CrowdedFolders(scratch.path()),
+              ElementsAre(HasSubstr("render/attic/ holds 26 files side by side")));
+}
+
+TEST(Layering, FindsANameOfNothing) {
+  const ScratchFolder scratch;
+  for (const char* path :
+       {"render/gl/gl_views.h", "render/gl/gl_proxy.cpp", "coverage/operator/panels.h", "main.cpp"})
+    Plant(scratch.path(), path);
+  const auto missing = [&](const std::string& page) {
+    return NamesOfNothing(scratch.path(), House::Read(page));
+  };
+  EXPECT_THAT(
+      missing("`render/gl/`, `render/gl/gl_views`, `gl_views.h`, `operator/panels`, `panels`, `gl_*`, "
+              "`render/*/gl_p*.cpp`, `main.cpp`, `ulf render`, `Track::state`, `--json`"),
+      IsEmpty());
+  EXPECT_THAT(missing("`render/gl/views`, `gl_view`, `render/`, `coverage/panels`, `panels.cpp`, `rendr_*`"),
+              UnorderedElementsAre("render/gl/views", "gl_view", "coverage/panels", "panels.cpp", "rendr_*"));
+  EXPECT_THAT(
+      missing("\n| floor | folder | may include |\n| --- | --- | --- |\n| 1 | `render/` | `cellar/` |\n"),
+      ElementsAre("cellar"));
+  EXPECT_THAT(missing("\n| library | headers | room |\n| --- | --- | --- |\n| A | `a.h` | `render/gl/a` |\n"),
+              ElementsAre("render/gl/a"));
 }
 
 TEST(Layering, NamesFileAndInclude) {
   const ScratchFolder scratch;
-  Plant(scratch.path(), "render/a.h", "#include \"tracking/map.h\"\n");
-  EXPECT_THAT(Violations(scratch.path()), ElementsAre("render/a.h includes tracking/map.h"));
+  Plant(scratch.path(), "render/a.h", "#include \"tracking/map/map.h\"\n");
+  EXPECT_THAT(IncludeFaults(scratch.path(), OurHouse()),
+              ElementsAre("render/a.h includes tracking/map/map.h"));
+}
+
+TEST(Layering, ReadsATable) {
+  std::string page =
+      "# Page\n\n| floor | folder | may include |\n| --- | --- | --- |\n| 1 | `a/` | nothing |\n"
+      "| 2 | `b/` | `a/` |\n\nText `c`.\n";
+  const House house = House::Read(page);
+  ASSERT_THAT(house.floors, SizeIs(2));
+  EXPECT_THAT(house.floors[0].may_include, ElementsAre("a/"));
+  EXPECT_THAT(house.floors[1].may_include, ElementsAre("a/", "b/"));
+  EXPECT_THAT(house.prose, HasSubstr("Text `c`."));
+  EXPECT_THAT(house.prose, testing::Not(HasSubstr("floor")));
 }
 
 }  // namespace

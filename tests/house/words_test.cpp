@@ -1,5 +1,5 @@
 // What people read says "1 round", not "1 rounds": a message that puts a number before a noun asks
-// acquisition/counted.h for both.
+// core/base/counted.h for both.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -33,7 +33,7 @@ std::vector<std::string> BareCounts(const std::string& text) {
 
 TEST(Words, ANumberBeforeANounIsCounted) {
   std::vector<std::string> found;
-  for (const char* folder : {"acquisition", "tracking", "coverage", "render"})
+  for (const char* folder : {"core", "acquisition", "tracking", "render", "coverage", "commands"})
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(CHECKOUT) / folder)) {
       if (entry.path().extension() != ".cpp") continue;
       std::ifstream stream(entry.path());

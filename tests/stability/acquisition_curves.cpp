@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "tests/stability/curve.h"
 #include "tests/support/child_process.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "coverage/criterion.h"
-#include "coverage/sphere_outline.h"
+#include "coverage/bound/criterion.h"
+#include "coverage/bound/sphere_outline.h"
 #include "tests/stability/curve.h"
 #include "tests/support/bound_oracle.h"
 

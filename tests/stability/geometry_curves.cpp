@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/similarity3.h"
 #include "tests/stability/curve.h"
-#include "tests/tracking/geometry_scene.h"
-#include "tracking/bundle_adjustment.h"
-#include "tracking/bundle_uncertainty.h"
-#include "tracking/pose_error.h"
-#include "tracking/similarity3.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/estimation/bundle_uncertainty.h"
+#include "tracking/estimation/pose_error.h"
 
 namespace ulf::test {
 namespace {

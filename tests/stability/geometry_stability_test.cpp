@@ -2,8 +2,8 @@
 // that have several answers.
 #include <gtest/gtest.h>
 
-#include "tests/tracking/geometry_scene.h"
-#include "tracking/opengv_bridge.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tracking/estimation/opengv_bridge.h"
 
 namespace ulf {
 namespace {

@@ -21,9 +21,9 @@
 #include <random>
 #include <set>
 
-#include "acquisition/device.h"
-#include "acquisition/pixel_format.h"
-#include "acquisition/simulator/gige_relay.h"
+#include "acquisition/device/device.h"
+#include "acquisition/simulator/gige/gige_relay.h"
+#include "core/image/pixel_format.h"
 #include "tests/support/child_process.h"
 #include "tests/support/loopback_namespace.h"
 #include "tests/support/v4l2_camera.h"

@@ -8,16 +8,16 @@
 #include <random>
 #include <set>
 
-#include "render/mesh_field.h"
-#include "render/reference_renderer.h"
+#include "core/base/quantile.h"
+#include "render/fields/mesh_field.h"
+#include "render/scene/reference_renderer.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/proxy_builder.h"
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/synthetic_views.h"
 #include "tests/stability/curve.h"
-#include "tracking/quantile.h"
 
 namespace ulf::test {
 namespace {

@@ -8,9 +8,9 @@
 #include <functional>
 #include <vector>
 
-#include "tests/tracking/textured_room.h"
-#include "tracking/tracker.h"
-#include "tracking/trajectory.h"
+#include "core/geometry/trajectory.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
 

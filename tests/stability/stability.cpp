@@ -13,7 +13,7 @@
 #include <chrono>
 #include <fstream>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "tests/stability/curve.h"
 
 namespace ulf::test {

@@ -2,9 +2,9 @@
 #include <limits>
 
 #include "tests/stability/curve.h"
-#include "tests/tracking/textured_room.h"
-#include "tests/tracking/tiled_wall.h"
-#include "tracking/tracker.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tests/tracking/scenes/tiled_wall.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
 namespace {

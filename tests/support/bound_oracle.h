@@ -4,7 +4,7 @@
 // form. Slow.
 #pragma once
 
-#include "coverage/criterion.h"
+#include "coverage/bound/criterion.h"
 
 namespace ulf::test {
 

@@ -10,7 +10,7 @@
 #include <chrono>
 #include <thread>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf::test {
 namespace {

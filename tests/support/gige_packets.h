@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/error.h"
+#include "core/base/error.h"
 
 namespace ulf::test {
 

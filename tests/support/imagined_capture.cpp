@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "coverage/sphere_outline.h"
+#include "coverage/bound/sphere_outline.h"
 
 namespace ulf::test {
 namespace {

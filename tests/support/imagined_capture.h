@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "coverage/coverage_map.h"
-#include "coverage/simulated_operator.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/simulated_operator/simulated_operator.h"
 
 namespace ulf::test {
 

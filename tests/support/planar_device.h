@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "acquisition/device.h"
-#include "acquisition/rigid3.h"
+#include "acquisition/device/device.h"
+#include "core/geometry/rigid3.h"
 
 namespace ulf::test {
 

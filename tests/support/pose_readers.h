@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "acquisition/camera_model.h"
-#include "acquisition/light_field.h"
-#include "acquisition/rigid3.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf::test {
 

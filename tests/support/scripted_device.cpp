@@ -3,8 +3,8 @@
 #include <atomic>
 #include <thread>
 
-#include "acquisition/error.h"
-#include "acquisition/frame_queue.h"
+#include "acquisition/device/frame_queue.h"
+#include "core/base/error.h"
 
 namespace ulf::test {
 

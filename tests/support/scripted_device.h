@@ -6,8 +6,8 @@
 #include <memory>
 #include <mutex>
 
-#include "acquisition/device.h"
-#include "acquisition/reconnecting_device.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/reconnecting_device.h"
 
 namespace ulf::test {
 

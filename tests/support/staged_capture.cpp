@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <random>
 
-#include "coverage/preflight.h"
-#include "tracking/track_words.h"
+#include "coverage/session/preflight.h"
+#include "tracking/tracker/track_words.h"
 
 namespace ulf::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "coverage/capture_state.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf::test {
 

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 // Its macros come last.
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>

@@ -1,6 +1,6 @@
 #include "tracking/refine/light_field_input.h"
 
-#include "acquisition/light_field_io.h"
+#include "core/light_field/light_field_io.h"
 
 namespace ulf {
 

@@ -8,18 +8,18 @@
 #include <map>
 #include <mutex>
 
-#include "acquisition/counted.h"
-#include "acquisition/error.h"
-#include "tracking/absolute_pose.h"
-#include "tracking/bundle_uncertainty.h"
-#include "tracking/map.h"
-#include "tracking/quantile.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/geometry/triangulation.h"
+#include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/bundle_uncertainty.h"
+#include "tracking/map/map.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/track_extension.h"
 #include "tracking/refine/triangulate.h"
 #include "tracking/refine/view_matching.h"
-#include "tracking/triangulation.h"
 
 namespace ulf {
 namespace {

@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/camera_model.h"
-#include "acquisition/image.h"
-#include "acquisition/light_field.h"
-#include "acquisition/rigid3.h"
-#include "tracking/calibration_check.h"
-#include "tracking/lens_evidence.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field.h"
+#include "tracking/estimation/calibration_check.h"
+#include "tracking/estimation/lens_evidence.h"
 
 namespace ulf {
 

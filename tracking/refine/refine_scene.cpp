@@ -11,9 +11,9 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "acquisition/error.h"
-#include "tracking/quantile.h"
-#include "tracking/trajectory.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/geometry/trajectory.h"
 
 namespace ulf {
 namespace {

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/camera_model.h"
-#include "acquisition/image.h"
-#include "acquisition/rigid3.h"
-#include "tracking/bundle_adjustment.h"
-#include "tracking/features.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/image/image.h"
+#include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/features/features.h"
 
 namespace ulf {
 

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "acquisition/counted.h"
-#include "acquisition/error.h"
-#include "tracking/quantile.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
 
 namespace ulf {
 namespace {

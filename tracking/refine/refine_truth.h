@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/light_field.h"
+#include "core/geometry/trajectory.h"
+#include "core/light_field/light_field.h"
 #include "tracking/refine/refine.h"
-#include "tracking/trajectory.h"
 
 namespace ulf {
 

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <optional>
 
-#include "tracking/map.h"
-#include "tracking/triangulation.h"
+#include "core/geometry/triangulation.h"
+#include "tracking/map/map.h"
 
 namespace ulf {
 namespace {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <optional>
 
-#include "tracking/map.h"
-#include "tracking/patch_alignment.h"
+#include "tracking/features/patch_alignment.h"
+#include "tracking/map/map.h"
 
 namespace ulf {
 namespace {

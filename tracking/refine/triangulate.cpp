@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "acquisition/point_fit.h"
-#include "tracking/quantile.h"
+#include "core/base/quantile.h"
+#include "core/light_field/points/point_fit.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/track_extension.h"
 #include "tracking/refine/view_matching.h"

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <set>
 
-#include "tracking/absolute_pose.h"
-#include "tracking/quantile.h"
-#include "tracking/relative_pose.h"
-#include "tracking/triangulation.h"
+#include "core/base/quantile.h"
+#include "core/geometry/triangulation.h"
+#include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/relative_pose.h"
 
 namespace ulf {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracking/matching.h"
+#include "tracking/features/matching.h"
 #include "tracking/refine/refine_scene.h"
 
 namespace ulf {

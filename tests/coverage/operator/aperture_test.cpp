@@ -4,7 +4,7 @@
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/reprojection.h"
 #include "tests/coverage/operator/display_stage.h"
-#include "tests/coverage/planar_capture.h"
+#include "tests/coverage/session/planar_capture.h"
 
 namespace ulf::test {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <gmock/gmock.h>
 
-#include "acquisition/error.h"
-#include "coverage/sphere_outline.h"
+#include "core/base/error.h"
+#include "coverage/bound/sphere_outline.h"
 #include "tests/coverage/operator/display_stage.h"
 
 namespace ulf::test {

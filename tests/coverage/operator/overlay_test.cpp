@@ -7,7 +7,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "coverage/sphere_outline.h"
+#include "coverage/bound/sphere_outline.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "acquisition/light_field_io.h"
-#include "tests/coverage/planar_capture.h"
+#include "core/light_field/light_field_io.h"
+#include "tests/coverage/session/planar_capture.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 

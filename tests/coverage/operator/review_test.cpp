@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <thread>
 
-#include "acquisition/light_field_io.h"
 #include "acquisition/simulator/simulated_board.h"
+#include "core/light_field/light_field_io.h"
 #include "tests/coverage/operator/display_stage.h"
-#include "tests/coverage/planar_capture.h"
+#include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

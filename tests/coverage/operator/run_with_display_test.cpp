@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

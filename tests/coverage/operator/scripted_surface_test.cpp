@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "acquisition/error.h"
-#include "acquisition/light_field_io.h"
+#include "core/base/error.h"
+#include "core/light_field/light_field_io.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"

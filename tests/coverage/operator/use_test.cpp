@@ -14,12 +14,12 @@
 #include <fstream>
 #include <utility>
 
-#include "acquisition/device.h"
-#include "acquisition/light_field_io.h"
-#include "coverage/capture_session.h"
+#include "acquisition/device/device.h"
+#include "core/light_field/light_field_io.h"
 #include "coverage/operator/run_with_display.h"
+#include "coverage/session/capture_session.h"
 #include "tests/support/test_paths.h"
-#include "tracking/pose_source.h"
+#include "tracking/sources/pose_source.h"
 
 namespace ulf::test {
 namespace {

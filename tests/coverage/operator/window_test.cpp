@@ -8,9 +8,9 @@
 #include <functional>
 #include <thread>
 
-#include "acquisition/atomic_file.h"
-#include "acquisition/error.h"
-#include "acquisition/light_field_io.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/light_field/light_field_io.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/child_process.h"
 #include "tests/support/staged_capture.h"

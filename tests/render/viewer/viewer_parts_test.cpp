@@ -7,7 +7,7 @@
 #include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_words.h"
 #include "render/viewer/where_am_i.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/synthetic_views.h"
 
 namespace ulf::test {
 namespace {

@@ -6,9 +6,9 @@
 #include <Eigen/Geometry>
 #include <functional>
 
-#include "acquisition/error.h"
+#include "core/base/error.h"
 #include "render/display/key_names.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/synthetic_views.h"
 
 namespace ulf::test {
 namespace {

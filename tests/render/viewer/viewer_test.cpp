@@ -9,14 +9,14 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
-#include "acquisition/error.h"
-#include "acquisition/image.h"
-#include "acquisition/light_field_io.h"
+#include "core/base/error.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field_io.h"
 #include "render/display/key_names.h"
-#include "render/path_files.h"
-#include "render/picture_files.h"
+#include "render/output/path_files.h"
+#include "render/output/picture_files.h"
 #include "render/viewer/viewer_files.h"
-#include "tests/render/synthetic_views.h"
+#include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -1,8 +1,0 @@
-// `ulf board`: a calibration target to be printed.
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddBoardCommand(CLI::App& app, ChosenCommand& chosen);
-}  // namespace ulf

@@ -1,8 +1,0 @@
-// `ulf calibrate`: intrinsics from a board, or the flat field from a card.
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen);
-}  // namespace ulf

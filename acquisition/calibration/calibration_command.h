@@ -1,8 +1,0 @@
-// `ulf calibration`: what a calibration file says, and the same for other programs.
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen);
-}  // namespace ulf

@@ -1,0 +1,184 @@
+#include "acquisition/device/features.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// Levenshtein's distance.
+std::size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row[b.size()];
+}
+
+std::optional<double> ParseDouble(const std::string& text) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(number)) return std::nullopt;
+  return number;
+}
+
+std::optional<long long> ParseInteger(const std::string& text) {
+  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  char* end = nullptr;
+  const long long number = std::strtoll(text.c_str(), &end, hexadecimal ? 16 : 10);
+  if (!text.empty() && *end == '\0') return number;
+  // 1e4 and 100.0 are whole numbers too.
+  const auto real = ParseDouble(text);
+  if (!real || *real != std::floor(*real) || std::abs(*real) > 9e15) return std::nullopt;
+  return static_cast<long long>(*real);
+}
+
+std::optional<bool> ParseBoolean(const std::string& text) {
+  const std::string lower = Lower(text);
+  for (const char* yes : {"true", "1", "on", "yes"})
+    if (lower == yes) return true;
+  for (const char* no : {"false", "0", "off", "no"})
+    if (lower == no) return false;
+  return std::nullopt;
+}
+
+void CheckRange(const std::string& who, const CameraFeature& feature, double number,
+                const std::string& value) {
+  const double slack = 1e-9 * std::abs(number);
+  if ((feature.min && number < *feature.min - slack) || (feature.max && number > *feature.max + slack))
+    throw UsageError("{}: {}={} is out of range; it takes {}", who, feature.name, value, RangeText(feature));
+}
+
+}  // namespace
+
+const char* Name(FeatureType type) {
+  constexpr std::array kNames{"integer", "float", "boolean", "enumeration", "string", "command"};
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+const char* Name(FeatureVisibility visibility) {
+  constexpr std::array kNames{"beginner", "expert", "guru", "invisible"};
+  return kNames[static_cast<std::size_t>(visibility)];
+}
+
+std::string RangeText(const CameraFeature& feature) {
+  switch (feature.type) {
+    case FeatureType::kBoolean:
+      return "true, false";
+    case FeatureType::kEnumeration:
+      return fmt::format("{}", fmt::join(feature.choices, ", "));
+    case FeatureType::kString:
+      return "text";
+    case FeatureType::kCommand:
+      return "execute";
+    default:
+      break;
+  }
+  std::string text = feature.min && feature.max ? fmt::format("{} to {}", *feature.min, *feature.max)
+                     : feature.min              ? fmt::format("{} or more", *feature.min)
+                     : feature.max              ? fmt::format("at most {}", *feature.max)
+                     : feature.type == FeatureType::kInteger ? "a whole number"
+                                                             : "a number";
+  if (feature.step && !(feature.type == FeatureType::kInteger && *feature.step == 1))
+    text += fmt::format(" step {}", *feature.step);
+  return text + (feature.unit.empty() ? "" : " " + feature.unit);
+}
+
+std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
+                                      std::size_t count) {
+  const std::string sought = Lower(wrong);
+  // A name that holds the word, or is held by it, is nearer than any spelling mistake.
+  const auto rank = [&](const std::string& name) {
+    const std::string lower = Lower(name);
+    const std::size_t distance = EditDistance(sought, lower);
+    const bool holds = sought.size() > 2 && (lower.find(sought) != std::string::npos ||
+                                             (lower.size() > 2 && sought.find(lower) != std::string::npos));
+    return std::pair(holds && distance > 2 ? std::size_t{2} : distance, distance);
+  };
+  std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::string>> ranked;
+  for (const std::string& name : names) ranked.emplace_back(rank(name), name);
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> nearest;
+  for (std::size_t i = 0; i < std::min(count, ranked.size()); ++i) nearest.push_back(ranked[i].second);
+  return nearest;
+}
+
+std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value) {
+  const auto refuse = [&] {
+    throw UsageError("{}: {}={} is not {} {}; it takes {}", who, feature.name, value,
+                     feature.type == FeatureType::kEnumeration ? "a choice of this" : "of type",
+                     Name(feature.type), RangeText(feature));
+  };
+  switch (feature.type) {
+    case FeatureType::kInteger: {
+      const auto number = ParseInteger(value);
+      if (!number) refuse();
+      CheckRange(who, feature, static_cast<double>(*number), value);
+      const auto step = static_cast<long long>(feature.step.value_or(1));
+      const auto from = static_cast<long long>(feature.min.value_or(0));
+      if (step > 1 && (*number - from) % step != 0)
+        throw UsageError("{}: {}={} is between two steps; it takes {}, such as {}", who, feature.name, value,
+                         RangeText(feature), from + (*number - from) / step * step);
+      return fmt::format("{}", *number);
+    }
+    case FeatureType::kFloat: {
+      const auto number = ParseDouble(value);
+      if (!number) refuse();
+      CheckRange(who, feature, *number, value);
+      return fmt::format("{}", *number);
+    }
+    case FeatureType::kBoolean: {
+      const auto yes = ParseBoolean(value);
+      if (!yes) refuse();
+      return *yes ? "true" : "false";
+    }
+    case FeatureType::kEnumeration:
+      if (std::find(feature.choices.begin(), feature.choices.end(), value) == feature.choices.end()) refuse();
+      return value;
+    case FeatureType::kCommand:
+      if (!value.empty() && value != "execute") refuse();
+      return "";
+    case FeatureType::kString:
+      break;
+  }
+  return value;
+}
+
+bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  if (feature.type == FeatureType::kBoolean) {
+    const auto first = ParseBoolean(a), second = ParseBoolean(b);
+    return first && second && *first == *second;
+  }
+  if (feature.type != FeatureType::kInteger && feature.type != FeatureType::kFloat) return false;
+  const auto first = ParseDouble(a), second = ParseDouble(b);
+  if (!first || !second) return false;
+  if (feature.type == FeatureType::kInteger) return ParseInteger(a) == ParseInteger(b);
+  // A camera keeps floats in 32 bits, or in steps of its own.
+  const double tolerance = std::max(1e-5 * std::max(std::abs(*first), std::abs(*second)),
+                                    feature.step ? 0.5 * *feature.step : 0.0);
+  return std::abs(*first - *second) <= tolerance;
+}
+
+}  // namespace ulf

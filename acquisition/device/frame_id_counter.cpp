@@ -1,0 +1,42 @@
+#include "acquisition/device/frame_id_counter.h"
+
+#include <algorithm>
+
+namespace ulf {
+namespace {
+
+constexpr std::uint64_t kIds16 = 65535;  // 1 to 65535: 0 is left out at the wrap
+
+// How far `id` lies ahead of `newest`; negative when it is a late arrival.
+std::int64_t Ahead(std::uint64_t newest, std::uint64_t id) {
+  const auto difference = static_cast<std::int64_t>(id - newest);
+  if (newest > kIds16 || id > kIds16) return difference;
+  if (difference < -static_cast<std::int64_t>(kIds16 / 2))
+    return difference + static_cast<std::int64_t>(kIds16);
+  if (difference > static_cast<std::int64_t>(kIds16 / 2))
+    return difference - static_cast<std::int64_t>(kIds16);
+  return difference;
+}
+
+}  // namespace
+
+void FrameIdCounter::Arrived(std::uint64_t id) {
+  if (!newest_) {
+    newest_ = id;
+    without_id_ = 0;  // what came before the first number belongs before it
+    return;
+  }
+  const std::int64_t ahead = Ahead(*newest_, id);
+  if (ahead <= 0) {
+    if (ahead < 0) ++out_of_order_;
+    if (ahead < 0 && missing_ > 0) --missing_;  // late, not lost
+    return;
+  }
+  const auto gap = static_cast<std::uint64_t>(ahead - 1);
+  const std::uint64_t filled = std::min(gap, without_id_);
+  missing_ += gap - filled;
+  without_id_ -= filled;
+  newest_ = id;
+}
+
+}  // namespace ulf

@@ -1,0 +1,366 @@
+#include "acquisition/device/frame_recording.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "acquisition/device/frame_recording_json.h"
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/json_fields.h"
+#include "core/base/output_path.h"
+#include "core/image/jpeg_file.h"
+#include "core/image/tiff_file.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kIndex = "frames.jsonl";
+constexpr const char* kFolder = "frames";
+constexpr std::size_t kBatchBytes = 64 << 20;
+constexpr double kBatchSeconds = 0.5;
+// Frames that were written shall also be named.
+constexpr std::uint64_t kIndexReserve = 1 << 20;
+
+// A file being written, closed whatever happens.
+class OpenFile {
+ public:
+  OpenFile(const fs::path& path, int flags)
+      : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (descriptor_ < 0) ThrowDiskError(errno, path.string() + ": cannot be written");
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  void Write(std::string_view bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) ThrowDiskError(errno, path_.string() + ": writing failed");
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  void Sync() {
+    if (fsync(descriptor_) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
+  }
+  off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
+  void CutAt(off_t size) {
+    if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
+  }
+
+ private:
+  fs::path path_;
+  int descriptor_;
+};
+
+bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }
+
+struct FrameFile {
+  std::string extension;
+  FileContent content;
+};
+
+// None of a photograph that has a raw file only.
+std::optional<FrameFile> ImageFile(const Frame& frame) {
+  if (frame.encoded && IsJpeg(frame.encoded->extension))
+    return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
+  if (frame.image.empty()) return std::nullopt;
+  return FrameFile{".tif", TiffContent(frame.image.pixels)};
+}
+
+std::size_t BytesOf(const Frame& frame) {
+  return frame.image.pixels.total() * frame.image.pixels.elemSize() +
+         (frame.encoded ? frame.encoded->bytes->size() : 0) + (frame.raw ? frame.raw->bytes->size() : 0);
+}
+
+}  // namespace
+
+struct FrameRecorder::State {
+  State(const fs::path& folder, std::size_t bytes) : dir(folder), waiting_bytes(bytes) {}
+
+  const fs::path dir;
+  const std::size_t waiting_bytes;
+  std::optional<OpenFile> index;
+
+  mutable std::mutex mutex;  // of what follows, up to the thread
+  std::condition_variable changed;
+  struct Item {
+    std::optional<Frame> frame;
+    std::string note;
+  };
+  std::deque<Item> waiting;
+  std::size_t bytes = 0;
+  bool finishing = false;
+  std::string pause;
+  FrameRecorderSummary summary;
+
+  // The writing thread's.
+  FileBatch files;
+  std::string lines;
+  std::uint64_t frames_in_batch = 0, bytes_in_batch = 0, next_name = 1;
+  Clock::time_point batch_began;
+  std::thread thread;
+
+  void Loop();
+  void Write(Item item);
+  void EndBatch();
+  void Refused(const Error& error, std::uint64_t frames);
+};
+
+void FrameRecorder::State::Loop() {
+  std::unique_lock lock(mutex);
+  for (;;) {
+    const bool any =
+        changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return finishing || !waiting.empty(); });
+    if (any && !waiting.empty()) {
+      Item item = std::move(waiting.front());
+      waiting.pop_front();
+      lock.unlock();
+      const std::size_t item_bytes = item.frame ? BytesOf(*item.frame) : 0;
+      Write(std::move(item));
+      lock.lock();
+      bytes -= item_bytes;
+    }
+    const bool due = !lines.empty() && (bytes_in_batch >= kBatchBytes ||
+                                        SecondsSince(batch_began) >= kBatchSeconds || finishing);
+    if (due && (!finishing || waiting.empty() || bytes_in_batch >= kBatchBytes)) {
+      lock.unlock();
+      EndBatch();
+      lock.lock();
+    }
+    if (finishing && waiting.empty() && lines.empty()) return;
+  }
+}
+
+void FrameRecorder::State::Write(Item item) {
+  if (lines.empty()) batch_began = Clock::now();
+  if (!item.frame) {
+    lines += json{{"event", "note"}, {"text", item.note}}.dump() + "\n";
+    return;
+  }
+  const auto start = Clock::now();
+  const Frame& frame = *item.frame;
+  std::string image_name, raw_name;
+  std::uint64_t needed = 0;
+  try {
+    std::vector<std::pair<fs::path, FileContent>> wanted;
+    const auto want = [&](const std::string& extension, FileContent content) {
+      std::string name = fmt::format("{}/{:08}{}", kFolder, next_name, extension);
+      needed += content.size;
+      wanted.emplace_back(dir / name, std::move(content));
+      return name;
+    };
+    if (auto image = ImageFile(frame)) image_name = want(image->extension, std::move(image->content));
+    if (frame.raw) raw_name = want(frame.raw->extension, ContentOf(*frame.raw->bytes));
+    if (FreeBytes(dir) < needed + kIndexReserve)
+      ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
+    files.Write(wanted);
+    const std::lock_guard lock(mutex);
+    summary.disk_s += SecondsSince(start);
+  } catch (const Error& error) {
+    Refused(error, 1);
+    return;
+  } catch (const std::exception& error) {  // no memory left
+    Refused(Error("frame {}: cannot be recorded: {}", frame.id, error.what()), 1);
+    return;
+  }
+  ++next_name;
+  ++frames_in_batch;
+  bytes_in_batch += needed;
+  lines += FrameToJson(frame, image_name, raw_name).dump() + "\n";
+}
+
+void FrameRecorder::State::EndBatch() {
+  const auto start = Clock::now();
+  const off_t before = index->Size();
+  try {
+    files.Commit();
+    index->Write(lines);
+    index->Sync();
+    const std::lock_guard lock(mutex);
+    summary.written += frames_in_batch;
+    summary.bytes += bytes_in_batch;
+    summary.disk_s += SecondsSince(start);
+    pause.clear();
+  } catch (const Error& error) {
+    index->CutAt(before);
+    files.TakeBack();  // what is not named must not lie about
+    Refused(error, frames_in_batch);
+  }
+  lines.clear();
+  frames_in_batch = bytes_in_batch = 0;
+}
+
+void FrameRecorder::State::Refused(const Error& error, std::uint64_t frames) {
+  const std::lock_guard lock(mutex);
+  summary.left_out += frames;
+  summary.problem = pause = error.what();
+}
+
+void RequireNewRecording(const fs::path& dir) {
+  std::error_code unknown;
+  if (fs::exists(dir, unknown) && !(fs::is_directory(dir, unknown) && fs::is_empty(dir, unknown)))
+    throw Error("{}: is there already; give a new folder for the recording", dir.string());
+  RequireWritableFolder(dir.string());
+}
+
+RecordingHeader RecordingHeader::Of(const Device& device) {
+  const auto copy_of = [](const std::shared_ptr<const FlatField>& known) {
+    return known ? std::optional(*known) : std::nullopt;
+  };
+  return {.device = device.Info(),
+          .window = device.Window(),
+          .takes_stills = device.TakesStills(),
+          .camera = device.Camera(),
+          .still_camera = device.StillCamera(),
+          .flat_field = copy_of(device.KnownFlatField(FrameKind::kLive)),
+          .still_flat_field = copy_of(device.KnownFlatField(FrameKind::kStill))};
+}
+
+FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header, std::size_t waiting_bytes)
+    : state_(std::make_unique<State>(dir, waiting_bytes)) {
+  RequireNewRecording(dir);
+  MakeFolder(dir / kFolder);
+  state_->index.emplace(dir / kIndex, O_WRONLY | O_CREAT | O_APPEND);
+  state_->index->Write(RecordingHeaderToJson(header).dump() + "\n");
+  state_->index->Sync();
+  SyncFolder(dir);
+  state_->thread = std::thread([state = state_.get()] { state->Loop(); });
+}
+
+FrameRecorder::~FrameRecorder() {
+  if (state_->thread.joinable()) Finish();
+}
+
+bool FrameRecorder::TryAdd(const Frame& frame) {
+  Frame kept = frame;
+  if (frame.kind == FrameKind::kStill && frame.encoded)
+    kept.image.pixels.release();  // its file is all that is written of it
+  else if (!kept.image.pixels.u)
+    kept.image.pixels = frame.image.pixels.clone();  // somebody else's memory
+  const std::size_t bytes = BytesOf(kept);
+  {
+    const std::lock_guard lock(state_->mutex);
+    // One frame may always wait, however large it is, and every photograph.
+    if (frame.kind == FrameKind::kLive && !state_->waiting.empty() &&
+        state_->bytes + bytes > state_->waiting_bytes) {
+      ++state_->summary.left_out;
+      if (state_->pause.empty()) {
+        state_->pause = fmt::format("{}: disk slow ({} to be written)", state_->dir.string(),
+                                    Counted(state_->waiting.size(), "frame"));
+        state_->summary.problem = state_->pause;
+      }
+      return false;
+    }
+  }
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->waiting.push_back({std::move(kept), ""});
+    state_->bytes += bytes;
+  }
+  state_->changed.notify_one();
+  return true;
+}
+
+void FrameRecorder::Note(const std::string& text) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->waiting.push_back({std::nullopt, text});
+  }
+  state_->changed.notify_one();
+}
+
+std::optional<std::string> FrameRecorder::Pause() const {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->pause.empty()) return std::nullopt;
+  return state_->pause;
+}
+
+FrameRecorderSummary FrameRecorder::Finish() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->finishing = true;
+  }
+  state_->changed.notify_one();
+  if (state_->thread.joinable()) state_->thread.join();
+  return state_->summary;
+}
+
+bool IsFrameRecording(const fs::path& dir) {
+  std::error_code unknown;
+  return fs::is_regular_file(dir / kIndex, unknown);
+}
+
+FrameRecording ReadFrameRecording(const fs::path& dir) {
+  FrameRecording recording;
+  recording.dir = dir;
+  const std::string bytes = ReadWholeFile(dir / kIndex);
+  int line_number = 0;
+  for (std::size_t begin = 0, end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    const std::string where = fmt::format("{}, line {}", (dir / kIndex).string(), ++line_number);
+    json object;
+    try {
+      object = json::parse(bytes.substr(begin, end - begin));
+    } catch (const json::exception&) {
+      if (end + 1 == bytes.size()) break;  // torn
+      throw Error("{}: damaged; cut the file before this line to keep what came before", where);
+    }
+    const JsonPlace line{object, where};
+    const std::string event = line.Text("event");
+    if (event == "header") {
+      recording.header = RecordingHeaderFromJson(line);
+    } else if (event == "frame") {
+      const auto inside = [&](const char* key) -> fs::path {
+        const fs::path file = line.Text(key, "");
+        if (file.is_absolute() || file.lexically_normal().string().starts_with(".."))
+          throw Error("{}: '{}' lies outside the recording", where, file.string());
+        return file.empty() ? file : dir / file;
+      };
+      recording.entries.push_back({FrameFromJson(line), inside("file"), inside("raw")});
+      recording.header.takes_stills |= recording.entries.back().frame.kind == FrameKind::kStill;
+    }
+  }
+  if (recording.entries.empty())
+    throw Error("{}: the recording holds no frames; the device gave none, or it was killed at once",
+                dir.string());
+  return recording;
+}
+
+Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
+  Frame frame = entry.frame;
+  if (!entry.raw_file.empty())
+    frame.raw = EncodedImage{entry.raw_file.extension().string(),
+                             std::make_shared<const std::string>(ReadWholeFile(entry.raw_file))};
+  if (entry.file.empty()) return frame;
+  if (IsJpeg(entry.file.extension()))
+    frame.encoded = EncodedImage{entry.file.extension().string(),
+                                 std::make_shared<const std::string>(ReadWholeFile(entry.file))};
+  if (frame.status == FrameStatus::kIncomplete) return frame;
+  // A photograph is decoded as the camera's driver does it.
+  if (frame.kind == FrameKind::kStill && frame.encoded)
+    frame.image.pixels = DecodeJpeg(*frame.encoded->bytes);
+  else
+    frame.image.pixels = ReadImageFile(entry.file.string());
+  if (frame.image.empty())
+    throw Error("{}: the photograph is damaged; copy it again from where it came, or remove its line in {}",
+                entry.file.string(), kIndex);
+  return frame;
+}
+
+}  // namespace ulf

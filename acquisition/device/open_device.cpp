@@ -1,0 +1,107 @@
+// From a URI's scheme to the device behind it.
+#include <algorithm>
+
+#include "acquisition/aravis/aravis_device.h"
+#include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/reconnecting_device.h"
+#include "acquisition/device/replay_device.h"
+#include "acquisition/gphoto2/gphoto_device.h"
+#include "acquisition/simulator/simulated_device.h"
+#include "acquisition/v4l2/v4l2_device.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+constexpr const char* kWhatWorks =
+    "sim:studio, replay:PATH, aravis:ID, v4l2:/dev/video0 and gphoto2:ID ('ulf devices' lists the cameras in "
+    "reach)";
+
+// Machine-vision cameras first, webcams last.
+std::vector<DeviceInfo> RealCameras() {
+  std::vector<DeviceInfo> cameras = ListAravisDevices();
+  for (DeviceInfo& tethered : ListGphotoDevices()) cameras.push_back(std::move(tethered));
+  for (DeviceInfo& webcam : ListV4l2Devices()) cameras.push_back(std::move(webcam));
+  return cameras;
+}
+
+std::string FirstRealCamera() {
+  std::string refused;
+  for (const DeviceInfo& info : RealCameras()) {
+    if (info.available) return info.uri;
+    refused += fmt::format("; {} {} {}: {}", info.maker, info.model, info.uri, info.problem);
+  }
+  throw Error(
+      "no camera can be used: looked for GigE Vision on every network, for USB3 Vision, tethered cameras and "
+      "webcams{}. Connect one, or name sim:studio for the simulated one",
+      refused);
+}
+
+// Seconds to look for a camera that went away: `reconnect_s`, which no driver knows.
+double TakePatience(DeviceUri& uri) {
+  constexpr double kPatience_s = 300;
+  const double patience_s = uri.Number("reconnect_s").value_or(kPatience_s);
+  if (patience_s < 0) throw UsageError("'{}': reconnect_s is 0 (do not) or the seconds to try", uri.Text());
+  std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
+  return patience_s;
+}
+
+std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
+  if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
+  if (uri.scheme == "aravis") return OpenAravisDevice(uri);
+  if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
+  if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri);
+  throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
+                   kWhatWorks);
+}
+
+std::vector<DeviceInfo> ListOf(const std::string& scheme) {
+  if (scheme == "aravis") return ListAravisDevices();
+  if (scheme == "v4l2") return ListV4l2Devices();
+  if (scheme == "gphoto2") return ListGphotoDevices();
+  return {};
+}
+
+// The same camera wherever it is now, with the options it had: by its serial number, or as the only one of
+// its kind where it has none.
+std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
+  DeviceUri uri = DeviceUri::Parse(known.uri);
+  std::vector<DeviceInfo> same;
+  for (const DeviceInfo& info : ListOf(uri.scheme))
+    if (known.serial.empty() ? info.serial.empty() && info.maker == known.maker && info.model == known.model
+                             : info.serial == known.serial)
+      same.push_back(info);
+  if (same.size() != 1)
+    throw Error("{}: {} {}{} is not found; check power and cable", known.uri, known.maker, known.model,
+                known.serial.empty() ? "" : ", serial " + known.serial + ",");
+  uri.path = DeviceUri::Parse(same.front().uri).path;
+  return OpenDriver(uri);
+}
+
+}  // namespace
+
+std::unique_ptr<Device> OpenDevice(const std::string& text) {
+  DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
+  if (uri.scheme == "replay") return OpenReplayDevice(uri);
+  const double patience_s = TakePatience(uri);
+  return MakeReconnectingDevice(
+      OpenDriver(uri),
+      {.where_it_was = [](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri)); },
+       .elsewhere = OpenElsewhere,
+       .patience_s = patience_s});
+}
+
+std::vector<DeviceInfo> ListDevices() {
+  std::vector<DeviceInfo> devices = RealCameras();
+  // Named without being opened: building its scene takes seconds.
+  devices.push_back({.uri = "sim:studio",
+                     .maker = "ULF",
+                     .model = "simulated hand-held camera",
+                     .serial = "",
+                     .bus = "simulated",
+                     .problem = ""});
+  return devices;
+}
+
+}  // namespace ulf

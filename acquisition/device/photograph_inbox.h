@@ -1,0 +1,81 @@
+// What a camera's thread hands to the reader: the newest live frames, older ones dropped and counted, and
+// every photograph. Photographs go first. A tethered camera's are still encoded: decoding is the reader's
+// work, so that a dropped frame costs nothing.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+
+#include "core/image/frame.h"
+
+namespace ulf {
+
+class PhotographInbox {
+ public:
+  explicit PhotographInbox(std::size_t live_capacity) : live_capacity_(live_capacity) {}
+
+  void Push(Frame frame) {
+    if (frame.kind == FrameKind::kStill)
+      PushStill(std::move(frame));
+    else
+      PushLive(std::move(frame));
+  }
+  void PushLive(Frame frame) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (live_.size() == live_capacity_) {
+        live_.pop_front();
+        ++dropped_;
+      }
+      live_.push_back(std::move(frame));
+    }
+    arrived_.notify_one();
+  }
+  void PushStill(Frame frame) {
+    {
+      const std::lock_guard lock(mutex_);
+      stills_.push_back(std::move(frame));
+    }
+    arrived_.notify_one();
+  }
+  // Nothing more comes; what is there can still be taken.
+  void Close() {
+    {
+      const std::lock_guard lock(mutex_);
+      closed_ = true;
+    }
+    arrived_.notify_all();
+  }
+
+  std::optional<Frame> Pop(std::chrono::milliseconds timeout) {
+    std::unique_lock lock(mutex_);
+    arrived_.wait_for(lock, timeout, [&] { return closed_ || !stills_.empty() || !live_.empty(); });
+    std::deque<Frame>& from = stills_.empty() ? live_ : stills_;
+    if (from.empty()) return std::nullopt;
+    std::optional<Frame> frame(std::move(from.front()));
+    from.pop_front();
+    return frame;
+  }
+  bool IsEmpty() const {
+    const std::lock_guard lock(mutex_);
+    return stills_.empty() && live_.empty();
+  }
+  std::uint64_t Dropped() const {
+    const std::lock_guard lock(mutex_);
+    return dropped_;
+  }
+
+ private:
+  const std::size_t live_capacity_;
+  mutable std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<Frame> stills_, live_;
+  std::uint64_t dropped_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace ulf

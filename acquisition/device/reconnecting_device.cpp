@@ -1,0 +1,479 @@
+#include "acquisition/device/reconnecting_device.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <utility>
+
+#include "acquisition/device/reaper.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+
+namespace ulf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+Clock::duration Seconds(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+std::string Describe(const DeviceInfo& info) {
+  std::string text = info.maker + (info.maker.empty() ? "" : " ") + info.model;
+  if (!info.serial.empty()) text += ", serial " + info.serial;
+  return text;
+}
+
+// Without a serial number, one of a kind is as good as another.
+bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
+  if (!known.serial.empty()) return known.serial == found.serial;
+  return known.maker == found.maker && known.model == found.model;
+}
+
+// The search for a camera that went away; shared by the thread that searches and the device that waits, which
+// may give up first.
+struct Search {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool stop = false;              // nobody waits any more
+  bool over = false;              // the patience is over
+  std::unique_ptr<Device> found;  // the camera itself, started
+  std::string problem;            // of the last attempt
+  std::string refused;            // what was found instead; empty: nothing
+};
+
+// One attempt. Throws Error when the camera is not there; fills `refused` when another one is.
+std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
+                                  std::string* refused) {
+  const bool elsewhere = how.elsewhere && attempt % 2 == 1;
+  std::unique_ptr<Device> driver = (elsewhere ? how.elsewhere : how.where_it_was)(known);
+  if (!IsSameCamera(known, driver->Info())) {
+    *refused = fmt::format("{}: another camera ({}) is there now, in place of {}; connect that one again",
+                           known.uri, Describe(driver->Info()), Describe(known));
+    throw Error("{}", *refused);
+  }
+  driver->Start();
+  return driver;
+}
+
+void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, const DeviceInfo& known,
+               Clock::time_point begin, Clock::time_point give_up) {
+  {
+    std::unique_lock lock(search->mutex);
+    if (search->changed.wait_until(lock, begin, [&] { return search->stop; })) return;
+  }
+  double wait_s = how.first_wait_s;
+  for (int attempt = 0;; ++attempt) {
+    std::unique_ptr<Device> driver;
+    std::string problem, refused;
+    try {
+      driver = FindAgain(how, known, attempt, &refused);
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    std::unique_lock lock(search->mutex);
+    if (search->stop) {
+      lock.unlock();
+      return;  // closes `driver` here, where nobody waits
+    }
+    search->problem = problem;
+    if (!refused.empty()) search->refused = refused;
+    search->found = std::move(driver);
+    search->over = !search->found && Clock::now() >= give_up;
+    search->changed.notify_all();
+    if (search->found || search->over) return;
+    const auto until = std::min(Clock::now() + Seconds(wait_s), give_up);
+    if (search->changed.wait_until(lock, until, [&] { return search->stop; })) return;
+    wait_s = std::min(2 * wait_s, how.longest_wait_s);
+  }
+}
+
+// Of a transport's figures some are counters, some settings and rates: of those the latest counts.
+bool CountsUp(const std::string& name) {
+  for (const char* word :
+       {"packet size", "/s", "rate", "buffer", " ms", "(ms)", "(ns)", "priority", "resend on"})
+    if (name.find(word) != std::string::npos) return false;
+  return true;
+}
+
+void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
+  sum.delivered += more.delivered;
+  sum.incomplete += more.incomplete;
+  sum.dropped += more.dropped;
+  sum.missing += more.missing;
+  sum.out_of_order += more.out_of_order;
+  sum.late += more.late;
+  sum.reconnects += more.reconnects;
+  sum.seconds += more.seconds;
+  sum.bytes += more.bytes;
+  if (more.clock_offset_s) sum.clock_offset_s = more.clock_offset_s;
+  if (more.clock_jitter_s) sum.clock_jitter_s = more.clock_jitter_s;
+  for (const auto& [name, value] : more.transport) {
+    const auto same = std::find_if(sum.transport.begin(), sum.transport.end(),
+                                   [&name = name](const auto& entry) { return entry.first == name; });
+    if (same == sum.transport.end())
+      sum.transport.emplace_back(name, value);
+    else
+      same->second = CountsUp(name) ? same->second + value : value;
+  }
+}
+
+// What the images are like: after a gap they must be so again.
+struct ImageKind {
+  cv::Size size;
+  int type = 0;
+  Mosaic mosaic = Mosaic::kNone;
+
+  static ImageKind Of(const Image& image) { return {image.pixels.size(), image.pixels.type(), image.mosaic}; }
+  bool operator==(const ImageKind&) const = default;
+  std::string Text() const {
+    return fmt::format("{}x{}, {} channels of {} bits{}", size.width, size.height, CV_MAT_CN(type),
+                       8 * CV_ELEM_SIZE1(type), mosaic == Mosaic::kNone ? "" : ", mosaic");
+  }
+};
+
+class ReconnectingDevice : public Device {
+ public:
+  ReconnectingDevice(std::unique_ptr<Device> driver, Reconnection how)
+      : how_(std::move(how)),
+        info_(driver->Info()),
+        camera_(driver->Camera()),
+        window_(driver->Window()),
+        live_(driver->IsLive()),
+        takes_stills_(driver->TakesStills()),
+        driver_(std::move(driver)) {}
+
+  ~ReconnectingDevice() override {
+    Stop();
+    if (driver_ && IsOver(driver_->State())) Reaper::Instance().Bury(std::move(driver_));
+  }
+
+  DeviceInfo Info() const override {
+    const auto driver = Driver();
+    if (driver && !problem_known_) return driver->Info();
+    const std::lock_guard lock(mutex_);
+    return info_;
+  }
+  std::optional<CameraModel> Camera() const override { return camera_; }
+  bool IsLive() const override { return live_; }
+  std::optional<SensorWindow> Window() const override { return window_; }
+  HeldAutomatics Held() const override {
+    const auto driver = Driver();
+    return driver ? driver->Held() : HeldAutomatics();
+  }
+  DeviceState State() const override { return state_; }
+  bool TakesStills() const override { return takes_stills_; }
+  std::optional<double> ShareDone() const override {
+    const auto driver = Driver();
+    return driver ? driver->ShareDone() : std::nullopt;
+  }
+  StillRequest RequestStill() override {
+    const auto driver = Driver();
+    return driver && state_ == DeviceState::kStreaming ? driver->RequestStill() : StillRequest::kBusy;
+  }
+
+  DeviceStatistics Statistics() const override {
+    const auto driver = Driver();
+    const std::lock_guard lock(mutex_);
+    DeviceStatistics sum = past_;
+    if (driver) Add(driver->Statistics(), sum);
+    if (sum.clock_offset_s) *sum.clock_offset_s -= time_shift_s_;
+    return sum;
+  }
+
+  std::vector<DeviceEvent> TakeEvents() override {
+    if (const auto driver = Driver()) TakeEventsOf(*driver);
+    const std::lock_guard lock(mutex_);
+    return std::exchange(events_, {});
+  }
+
+  void Start() override;
+  void Stop() override;
+  std::optional<Frame> Next(milliseconds timeout) override;
+
+ private:
+  std::shared_ptr<Device> Driver() const {
+    const std::lock_guard lock(mutex_);
+    return driver_;
+  }
+  void Say(DeviceEventKind kind, std::string text) {
+    const std::lock_guard lock(mutex_);
+    events_.push_back({kind, EpochSeconds(), std::move(text)});
+  }
+  void TakeEventsOf(Device& driver);
+  void Retire();
+  void Fault(const std::string& problem);
+  void BeginSearch(Clock::time_point begin);
+  void SearchAgain(const std::string& problem);
+  void GiveUp(const std::string& problem);
+  bool PickUp(milliseconds timeout);
+  std::optional<Frame> Deliver(Frame frame);
+  std::string TakeUpTime(const Frame& frame);
+
+  const Reconnection how_;
+  DeviceInfo info_;  // of the driver that was last open; with the problem while there is none
+  const std::optional<CameraModel> camera_;
+  const std::optional<SensorWindow> window_;
+  const bool live_, takes_stills_;
+
+  std::atomic<DeviceState> state_{DeviceState::kConnected};
+  std::atomic<bool> problem_known_{false};  // info_ says more than the driver
+  mutable std::mutex mutex_;                // of driver_, info_, past_, events_, time_shift_s_
+  std::shared_ptr<Device> driver_;          // none while it is looked for
+  DeviceStatistics past_;                   // of drivers that are gone
+  std::vector<DeviceEvent> events_;
+  double time_shift_s_ = 0;  // session's time - driver's time
+
+  // Of the thread that calls Next().
+  std::shared_ptr<Search> search_;
+  Clock::time_point fault_began_, give_up_;
+  bool awaiting_first_ = false;  // of the driver that was found again
+  std::string refused_;          // what was said last
+  std::optional<ImageKind> kind_;
+  std::optional<double> last_device_time_s_, last_host_time_s_;
+  Clock::time_point last_frame_at_;
+};
+
+// How it stands with the connection is for this class to say.
+void ReconnectingDevice::TakeEventsOf(Device& driver) {
+  std::vector<DeviceEvent> events = driver.TakeEvents();
+  const std::lock_guard lock(mutex_);
+  for (DeviceEvent& event : events)
+    if (event.kind == DeviceEventKind::kStalled || event.kind == DeviceEventKind::kNotice)
+      events_.push_back(std::move(event));
+}
+
+void ReconnectingDevice::Start() {
+  if (state_ != DeviceState::kConnected && state_ != DeviceState::kLost) return;
+  if (!driver_) {
+    std::string refused;
+    std::unique_ptr<Device> found = FindAgain(how_, info_, 0, &refused);
+    const std::lock_guard lock(mutex_);
+    driver_ = std::move(found);
+  } else {
+    driver_->Start();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    past_ = {};
+    events_.clear();
+    time_shift_s_ = 0;
+    info_ = driver_->Info();
+  }
+  problem_known_ = false;
+  awaiting_first_ = false;
+  kind_.reset();
+  last_device_time_s_.reset();
+  state_ = DeviceState::kStreaming;
+}
+
+void ReconnectingDevice::Stop() {
+  if (search_) {
+    const std::lock_guard lock(search_->mutex);
+    search_->stop = true;
+    search_->changed.notify_all();
+    Reaper::Instance().Bury(std::move(search_->found));
+  }
+  search_.reset();
+  const bool running = state_ != DeviceState::kConnected && state_ != DeviceState::kLost;
+  if (driver_ && running) {
+    if (IsOver(driver_->State()))
+      Retire();
+    else
+      driver_->Stop();
+  }
+  if (running) state_ = DeviceState::kConnected;
+}
+
+// The driver is dead: its figures are kept, it is closed where nobody waits.
+void ReconnectingDevice::Retire() {
+  TakeEventsOf(*driver_);
+  const DeviceStatistics statistics = driver_->Statistics();
+  const DeviceInfo info = driver_->Info();
+  std::shared_ptr<Device> dead;
+  {
+    const std::lock_guard lock(mutex_);
+    Add(statistics, past_);
+    info_ = info;
+    dead = std::move(driver_);
+    driver_.reset();
+  }
+  problem_known_ = true;
+  Reaper::Instance().Bury(std::move(dead));
+}
+
+void ReconnectingDevice::Fault(const std::string& problem) {
+  {
+    const std::lock_guard lock(mutex_);
+    info_.problem = problem;
+    info_.available = false;
+  }
+  fault_began_ = Clock::now();
+  give_up_ = fault_began_ + Seconds(how_.patience_s);
+  if (how_.patience_s <= 0) {
+    Say(DeviceEventKind::kFaulted, problem);
+    state_ = DeviceState::kLost;
+    return;
+  }
+  Say(DeviceEventKind::kFaulted,
+      fmt::format("{}; it is looked for and opened again for up to {:g} s", problem, how_.patience_s));
+  state_ = DeviceState::kFaulted;
+  BeginSearch(fault_began_);
+}
+
+// The same fault goes on: what was found was of no use.
+void ReconnectingDevice::SearchAgain(const std::string& problem) {
+  if (Clock::now() >= give_up_)
+    GiveUp(problem);
+  else
+    BeginSearch(Clock::now() + Seconds(how_.longest_wait_s));
+}
+
+void ReconnectingDevice::GiveUp(const std::string& problem) {
+  Say(DeviceEventKind::kFaulted,
+      fmt::format("{}: given up after {:.0f} s: {}", info_.uri, SecondsSince(fault_began_), problem));
+  state_ = DeviceState::kLost;
+}
+
+void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
+  search_ = std::make_shared<Search>();
+  DeviceInfo known;
+  {
+    const std::lock_guard lock(mutex_);
+    known = info_;
+  }
+  Reaper::Instance().Bury(
+      std::function<void()>([search = search_, how = how_, known, begin, until = give_up_] {
+        RunSearch(search, how, known, begin, until);
+      }));
+}
+
+// True when a driver that was found is in place.
+bool ReconnectingDevice::PickUp(milliseconds timeout) {
+  std::unique_ptr<Device> found;
+  std::string refused, problem;
+  bool over = false;
+  {
+    std::unique_lock lock(search_->mutex);
+    search_->changed.wait_for(
+        lock, timeout, [&] { return search_->found || search_->over || search_->refused != refused_; });
+    found = std::move(search_->found);
+    over = search_->over;
+    refused = search_->refused;
+    problem = search_->problem;
+  }
+  if (!refused.empty() && refused != refused_) {
+    refused_ = refused;
+    Say(DeviceEventKind::kNotice, refused);
+  }
+  if (found) {
+    search_.reset();
+    awaiting_first_ = true;
+    const std::lock_guard lock(mutex_);
+    driver_ = std::move(found);
+    return true;
+  }
+  if (over) {
+    search_.reset();
+    GiveUp(problem);
+  }
+  return false;
+}
+
+// The camera's clock goes on, or began anew when it was switched off. Returns words for the event.
+std::string ReconnectingDevice::TakeUpTime(const Frame& frame) {
+  if (!last_device_time_s_) return "";
+  constexpr double kSameClock_s = 1;
+  double gap_s = SecondsSince(last_frame_at_);
+  if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
+    gap_s = frame.host_time_s - *last_host_time_s_;
+  const double expected_s = *last_device_time_s_ + std::max(gap_s, 1e-3);
+  const double as_it_counts_s = frame.device_time_s + time_shift_s_;
+  const bool goes_on = as_it_counts_s > *last_device_time_s_ &&
+                       (!live_ || std::abs(as_it_counts_s - expected_s) < kSameClock_s);
+  if (goes_on) return "";
+  const std::lock_guard lock(mutex_);
+  time_shift_s_ = expected_s - frame.device_time_s;
+  return fmt::format("; its clock began anew: {:.3f} s are added to its times", time_shift_s_);
+}
+
+std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
+  const bool measures = frame.status == FrameStatus::kComplete && frame.kind == FrameKind::kLive;
+  if (measures && awaiting_first_) {
+    const ImageKind kind = ImageKind::Of(frame.image);
+    if (kind_ && !(kind == *kind_)) {
+      const std::string text =
+          fmt::format("{}: came back with other images ({}; before: {}); set it as it was", info_.uri,
+                      kind.Text(), kind_->Text());
+      if (text != std::exchange(refused_, text)) Say(DeviceEventKind::kNotice, text);
+      Retire();
+      awaiting_first_ = false;
+      SearchAgain(text);
+      return std::nullopt;
+    }
+    awaiting_first_ = false;
+    const std::string clock = TakeUpTime(frame);
+    {
+      const std::lock_guard lock(mutex_);
+      ++past_.reconnects;
+      info_.problem.clear();
+      info_.available = true;
+    }
+    problem_known_ = false;
+    refused_.clear();
+    state_ = DeviceState::kStreaming;
+    Say(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}", info_.uri,
+                                                SecondsSince(fault_began_), clock));
+  }
+  frame.device_time_s += time_shift_s_;
+  if (frame.requested_s) *frame.requested_s += time_shift_s_;
+  if (measures) {
+    if (!kind_) kind_ = ImageKind::Of(frame.image);
+    last_device_time_s_ = frame.device_time_s;
+    last_host_time_s_ = frame.host_time_s;
+    last_frame_at_ = Clock::now();
+  }
+  return frame;
+}
+
+std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
+  // A tethered camera that was stopped still hands out the photographs that were on their way.
+  if (state_ == DeviceState::kConnected && driver_ && takes_stills_) return driver_->Next(timeout);
+  if (state_ == DeviceState::kConnected || IsOver(state_)) return std::nullopt;
+  const auto until = Clock::now() + timeout;
+  if (state_ == DeviceState::kFaulted) {
+    state_ = DeviceState::kReconnecting;
+    Say(DeviceEventKind::kReconnecting, fmt::format("{}: looked for", info_.uri));
+  }
+  if (search_ && !PickUp(timeout)) return std::nullopt;
+  const auto left = std::max(milliseconds(0), std::chrono::duration_cast<milliseconds>(until - Clock::now()));
+  if (auto frame = driver_->Next(left)) return Deliver(std::move(*frame));
+  switch (driver_->State()) {
+    case DeviceState::kEnded:
+      state_ = DeviceState::kEnded;
+      break;
+    case DeviceState::kLost: {
+      const std::string problem = driver_->Info().problem;
+      Retire();
+      if (std::exchange(awaiting_first_, false))
+        SearchAgain("it went again before its first frame: " + problem);
+      else
+        Fault(fmt::format("{}: {}", info_.uri, problem.empty() ? "the camera no longer answers" : problem));
+      break;
+    }
+    default:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::unique_ptr<Device> MakeReconnectingDevice(std::unique_ptr<Device> driver, Reconnection reconnection) {
+  return std::make_unique<ReconnectingDevice>(std::move(driver), std::move(reconnection));
+}
+
+}  // namespace ulf

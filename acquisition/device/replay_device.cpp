@@ -1,0 +1,494 @@
+#include "acquisition/device/replay_device.h"
+
+#include <fnmatch.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/videoio.hpp>
+
+#include "acquisition/device/frame_recording.h"
+#include "acquisition/device/paced_device.h"
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/base/name_order.h"
+#include "core/image/image_header.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDefaultFps = 30;
+
+struct ReplayOptions {
+  std::string uri;
+  fs::path path;
+  std::optional<double> fps;
+  std::optional<std::string> glob;
+  std::optional<Transfer> transfer;
+  double speed = 0;
+
+  double TimeOf(std::size_t index) const { return static_cast<double>(index) / fps.value_or(kDefaultFps); }
+  Transfer TransferOf(const cv::Mat& pixels) const {
+    return transfer.value_or(pixels.depth() == CV_32F ? Transfer::kLinear : Transfer::kSrgb);
+  }
+};
+
+// Where frames come from, one after the other.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual std::string Describe() const = 0;
+  // Which camera it was and what is known of it; of its `device` the uri is not used.
+  virtual RecordingHeader Header() const {
+    RecordingHeader header;
+    header.device.bus = "files";
+    return header;
+  }
+  virtual bool MoreWereAskedFor() const { return false; }  // photographs still to come
+  virtual void Rewind() = 0;
+  virtual std::optional<Frame> Next() = 0;
+  virtual double Length() const = 0;  // frames; 0: unknown
+};
+
+bool IsImageName(const fs::path& path) {
+  const std::string extension = Lowercase(path.extension().string());
+  static const std::vector<std::string> known = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
+                                                 ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
+}
+
+bool IsJpegName(const fs::path& path) {
+  const auto header = ReadImageHeader(path.string());
+  return header && header->kind == "JPEG";
+}
+
+EncodedImage JpegFile(const fs::path& path) {
+  return {".jpg", std::make_shared<const std::string>(ReadWholeFile(path))};
+}
+
+std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
+  std::vector<fs::path> files;
+  std::size_t others = 0;
+  for (const auto& entry : fs::directory_iterator(options.path)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = entry.path().filename().string();
+    const bool chosen = options.glob ? fnmatch(options.glob->c_str(), name.c_str(), 0) == 0
+                                     : IsImageName(entry.path()) && name[0] != '.';
+    if (chosen)
+      files.push_back(entry.path());
+    else
+      ++others;
+  }
+  if (files.empty()) {
+    if (options.glob)
+      throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
+                  options.uri, others, *options.glob);
+    throw Error(
+        "{}: the folder holds no images ({} other files); name a folder of photographs, a video or a light "
+        "field",
+        options.uri, others);
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NameOrder(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+class FolderSource : public Source {
+ public:
+  explicit FolderSource(const ReplayOptions& options) : options_(options), files_(ImagesOf(options)) {
+    header_ = ReadImageHeader(files_.front().string());
+    for (const fs::path& file : files_) {
+      if (!ImageFileIsWhole(file.string()))
+        throw Error("{}: the image is truncated; copy it again from where it came, or remove it",
+                    file.string());
+      const auto header = ReadImageHeader(file.string());
+      if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
+    }
+    first_ = ReadImageFile(files_.front().string());
+  }
+
+  std::string Describe() const override {
+    return fmt::format("{}{}, {}x{}", Counted(files_.size(), "image"),
+                       header_ ? " (" + header_->kind + ")" : "", first_.cols, first_.rows);
+  }
+  void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(files_.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= files_.size()) return std::nullopt;
+    const fs::path& file = files_[next_];
+    Frame frame;
+    frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
+    const cv::Mat& pixels = frame.image.pixels;
+    if (pixels.size() != first_.size() || pixels.type() != first_.type())
+      ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
+    frame.image.transfer = options_.TransferOf(pixels);
+    frame.id = next_;
+    frame.device_time_s = options_.TimeOf(next_);
+    if (header_ && header_->kind == "JPEG") frame.encoded = JpegFile(file);
+    ++next_;
+    return frame;
+  }
+
+ private:
+  [[noreturn]] void ThrowMixed(const fs::path& file, const std::string& what) const {
+    const std::string first =
+        header_ ? header_->Text()
+                : fmt::format("{}x{}, {} channels", first_.cols, first_.rows, first_.channels());
+    throw Error("{}: mixed images: {} is {}, but {} is {}; choose one kind with ?glob=", options_.uri,
+                files_.front().string(), first, file.string(), what);
+  }
+
+  ReplayOptions options_;
+  std::vector<fs::path> files_;
+  std::optional<ImageHeader> header_;
+  cv::Mat first_;
+  std::size_t next_ = 0;
+};
+
+class VideoSource : public Source {
+ public:
+  explicit VideoSource(const ReplayOptions& options) : options_(options) {
+    Open();
+    if (!Decode())
+      throw Error(
+          "{}: no picture could be decoded from the video; play it once in a viewer, or export it again",
+          options_.uri);
+    width_ = picture_.cols;
+    height_ = picture_.rows;
+    frame_rate_ = video_.get(cv::CAP_PROP_FPS);
+    announced_ = video_.get(cv::CAP_PROP_FRAME_COUNT);
+    Rewind();
+  }
+
+  std::string Describe() const override {
+    return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
+  }
+  double Length() const override { return announced_; }
+  void Rewind() override {
+    Open();
+    next_ = 0;
+    first_time_s_.reset();
+    last_time_s_ = -1;
+  }
+
+  std::optional<Frame> Next() override {
+    if (!Decode()) {
+      NoteShort();
+      return std::nullopt;
+    }
+    Frame frame;
+    frame.image.pixels = picture_.clone();
+    frame.image.transfer = options_.TransferOf(picture_);
+    frame.id = next_;
+    frame.device_time_s = options_.fps ? options_.TimeOf(next_) : ContainerTime();
+    last_time_s_ = frame.device_time_s;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  void Open() {
+    bool opened = false;
+    try {
+      opened = video_.open(options_.path.string(), cv::CAP_FFMPEG);
+    } catch (const cv::Exception&) {
+    }
+    if (!opened)
+      throw Error(
+          "{}: is neither a folder nor a video that can be opened; name a folder of images, a video or a "
+          "light field",
+          options_.uri);
+  }
+
+  bool Decode() {
+    try {
+      return video_.read(picture_) && !picture_.empty();
+    } catch (const cv::Exception&) {
+      return false;
+    }
+  }
+
+  // The container's time of the picture, from the first one on; by the frame rate where it does not increase.
+  double ContainerTime() {
+    const double time_s = 1e-3 * video_.get(cv::CAP_PROP_POS_MSEC);
+    if (!first_time_s_) first_time_s_ = time_s;
+    const double since_first_s = time_s - *first_time_s_;
+    if (next_ == 0 || since_first_s > last_time_s_) return since_first_s;
+    return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
+  }
+
+  // Containers estimate their number of frames: a small difference is none.
+  void NoteShort() {
+    if (announced_ > 0 && static_cast<double>(next_) < 0.98 * announced_ - 1)
+      spdlog::warn("{}: the video ends after {} of {:.0f} frames: it is truncated or damaged there",
+                   options_.uri, next_, announced_);
+    announced_ = 0;
+  }
+
+  ReplayOptions options_;
+  cv::VideoCapture video_;
+  cv::Mat picture_;
+  int width_ = 0, height_ = 0;
+  double frame_rate_ = 0;
+  double announced_ = 0;
+  std::size_t next_ = 0;
+  std::optional<double> first_time_s_;
+  double last_time_s_ = -1;
+};
+
+class LightFieldSource : public Source {
+ public:
+  explicit LightFieldSource(const ReplayOptions& options)
+      : options_(options), light_field_(ReadLightField(options.path)) {
+    const auto& views = light_field_.views;
+    if (views.empty()) throw Error("{}: the light field has no views to replay", options_.uri);
+    for (const View& view : views)
+      if (!(light_field_.CameraOf(view) == light_field_.CameraOf(views.front())))
+        throw Error(
+            "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
+            "--calibration instead",
+            options_.uri, views.front().id, view.id);
+    times_increase_ = !options_.fps;
+    for (std::size_t i = 1; i < views.size(); ++i)
+      if (!(views[i].device_time_s > views[i - 1].device_time_s)) times_increase_ = false;
+  }
+
+  std::string Describe() const override {
+    const CameraModel& camera = light_field_.CameraOf(light_field_.views.front());
+    return fmt::format("light field of {}, {}x{}", Counted(light_field_.views.size(), "view"), camera.width,
+                       camera.height);
+  }
+  RecordingHeader Header() const override {
+    RecordingHeader header = Source::Header();
+    header.device.serial = light_field_.device_serial;
+    header.device.maker = light_field_.device_maker;
+    header.device.model = light_field_.device_model;
+    header.window = light_field_.window;
+    header.camera = light_field_.CameraOf(light_field_.views.front());
+    const auto flat_field = light_field_.flat_fields.find(light_field_.views.front().camera);
+    if (flat_field != light_field_.flat_fields.end()) header.flat_field = flat_field->second;
+    return header;
+  }
+  void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(light_field_.views.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= light_field_.views.size()) return std::nullopt;
+    const View& view = light_field_.views[next_];
+    Frame frame;
+    frame.image = ReadRecordedImage(light_field_, view);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    frame.id = static_cast<std::uint64_t>(view.id);
+    frame.device_time_s = times_increase_ ? view.device_time_s : options_.TimeOf(next_);
+    frame.host_time_s = view.host_time_s;
+    frame.exposure_s = view.exposure_s;
+    frame.gain = view.gain;
+    frame.black_level = view.black_level;
+    const fs::path file = light_field_.root / view.image_path;
+    if (IsJpegName(file)) frame.encoded = JpegFile(file);
+    frame.known_cam_from_world = view.cam_from_world;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  ReplayOptions options_;
+  LightField light_field_;
+  bool times_increase_ = true;
+  std::size_t next_ = 0;
+};
+
+// Everything as it was; `fps` alone changes the times: photographs go with the live frame that was the last
+// before their time.
+class RecordedSource : public Source {
+ public:
+  explicit RecordedSource(const ReplayOptions& options)
+      : options_(options), recording_(ReadFrameRecording(options.path)) {
+    if (options_.fps) SpaceEvenly();
+    for (const auto& entry : recording_.entries) asked_for_ += entry.frame.requested_s.has_value();
+  }
+
+  std::string Describe() const override {
+    return fmt::format("recording of {} from {}", Counted(recording_.entries.size(), "frame"),
+                       recording_.header.device.uri);
+  }
+  RecordingHeader Header() const override { return recording_.header; }
+  bool MoreWereAskedFor() const override { return came_ < asked_for_; }
+  void Rewind() override { next_ = came_ = 0; }
+  double Length() const override { return static_cast<double>(recording_.entries.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= recording_.entries.size()) return std::nullopt;
+    Frame frame = ReadRecordedFrame(recording_.entries[next_]);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    came_ += frame.requested_s.has_value();
+    ++next_;
+    return frame;
+  }
+
+ private:
+  void SpaceEvenly() {
+    std::vector<std::pair<double, double>> live;  // time as it was, time now
+    for (const auto& entry : recording_.entries)
+      if (entry.frame.kind == FrameKind::kLive)
+        live.emplace_back(entry.frame.device_time_s, options_.TimeOf(live.size()));
+    const auto now_of = [&](double time_s) {
+      const auto after = std::upper_bound(live.begin(), live.end(), std::pair(time_s, HUGE_VAL));
+      return after == live.begin() ? 0.0 : std::prev(after)->second;
+    };
+    std::size_t index = 0;
+    for (auto& [frame, file, raw_file] : recording_.entries) {
+      frame.device_time_s =
+          frame.kind == FrameKind::kLive ? live[index++].second : now_of(frame.device_time_s);
+      if (frame.requested_s) frame.requested_s = now_of(*frame.requested_s);
+    }
+  }
+
+  ReplayOptions options_;
+  FrameRecording recording_;
+  std::size_t next_ = 0, came_ = 0, asked_for_ = 0;
+};
+
+class ReplayDevice : public Device {
+ public:
+  ReplayDevice(std::string uri, std::unique_ptr<Source> source)
+      : uri_(std::move(uri)), source_(std::move(source)), header_(source_->Header()) {
+    const auto shared = [](const std::optional<FlatField>& known) {
+      return known ? std::make_shared<const FlatField>(*known) : nullptr;
+    };
+    flat_field_ = shared(header_.flat_field);
+    still_flat_field_ = shared(header_.still_flat_field);
+  }
+
+  // The camera's; what the files are, where it is not known.
+  DeviceInfo Info() const override {
+    DeviceInfo info = header_.device;
+    info.uri = uri_;
+    if (info.model.empty() && info.serial.empty()) info.model = source_->Describe();
+    return info;
+  }
+  std::optional<CameraModel> Camera() const override { return header_.camera; }
+  std::optional<CameraModel> StillCamera() const override { return header_.still_camera; }
+  std::shared_ptr<const FlatField> KnownFlatField(FrameKind kind) const override {
+    return kind == FrameKind::kStill ? still_flat_field_ : flat_field_;
+  }
+  std::optional<SensorWindow> Window() const override { return header_.window; }
+  bool IsLive() const override { return false; }
+  bool TakesStills() const override { return header_.takes_stills; }
+  // Asked for again before the photograph has come, the camera would have been busy as well.
+  StillRequest RequestStill() override {
+    if (!running_ || asked_ || !source_->MoreWereAskedFor()) return StillRequest::kBusy;
+    asked_ = true;
+    return StillRequest::kAsked;
+  }
+  std::optional<double> ShareDone() const override {
+    const double length = source_->Length();
+    if (length <= 0) return std::nullopt;
+    return std::min(1.0, static_cast<double>(statistics_.delivered + statistics_.incomplete) / length);
+  }
+
+  void Start() override {
+    source_->Rewind();
+    running_ = true;
+    asked_ = false;
+    state_ = DeviceState::kStreaming;
+    statistics_ = {};
+  }
+
+  std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
+    if (!running_) return std::nullopt;
+    std::optional<Frame> frame = source_->Next();
+    if (frame) {
+      ++(frame->status == FrameStatus::kComplete ? statistics_.delivered : statistics_.incomplete);
+      statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+      if (frame->requested_s) asked_ = false;
+    } else {
+      state_ = DeviceState::kEnded;
+    }
+    running_ = frame.has_value();
+    return frame;
+  }
+
+  void Stop() override {
+    running_ = false;
+    state_ = DeviceState::kEnded;
+  }
+  DeviceState State() const override { return state_; }
+  DeviceStatistics Statistics() const override { return statistics_; }
+
+ private:
+  std::string uri_;
+  std::unique_ptr<Source> source_;
+  const RecordingHeader header_;
+  std::shared_ptr<const FlatField> flat_field_, still_flat_field_;
+  bool running_ = false, asked_ = false;
+  DeviceState state_ = DeviceState::kStreaming;
+  DeviceStatistics statistics_;
+};
+
+bool IsLightField(const fs::path& folder) {
+  return fs::exists(folder / "journal.jsonl") || fs::exists(folder / "transforms.json");
+}
+
+ReplayOptions OptionsOf(const DeviceUri& uri) {
+  uri.AllowOnly({"fps", "glob", "transfer", "speed"});
+  ReplayOptions options{.uri = uri.Text(),
+                        .path = uri.path,
+                        .fps = uri.Number("fps"),
+                        .glob = uri.Option("glob"),
+                        .transfer = {},
+                        .speed = uri.Number("speed").value_or(0)};
+  if (options.speed < 0)
+    throw UsageError("{}: speed is 0 (as fast as frames are taken), 1 (in time) or more", options.uri);
+  if (uri.path.empty())
+    throw UsageError("'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
+  if (options.fps && *options.fps <= 0) throw UsageError("{}: fps must be positive", options.uri);
+  if (const auto transfer = uri.Option("transfer")) {
+    if (*transfer != "linear" && *transfer != "srgb")
+      throw UsageError("{}: transfer must be 'linear' or 'srgb'", options.uri);
+    options.transfer = *transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  }
+  return options;
+}
+
+}  // namespace
+
+std::string WithReplaySpeed(const std::string& text, const std::optional<double>& speed) {
+  if (!speed) return text;
+  DeviceUri uri = DeviceUri::Parse(text);
+  if (uri.scheme != "replay")
+    throw UsageError("--speed {:g}: '{}' is not a recording; a camera has its own time", *speed, text);
+  uri.Set("speed", fmt::format("{:g}", *speed));
+  return uri.Text();
+}
+
+std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
+  const ReplayOptions options = OptionsOf(uri);
+  if (!fs::exists(options.path))
+    throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
+  std::unique_ptr<Source> source;
+  if (!fs::is_directory(options.path)) {
+    if (options.glob) throw UsageError("{}: glob chooses files of a folder, and this is a file", options.uri);
+    source = std::make_unique<VideoSource>(options);
+  } else if (!options.glob && IsFrameRecording(options.path)) {
+    source = std::make_unique<RecordedSource>(options);
+  } else if (!options.glob && IsLightField(options.path)) {
+    source = std::make_unique<LightFieldSource>(options);
+  } else {
+    source = std::make_unique<FolderSource>(options);
+  }
+  auto replay = std::make_unique<ReplayDevice>(options.uri, std::move(source));
+  if (options.speed > 0) return MakePacedDevice(std::move(replay), options.speed);
+  return replay;
+}
+
+}  // namespace ulf

@@ -1,0 +1,91 @@
+#include "acquisition/device/udev_rules.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <set>
+#include <utility>
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A whole rule, without spaces and in lower case.
+bool Covers(const std::string& rule, UdevCameraKind kind) {
+  const auto has = [&](const char* text) { return rule.find(text) != std::string::npos; };
+  if (!has("uaccess") && !has("mode=") && !has("mode:=") && !has("group=") && !has("group:=")) return false;
+  switch (kind) {
+    case UdevCameraKind::kUsb3Vision:
+      return has(":ef0500:") || has(":ef05") ||
+             (has("binterfaceclass}==\"ef\"") && has("binterfacesubclass}==\"05\""));
+    case UdevCameraKind::kVideo:
+      return has("subsystem==\"video4linux\"") || has("subsystems==\"video4linux\"");
+    case UdevCameraKind::kStill:
+      return has(":060101:") || has("id_gphoto2}=\"1\"") ||
+             (has("binterfaceclass}==\"06\"") && has("binterfacesubclass}==\"01\""));
+  }
+  return false;
+}
+
+// What stands behind a '#' at a line's start is no rule; one ends in '\\' when it goes on.
+bool Covers(const fs::path& file, UdevCameraKind kind) {
+  std::ifstream rules(file);
+  std::string line, joined;
+  while (std::getline(rules, line)) {
+    std::erase_if(line, [](unsigned char letter) { return std::isspace(letter); });
+    if (joined.empty() && line.starts_with('#')) continue;
+    std::transform(line.begin(), line.end(), line.begin(),
+                   [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+    joined += line;
+    if (joined.ends_with('\\')) {
+      joined.pop_back();
+      continue;
+    }
+    if (Covers(joined, kind)) return true;
+    joined.clear();
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<fs::path> UdevRuleFolders() {
+  return {"/etc/udev/rules.d", "/run/udev/rules.d", "/usr/local/lib/udev/rules.d", "/usr/lib/udev/rules.d",
+          "/lib/udev/rules.d"};
+}
+
+std::optional<fs::path> InstalledUdevRules(UdevCameraKind kind, const std::vector<fs::path>& folders) {
+  std::set<std::string> hidden;
+  for (const fs::path& folder : folders) {
+    std::error_code missing;
+    std::set<fs::path> files;
+    for (fs::directory_iterator entry(folder, missing), end; !missing && entry != end;
+         entry.increment(missing))
+      if (entry->path().extension() == ".rules") files.insert(entry->path());
+    for (const fs::path& file : files)
+      if (hidden.insert(file.filename().string()).second && Covers(file, kind)) return file;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> MissingUdevRulesHint(const std::vector<fs::path>& folders, bool is_root) {
+  if (is_root) return std::nullopt;
+  std::string missing;
+  for (const auto& [kind, name] : {std::pair(UdevCameraKind::kUsb3Vision, "USB3 Vision cameras"),
+                                   std::pair(UdevCameraKind::kVideo, "webcams"),
+                                   std::pair(UdevCameraKind::kStill, "DSLRs and other still cameras")})
+    if (!InstalledUdevRules(kind, folders)) missing += (missing.empty() ? "" : ", ") + std::string(name);
+  if (missing.empty()) return std::nullopt;
+  return "No udev rule lets you open " + missing +
+         " here: install udev/70-ulf-cameras.rules (sudo cp udev/70-ulf-cameras.rules /etc/udev/rules.d/ && "
+         "sudo udevadm control --reload), then plug the camera out and in.";
+}
+
+std::optional<std::string> MissingUdevRulesHintForThisUser() {
+  return MissingUdevRulesHint(UdevRuleFolders(), geteuid() == 0);
+}
+
+}  // namespace ulf

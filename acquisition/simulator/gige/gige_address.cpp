@@ -1,0 +1,141 @@
+#include "acquisition/simulator/gige/gige_address.h"
+
+#include <arpa/inet.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <optional>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+// In host order; none when the text is not one.
+std::optional<std::uint32_t> Ipv4(const std::string& text) {
+  in_addr parsed{};
+  if (inet_pton(AF_INET, text.c_str(), &parsed) != 1) return std::nullopt;
+  return ntohl(parsed.s_addr);
+}
+
+bool IsLoopback(std::uint32_t address) { return address >> 24 == 127; }
+
+// 0, or what went wrong.
+int AddAlias(const std::string& label, std::uint32_t address) {
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return errno;
+  ifreq request{};
+  std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(address);
+  std::memcpy(&request.ifr_addr, &at, sizeof(at));
+  const int failed = ioctl(socket_fd, SIOCSIFADDR, &request) == 0 ? 0 : errno;
+  close(socket_fd);
+  return failed;
+}
+
+void RemoveAlias(const std::string& label) {
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return;
+  ifreq request{};
+  std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
+  if (ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0) {
+    request.ifr_flags = static_cast<short>(request.ifr_flags & ~IFF_UP);  // an alias that is down is gone
+    ioctl(socket_fd, SIOCSIFFLAGS, &request);
+  }
+  close(socket_fd);
+}
+
+// A name that one process of this network can have, and that is free when the process is gone, however it
+// ended. -1: another has it.
+int Claim(const std::string& label) {
+  const int socket_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return -1;
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  const std::string text = "ulf loopback address " + label;  // behind a zero: no file
+  text.copy(name.sun_path + 1, sizeof(name.sun_path) - 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
+  if (bind(socket_fd, reinterpret_cast<const sockaddr*>(&name), size) == 0) return socket_fd;
+  close(socket_fd);
+  return -1;
+}
+
+constexpr char kLabelBegins[] = "lo:ulf";
+
+}  // namespace
+
+void RequireFreeGigeAddress(const std::string& address) {
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(kGvcpPort);
+  if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
+    throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int failed = bind(socket_fd, reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
+  close(socket_fd);
+  if (failed == EADDRNOTAVAIL)
+    throw Error("{} is not an address of this machine; give one of its own ('ip addr' lists them)", address);
+  if (failed == EADDRINUSE) {
+    const auto camera = AskGigeCamera(address);
+    throw Error("{}:{} is taken by {}; stop it, or serve on another address, for example 127.0.0.2", address,
+                kGvcpPort,
+                camera ? "a GigE Vision camera with serial '" + camera->serial + "'" : "another program");
+  }
+  if (failed != 0) throw Error("{}:{} cannot be opened: {}", address, kGvcpPort, std::strerror(failed));
+}
+
+LoopbackAddress::LoopbackAddress(const std::string& address) {
+  const auto number = Ipv4(address);
+  if (!number || !IsLoopback(*number)) return;
+  // A label has 15 characters; the three lower bytes make it this address's own.
+  const std::string label = fmt::format("{}{:06x}", kLabelBegins, *number & 0xFFFFFF);
+  bool is_there = false;
+  for (const NetworkInterface& interface : NetworkInterfaces()) {
+    is_there = is_there || interface.address == address;
+    if (!interface.name.starts_with(kLabelBegins)) continue;
+    const int claim = Claim(interface.name);
+    if (claim < 0) continue;  // somebody lives there
+    if (interface.name == label) {
+      claim_ = claim;
+      label_ = label;
+    } else {
+      RemoveAlias(interface.name);
+      close(claim);
+    }
+  }
+  if (is_there) return;
+  claim_ = Claim(label);
+  if (const int failed = AddAlias(label, *number)) {
+    if (claim_ >= 0) close(claim_);
+    throw Error(
+        "a simulated camera needs the address {} on the loopback interface, and it could not be added ({}); "
+        "run 'sudo ip addr add {}/8 dev lo' once, or work in a network of your own: unshare -rn",
+        address, std::strerror(failed), address);
+  }
+  label_ = label;
+}
+
+LoopbackAddress::~LoopbackAddress() {
+  if (!label_.empty()) RemoveAlias(label_);
+  if (claim_ >= 0) close(claim_);
+}
+
+std::string HiddenGigeAddress(const std::string& address) {
+  const auto number = Ipv4(address);
+  if (!number || (*number & 0xFFC00000u) != 0x7F000000u)
+    throw UsageError(
+        "{}: link faults can be simulated at loopback addresses only, 127.0.0.1 to 127.63.255.254", address);
+  const std::uint32_t hidden = *number + (64u << 16);
+  return fmt::format("127.{}.{}.{}", hidden >> 16 & 255, hidden >> 8 & 255, hidden & 255);
+}
+
+}  // namespace ulf

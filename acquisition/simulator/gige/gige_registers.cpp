@@ -1,0 +1,62 @@
+#include "acquisition/simulator/gige/gige_registers.h"
+
+#include "acquisition/simulator/gige/wire_format.h"
+
+namespace ulf {
+namespace {
+
+// As the description has them.
+constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
+                        kAcquisitionAt = 0x124, kPixelFormatAt = 0x128, kAcquisitionModeAt = 0x12C,
+                        kOffsetXAt = 0x130, kOffsetYAt = 0x134, kFramePeriodAt = 0x138,
+                        kTriggerModeAt = 0x300, kTriggerSoftwareAt = 0x30C;
+// The standard's own.
+constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kStreamPortAt = 0xD00,
+                        kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
+                        kUserNameAt = 0xE8, kUserNameBytes = 16;
+constexpr std::uint32_t kSmallestPacket = 100, kDoNotFragment = 1u << 30;
+
+WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t high) {
+  return {address, [low, high](std::uint32_t value) { return low <= value && value <= high; }};
+}
+
+WritableRegister Anything(std::uint32_t address) {
+  return {address, [](std::uint32_t) { return true; }};
+}
+
+}  // namespace
+
+std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation) {
+  const auto width = static_cast<std::uint32_t>(simulation.width),
+             height = static_cast<std::uint32_t>(simulation.height);
+  std::vector<WritableRegister> writable{
+      Between(kWidthAt, 1, width),
+      Between(kHeightAt, 1, height),
+      Between(kOffsetXAt, 0, width),
+      Between(kOffsetYAt, 0, height),
+      {kPixelFormatAt, [](std::uint32_t code) { return SensorFormatByCode(code).has_value(); }},
+      Between(kAcquisitionAt, 0, 1),
+      Between(kAcquisitionModeAt, 0, 2),
+      Between(kFramePeriodAt, 1'000, 10'000'000),
+      Between(kExposureAt, 10, 1'000'000),
+      Between(kGainAt, 0, 360),
+      Between(kTriggerModeAt, 0, 1),
+      Between(kTriggerSoftwareAt, 0, 1),
+      Between(kTriggerSourceAt, 0, 1),
+      Between(kLinePeriodAt, 5'000, 10'000'000),
+      Between(kControlPrivilegeAt, 0, 3),
+      Between(kHeartbeatTimeoutAt, 500, 600'000),
+      {kPacketSizeAt,
+       [](std::uint32_t value) {
+         const std::uint32_t bytes = value & ~kDoNotFragment;
+         return kSmallestPacket <= bytes && bytes <= 0xFFFF;
+       }},
+      Anything(kStreamPortAt),
+      Anything(kPacketDelayAt),
+      Anything(kStreamAddressAt)};
+  for (std::uint32_t at = kUserNameAt; at < kUserNameAt + kUserNameBytes; at += 4)
+    writable.push_back(Anything(at));
+  return writable;
+}
+
+}  // namespace ulf

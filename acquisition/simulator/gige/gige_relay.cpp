@@ -1,0 +1,425 @@
+#include "acquisition/simulator/gige/gige_relay.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/simulator/gige/gige_address.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Bytes = std::vector<std::uint8_t>;
+
+// GVCP: key or status (2), command (2), length (2), request number (2); then what the command carries.
+constexpr std::size_t kHeaderBytes = 8;
+constexpr std::uint16_t kDiscoveryAck = 0x0003, kResendCommand = 0x0040, kReadRegister = 0x0080,
+                        kReadRegisterAck = 0x0081, kWriteRegister = 0x0082;
+constexpr std::uint32_t kCurrentAddressAt = 0x0024, kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
+                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18,
+                        kSourcePortRegister = 0x0D1C;
+// GVSP: status (2), frame number (2), kind of packet (1), packet number (3).
+constexpr int kLeader = 1, kTrailer = 2;
+
+constexpr std::size_t kFramesKept = 8;
+constexpr std::size_t kMostClients = 64;
+constexpr std::size_t kMostBytes = 65536;
+
+std::uint16_t Read16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
+std::uint32_t Read32(const std::uint8_t* at) {
+  return static_cast<std::uint32_t>(Read16(at)) << 16 | Read16(at + 2);
+}
+void Write32(std::uint8_t* at, std::uint32_t value) {
+  for (int i = 0; i < 4; ++i) at[i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+}
+
+class Socket {
+ public:
+  // Bound to address:port (0: any). Throws Error.
+  Socket(const std::string& address, int port) {
+    at_.sin_family = AF_INET;
+    at_.sin_port = htons(static_cast<std::uint16_t>(port));
+    if (inet_pton(AF_INET, address.c_str(), &at_.sin_addr) != 1)
+      throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
+    fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd_ < 0 || bind(fd_, reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0) {
+      const int reason = errno;
+      if (fd_ >= 0) close(fd_);
+      throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(reason));
+    }
+    socklen_t size = sizeof(at_);
+    getsockname(fd_, reinterpret_cast<sockaddr*>(&at_), &size);
+  }
+  ~Socket() { close(fd_); }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+
+  int fd() const { return fd_; }
+  std::uint16_t Port() const { return ntohs(at_.sin_port); }
+
+  void SendTo(const sockaddr_in& to, const std::uint8_t* bytes, std::size_t size) const {
+    sendto(fd_, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to));
+  }
+  // The size of what came, or none.
+  std::optional<std::size_t> Receive(Bytes& into, sockaddr_in& from) const {
+    socklen_t size = sizeof(from);
+    const ssize_t got =
+        recvfrom(fd_, into.data(), into.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
+    if (got < 0) return std::nullopt;
+    return static_cast<std::size_t>(got);
+  }
+  void KeepMuch() const {
+    const int wanted = 32 << 20;
+    if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &wanted, sizeof(wanted)) != 0)
+      setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof(wanted));
+  }
+
+ private:
+  int fd_ = -1;
+  sockaddr_in at_{};
+};
+
+// A number from 0 to 1 for one decision about one packet (splitmix64's finisher over its coordinates).
+double Draw(std::uint64_t seed, std::uint64_t frame, std::uint64_t packet, std::uint64_t decision) {
+  std::uint64_t z = seed * 0x9E3779B97F4A7C15u + (frame << 40 | packet << 8 | decision);
+  for (int round = 0; round < 2; ++round) {
+    z += 0x9E3779B97F4A7C15u;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+    z ^= z >> 31;
+  }
+  return static_cast<double>(z >> 11) * 0x1p-53;
+}
+
+struct StreamPacket {
+  Bytes bytes;
+  std::uint64_t times_sent = 0;
+
+  std::uint16_t Frame() const { return Read16(&bytes[2]); }
+  std::uint32_t Number() const { return Read32(&bytes[4]) & 0xFFFFFF; }
+  int Kind() const { return bytes[4] & 0x0F; }
+};
+
+}  // namespace
+
+struct GigeRelay::State {
+  explicit State(const GigeRelayOptions& o)
+      : options(o),
+        faults(o.faults),
+        public_control((RequireFreeGigeAddress(o.address), o.address), kGvcpPort),
+        public_stream(o.address, 0),
+        camera_stream(o.camera, 0),
+        wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    camera.sin_family = AF_INET;
+    camera.sin_port = htons(kGvcpPort);
+    inet_pton(AF_INET, o.camera.c_str(), &camera.sin_addr);
+    inet_pton(AF_INET, o.address.c_str(), &public_address);
+    camera_stream.KeepMuch();
+    thread = std::thread([this] { Run(); });
+  }
+  ~State() {
+    stopping = true;
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = write(wake, &one, sizeof(one));
+    thread.join();
+    close(wake);
+  }
+
+  // The camera tells its clients apart by where their requests come from, and so each client has a socket.
+  struct Client {
+    explicit Client(const std::string& camera_address, const sockaddr_in& a)
+        : address(a), to_camera(camera_address, 0) {}
+    sockaddr_in address;
+    Socket to_camera;
+    // Of requests under way, by their number: a register that is another one here, and its word in the
+    // answer.
+    std::map<std::uint16_t, std::pair<std::uint32_t, std::size_t>> rewritten;
+    Clock::time_point last_heard = Clock::now();
+  };
+  struct KeptFrame {
+    std::uint16_t number = 0;
+    bool late = false;
+    std::map<std::uint32_t, StreamPacket> packets;
+  };
+  struct Held {
+    Clock::time_point until;
+    Bytes bytes;
+  };
+
+  void Run();
+  Client& ClientAt(const sockaddr_in& from);
+  void FromClient();
+  void FromCamera(Client& client);
+  void FromStream();
+  void RewriteWrites(std::uint8_t* request, std::size_t size);
+  void Resend(const std::uint8_t* request, std::size_t size);
+  KeptFrame& FrameOf(std::uint16_t number, const GigeLinkFaults& now);
+  void Leave(StreamPacket& packet, bool late, const GigeLinkFaults& now);
+  void Hold(const Bytes& bytes, Clock::time_point until);
+  void SendHeld();
+  void ToClient(const Bytes& bytes) {
+    if (stream_client.sin_port != 0) public_stream.SendTo(stream_client, bytes.data(), bytes.size());
+  }
+
+  const GigeRelayOptions options;
+  mutable std::mutex mutex;
+  GigeLinkFaults faults;           // under the mutex, like:
+  GigeRelayStatistics statistics;  // written by the relay's thread alone
+  std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
+
+  Socket public_control, public_stream, camera_stream;
+  int wake;
+  sockaddr_in camera{};
+  in_addr public_address{};
+
+  // The relay's thread alone:
+  sockaddr_in stream_client{};  // port 0: nobody streams
+  std::vector<std::unique_ptr<Client>> clients;
+  std::deque<KeptFrame> kept;
+  std::deque<Held> held;
+  std::optional<Bytes> swapped;  // goes behind its successor
+  Bytes buffer = Bytes(kMostBytes);
+  std::thread thread;
+};
+
+void GigeRelay::State::Run() {
+  std::vector<pollfd> waits;
+  while (!stopping) {
+    waits = {{wake, POLLIN, 0}, {public_control.fd(), POLLIN, 0}, {camera_stream.fd(), POLLIN, 0}};
+    for (const auto& client : clients) waits.push_back({client->to_camera.fd(), POLLIN, 0});
+    timespec patience{1, 0};
+    if (!held.empty()) {
+      const auto left = std::max(Clock::duration::zero(), held.front().until - Clock::now());
+      const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(left).count();
+      patience = {ns / 1'000'000'000, ns % 1'000'000'000};
+    }
+    if (ppoll(waits.data(), waits.size(), &patience, nullptr) < 0 && errno != EINTR) return;
+    for (std::size_t i = 3; i < waits.size(); ++i)
+      if (waits[i].revents != 0) FromCamera(*clients[i - 3]);
+    if (waits[2].revents != 0) FromStream();
+    if (waits[1].revents != 0) FromClient();
+    SendHeld();
+  }
+}
+
+GigeRelay::State::Client& GigeRelay::State::ClientAt(const sockaddr_in& from) {
+  for (const auto& client : clients)
+    if (client->address.sin_port == from.sin_port &&
+        client->address.sin_addr.s_addr == from.sin_addr.s_addr) {
+      client->last_heard = Clock::now();
+      return *client;
+    }
+  if (clients.size() >= kMostClients)
+    clients.erase(std::min_element(clients.begin(), clients.end(), [](const auto& a, const auto& b) {
+      return a->last_heard < b->last_heard;
+    }));
+  return *clients.emplace_back(std::make_unique<Client>(options.camera, from));
+}
+
+void GigeRelay::State::FromClient() {
+  sockaddr_in from{};
+  while (const auto size = public_control.Receive(buffer, from)) {
+    if (*size < kHeaderBytes || !control_passes) continue;
+    const std::uint16_t command = Read16(&buffer[2]), request = Read16(&buffer[6]);
+    if (command == kResendCommand && options.resends) {
+      Resend(buffer.data(), *size);
+      continue;
+    }
+    if (command == kWriteRegister) {
+      RewriteWrites(buffer.data(), *size);
+      for (std::size_t at = kHeaderBytes; at + 8 <= *size; at += 8)
+        if (Read32(&buffer[at]) == kStreamAddressRegister && stream_client.sin_addr.s_addr == 0)
+          stream_client.sin_addr = from.sin_addr;
+    }
+    Client& client = ClientAt(from);
+    for (std::size_t at = kHeaderBytes; command == kReadRegister && at + 4 <= *size; at += 4) {
+      const std::uint32_t which = Read32(&buffer[at]);
+      if (which == kCapabilityRegister || which == kSourcePortRegister)
+        client.rewritten[request] = {which, at};
+    }
+    client.to_camera.SendTo(camera, buffer.data(), *size);
+  }
+}
+
+// The stream goes to the relay, which remembers for whom it is.
+void GigeRelay::State::RewriteWrites(std::uint8_t* request, std::size_t size) {
+  for (std::size_t at = kHeaderBytes; at + 8 <= size; at += 8) {
+    const std::uint32_t which = Read32(request + at), value = Read32(request + at + 4);
+    if (value == 0) continue;
+    if (which == kStreamPortRegister) {
+      stream_client.sin_family = AF_INET;
+      stream_client.sin_port = htons(static_cast<std::uint16_t>(value & 0xFFFF));
+      Write32(request + at + 4, (value & 0xFFFF0000u) | camera_stream.Port());
+    }
+    if (which == kStreamAddressRegister) {
+      stream_client.sin_addr.s_addr = htonl(value);
+      Write32(request + at + 4, ntohl(camera.sin_addr.s_addr));
+    }
+  }
+}
+
+void GigeRelay::State::FromCamera(Client& client) {
+  sockaddr_in from{};
+  while (const auto size = client.to_camera.Receive(buffer, from)) {
+    if (*size < kHeaderBytes || !control_passes) continue;
+    const std::uint16_t command = Read16(&buffer[2]), request = Read16(&buffer[6]);
+    if (command == kDiscoveryAck && *size >= kHeaderBytes + kCurrentAddressAt + 4)
+      std::memcpy(&buffer[kHeaderBytes + kCurrentAddressAt], &public_address, 4);
+    if (const auto found = client.rewritten.find(request);
+        command == kReadRegisterAck && found != client.rewritten.end()) {
+      const auto [which, at] = found->second;
+      client.rewritten.erase(found);
+      if (at + 4 <= *size && which == kSourcePortRegister)
+        Write32(&buffer[at], public_stream.Port());
+      else if (at + 4 <= *size && options.resends)
+        Write32(&buffer[at], Read32(&buffer[at]) | kResendCapability);
+    }
+    public_control.SendTo(client.address, buffer.data(), *size);
+  }
+}
+
+void GigeRelay::State::FromStream() {
+  GigeLinkFaults now;
+  {
+    const std::lock_guard lock(mutex);
+    now = faults;
+  }
+  sockaddr_in from{};
+  // A few at a time, so that requests to send again are not kept waiting by a fast camera.
+  for (int i = 0; i < 64; ++i) {
+    const auto size = camera_stream.Receive(buffer, from);
+    if (!size) break;
+    if (*size < kHeaderBytes) continue;
+    StreamPacket packet{Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size))};
+    KeptFrame& frame = FrameOf(packet.Frame(), now);
+    {
+      const std::lock_guard lock(mutex);
+      ++statistics.packets;
+    }
+    const std::uint32_t number = packet.Number();
+    StreamPacket& stays = frame.packets[number] = std::move(packet);
+    Leave(stays, frame.late, now);
+  }
+}
+
+GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number, const GigeLinkFaults& now) {
+  for (KeptFrame& frame : kept)
+    if (frame.number == number) return frame;
+  if (kept.size() == kFramesKept) kept.pop_front();
+  KeptFrame& frame = kept.emplace_back();
+  frame.number = number;
+  frame.late = Draw(options.seed, number, 0, 0) < now.late;
+  const std::lock_guard lock(mutex);
+  ++statistics.frames;
+  if (frame.late) ++statistics.late_frames;
+  return frame;
+}
+
+// One packet tries the link.
+void GigeRelay::State::Leave(StreamPacket& packet, bool late, const GigeLinkFaults& now) {
+  const std::uint64_t attempt = packet.times_sent++;
+  const auto happens = [&](double share, std::uint64_t decision) {
+    return share > 0 && Draw(options.seed, packet.Frame(), packet.Number(), 8 * attempt + decision) < share;
+  };
+  if (!stream_passes) return;
+  std::optional<Bytes> behind = std::exchange(swapped, std::nullopt);
+  const bool lost = happens(now.lost, 1), doubled = !lost && happens(now.doubled, 2),
+             stands_back = !lost && !behind && packet.Kind() != kTrailer && happens(now.swapped, 3);
+  const auto send = [&](const Bytes& bytes) {
+    if (late)
+      Hold(bytes, Clock::now() + now.late_by);
+    else if (!held.empty())
+      Hold(bytes, Clock::now());
+    else
+      ToClient(bytes);
+  };
+  if (stands_back)
+    swapped = packet.bytes;
+  else if (!lost)
+    send(packet.bytes);
+  if (doubled) send(packet.bytes);
+  if (behind) send(*behind);
+  const std::lock_guard lock(mutex);
+  statistics.lost += lost;
+  statistics.doubled += doubled;
+  statistics.swapped += stands_back;
+}
+
+void GigeRelay::State::Hold(const Bytes& bytes, Clock::time_point until) {
+  if (!held.empty()) until = std::max(until, held.back().until);
+  held.push_back({until, bytes});
+}
+
+void GigeRelay::State::SendHeld() {
+  const auto now = Clock::now();
+  for (; !held.empty() && held.front().until <= now; held.pop_front())
+    if (stream_passes) ToClient(held.front().bytes);
+}
+
+// Stream channel (2), frame (2), first packet (4), last packet (4).
+void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
+  if (size < kHeaderBytes + 12) return;
+  const std::uint16_t number = Read16(request + 10);
+  const std::uint32_t first = Read32(request + 12) & 0xFFFFFF, last = Read32(request + 16) & 0xFFFFFF;
+  GigeLinkFaults now;
+  {
+    const std::lock_guard lock(mutex);
+    ++statistics.resend_requests;
+    now = faults;
+  }
+  std::uint64_t resent = 0;
+  for (KeptFrame& frame : kept)
+    if (frame.number == number)
+      for (auto it = frame.packets.lower_bound(first); it != frame.packets.end() && it->first <= last; ++it) {
+        Leave(it->second, false, now);
+        ++resent;
+      }
+  const std::lock_guard lock(mutex);
+  statistics.resent += resent;
+}
+
+GigeRelay::GigeRelay(const GigeRelayOptions& options) : state_(std::make_unique<State>(options)) {}
+GigeRelay::~GigeRelay() = default;
+
+void GigeRelay::SetFaults(const GigeLinkFaults& faults) {
+  const std::lock_guard lock(state_->mutex);
+  state_->faults = faults;
+}
+void GigeRelay::SetLoss(double share) {
+  const std::lock_guard lock(state_->mutex);
+  state_->faults.lost = share;
+}
+void GigeRelay::PassControl(bool passes) { state_->control_passes = passes; }
+void GigeRelay::PassStream(bool passes) { state_->stream_passes = passes; }
+void GigeRelay::Pull() {
+  PassControl(false);
+  PassStream(false);
+}
+void GigeRelay::PutBack() {
+  PassControl(true);
+  PassStream(true);
+}
+
+GigeRelayStatistics GigeRelay::Statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->statistics;
+}
+
+}  // namespace ulf

@@ -1,0 +1,250 @@
+#include "acquisition/simulator/gige/gvcp_door.h"
+
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <thread>
+
+namespace ulf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// key (1), flags (1), command (2), length of what follows (2), number of the request (2); answered by status
+// (2), command + 1 (2), length (2), number (2).
+constexpr std::size_t kHeaderBytes = 8;
+constexpr std::uint8_t kKey = 0x42, kWantsAnswer = 0x01;
+enum Command : std::uint16_t {
+  kDiscovery = 0x02,
+  kReadRegister = 0x80,
+  kWriteRegister = 0x82,
+  kReadMemory = 0x84,
+  kWriteMemory = 0x86
+};
+enum Status : std::uint16_t {
+  kGood = 0,
+  kNotImplemented = 0x8001,
+  kInvalidParameter = 0x8002,
+  kInvalidAddress = 0x8003,
+  kWriteProtect = 0x8004,
+  kBadAlignment = 0x8005,
+  kAccessDenied = 0x8006,
+  kInvalidHeader = 0x800E
+};
+constexpr std::uint32_t kMostRead = 536;  // bytes of memory in one answer, as the standard has it
+constexpr std::uint32_t kControlPrivilege = 0x0A00, kHeartbeatTimeout = 0x0938;
+constexpr std::chrono::seconds kPatience(3);  // with the library, which answers between two frames
+
+std::uint16_t Half(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
+std::uint32_t Word(const std::uint8_t* at) {
+  return static_cast<std::uint32_t>(Half(at)) << 16 | Half(at + 2);
+}
+void PutHalf(std::uint8_t* at, std::uint32_t value) {
+  at[0] = static_cast<std::uint8_t>(value >> 8);
+  at[1] = static_cast<std::uint8_t>(value);
+}
+void PutWord(std::uint8_t* at, std::uint32_t value) {
+  PutHalf(at, value >> 16);
+  PutHalf(at + 2, value);
+}
+
+using Buffer = std::array<std::uint8_t, 2048>;  // more than any request that is answered
+
+// A packet in a buffer of the door's, its header checked.
+struct Request {
+  const std::uint8_t* bytes;
+  std::size_t size;
+
+  std::uint16_t Command() const { return Half(bytes + 2); }
+  std::uint16_t Number() const { return Half(bytes + 6); }
+  const std::uint8_t* Body() const { return bytes + kHeaderBytes; }
+  std::size_t BodySize() const { return size - kHeaderBytes; }
+  bool Writes() const { return Command() == kWriteRegister || Command() == kWriteMemory; }
+  // Of well-formed requests.
+  bool AsksForControl() const { return Writes() && Word(Body()) == kControlPrivilege && BodySize() == 8; }
+  bool WritesTo(std::uint32_t address) const {
+    const std::size_t bytes_written = BodySize() - 4;
+    return Writes() && Word(Body()) <= address && address < Word(Body()) + bytes_written;
+  }
+};
+
+}  // namespace
+
+struct GvcpDoor::State {
+  explicit State(GvcpDoorOptions o) : options(std::move(o)), thread([this] { Run(); }) {}
+  ~State() {
+    stopping = true;
+    thread.join();
+    for (const int socket : options.broadcasts) close(socket);
+    close(options.unicast);
+    close(options.camera);
+  }
+
+  void Run();
+  void TakeFrom(int door);
+  void Answer(int door, const sockaddr_in& client, const Request& request);
+  Status Check(const Request& request, const sockaddr_in& client);
+  Status CheckRange(std::uint32_t address, std::size_t bytes) const;
+  Status CheckWrite(std::uint32_t address, std::uint32_t value) const;
+  Status CheckWrites(const Request& request) const;
+  bool IsController(const sockaddr_in& client) const {
+    return controller && controller->sin_port == client.sin_port &&
+           controller->sin_addr.s_addr == client.sin_addr.s_addr;
+  }
+  bool AnotherControls(const sockaddr_in& client);
+  // What the library answers; empty where it does not.
+  std::size_t Ask(const Request& request);
+
+  const GvcpDoorOptions options;
+  std::atomic<std::uint64_t> refused{0};
+  std::atomic<bool> stopping{false};
+  std::optional<sockaddr_in> controller;  // the thread's alone, like:
+  Buffer incoming{}, answer{};
+  std::thread thread;
+};
+
+void GvcpDoor::State::Run() {
+  std::vector<pollfd> waits{{options.unicast, POLLIN, 0}};
+  for (const int socket : options.broadcasts) waits.push_back({socket, POLLIN, 0});
+  while (!stopping) {
+    if (poll(waits.data(), waits.size(), 100) < 1) continue;
+    for (const pollfd& ready : waits)
+      if (ready.revents != 0) TakeFrom(ready.fd);
+  }
+}
+
+void GvcpDoor::State::TakeFrom(int door) {
+  sockaddr_in client{};
+  socklen_t size = sizeof client;
+  // A longer packet is cut, and its length then not what it says.
+  const ssize_t got = recvfrom(door, incoming.data(), incoming.size(), MSG_DONTWAIT,
+                               reinterpret_cast<sockaddr*>(&client), &size);
+  if (got < static_cast<ssize_t>(kHeaderBytes) || incoming[0] != kKey) return;
+  Answer(door, client, {incoming.data(), static_cast<std::size_t>(got)});
+}
+
+void GvcpDoor::State::Answer(int door, const sockaddr_in& client, const Request& request) {
+  const bool by_broadcast = door != options.unicast;
+  const auto send = [&](std::size_t size) {
+    sendto(door, answer.data(), size, 0, reinterpret_cast<const sockaddr*>(&client), sizeof client);
+  };
+  const auto begin = [&](std::uint16_t status, std::size_t body) {
+    PutHalf(&answer[0], status);
+    PutHalf(&answer[2], request.Command() + 1u);
+    PutHalf(&answer[4], static_cast<std::uint32_t>(body));
+    PutHalf(&answer[6], request.Number());
+    return kHeaderBytes + body;
+  };
+  if (const Status status = Check(request, client);
+      status != kGood || (by_broadcast && request.Command() != kDiscovery)) {
+    ++refused;
+    if (!by_broadcast && (request.bytes[1] & kWantsAnswer) != 0) send(begin(status, 0));
+    return;
+  }
+  // In the library whoever reads this register keeps the camera under control.
+  if (request.Command() == kReadRegister && Word(request.Body()) == kControlPrivilege &&
+      AnotherControls(client)) {
+    PutWord(&answer[kHeaderBytes], options.privilege());
+    return send(begin(kGood, 4));
+  }
+  const std::size_t size = Ask(request);
+  if (size == 0) return;
+  if (request.WritesTo(kControlPrivilege)) {
+    controller.reset();
+    if (options.privilege() != 0) controller = client;
+  }
+  send(size);
+}
+
+Status GvcpDoor::State::Check(const Request& request, const sockaddr_in& client) {
+  if (Half(request.bytes + 4) != request.BodySize()) return kInvalidHeader;
+  switch (request.Command()) {
+    case kDiscovery:
+      return request.BodySize() == 0 ? kGood : kInvalidHeader;
+    case kReadRegister:
+      if (request.BodySize() < 4 || request.BodySize() % 4 != 0) return kInvalidHeader;
+      return request.BodySize() == 4 ? CheckRange(Word(request.Body()), 4) : kNotImplemented;
+    case kReadMemory: {
+      if (request.BodySize() != 8) return kInvalidHeader;
+      const std::uint32_t count = Word(request.Body() + 4);
+      if (count < 1 || count > kMostRead) return kInvalidParameter;
+      return CheckRange(Word(request.Body()), count);
+    }
+    case kWriteRegister:
+      if (request.BodySize() < 8 || request.BodySize() % 8 != 0) return kInvalidHeader;
+      if (request.BodySize() > 8) return kNotImplemented;
+      break;
+    case kWriteMemory:
+      if (request.BodySize() < 8 || request.BodySize() % 4 != 0) return kInvalidHeader;
+      if (request.BodySize() - 4 > kMostRead) return kInvalidParameter;
+      break;
+    default:
+      return kNotImplemented;
+  }
+  if (const Status status = CheckWrites(request); status != kGood) return status;
+  if (AnotherControls(client)) return kAccessDenied;
+  const bool controls = IsController(client) && options.privilege() != 0;
+  return controls || request.AsksForControl() ? kGood : kAccessDenied;
+}
+
+Status GvcpDoor::State::CheckRange(std::uint32_t address, std::size_t bytes) const {
+  if (address % 4 != 0) return kBadAlignment;
+  return std::uint64_t{address} + bytes <= options.memory_bytes ? kGood : kInvalidAddress;
+}
+
+Status GvcpDoor::State::CheckWrite(std::uint32_t address, std::uint32_t value) const {
+  const auto found = std::find_if(options.writable.begin(), options.writable.end(),
+                                  [&](const WritableRegister& known) { return known.address == address; });
+  if (found == options.writable.end()) return kWriteProtect;
+  return found->takes(value) ? kGood : kInvalidParameter;
+}
+
+Status GvcpDoor::State::CheckWrites(const Request& request) const {
+  const std::uint32_t address = Word(request.Body());
+  if (const Status status = CheckRange(address, request.BodySize() - 4); status != kGood) return status;
+  for (std::size_t at = 4; at < request.BodySize(); at += 4)
+    if (const Status status =
+            CheckWrite(address + static_cast<std::uint32_t>(at) - 4, Word(request.Body() + at));
+        status != kGood)
+      return status;
+  return kGood;
+}
+
+// A controller that has not been heard of loses the camera; the library finds that with the next request,
+// here with one that changes nothing.
+bool GvcpDoor::State::AnotherControls(const sockaddr_in& client) {
+  if (IsController(client) || options.privilege() == 0) return false;
+  std::array<std::uint8_t, 12> look{kKey, kWantsAnswer, 0, kReadRegister, 0, 4, 0xFF, 0xFF};
+  PutWord(&look[kHeaderBytes], kHeartbeatTimeout);
+  Ask({look.data(), look.size()});
+  return options.privilege() != 0;
+}
+
+std::size_t GvcpDoor::State::Ask(const Request& request) {
+  while (recv(options.camera, answer.data(), answer.size(), MSG_DONTWAIT) > 0)
+    continue;  // too late for the last
+  if (::send(options.camera, request.bytes, request.size, 0) < 0) return 0;
+  const auto give_up = Clock::now() + kPatience;
+  while (!stopping && Clock::now() < give_up) {
+    pollfd wait{options.camera, POLLIN, 0};
+    if (poll(&wait, 1, 100) != 1) continue;
+    const ssize_t size = recv(options.camera, answer.data(), answer.size(), MSG_DONTWAIT);
+    if (size >= static_cast<ssize_t>(kHeaderBytes) && Half(&answer[2]) == request.Command() + 1 &&
+        Half(&answer[6]) == request.Number())
+      return static_cast<std::size_t>(size);
+  }
+  return 0;
+}
+
+GvcpDoor::GvcpDoor(GvcpDoorOptions options) : state_(std::make_unique<State>(std::move(options))) {}
+GvcpDoor::~GvcpDoor() = default;
+std::uint64_t GvcpDoor::Refused() const { return state_->refused; }
+
+}  // namespace ulf

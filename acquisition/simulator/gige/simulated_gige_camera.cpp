@@ -1,0 +1,474 @@
+#include "acquisition/simulator/gige/simulated_gige_camera.h"
+
+#include <arpa/inet.h>
+#include <arv.h>
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/simulator/gige/genicam_description.h"
+#include "acquisition/simulator/gige/gige_address.h"
+#include "acquisition/simulator/gige/gige_registers.h"
+#include "acquisition/simulator/gige/gvcp_door.h"
+#include "acquisition/simulator/gige/taken_sockets.h"
+#include "acquisition/simulator/gige/wire_format.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+
+namespace ulf {
+namespace {
+
+constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
+constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
+constexpr std::size_t kFramesAhead = 12;
+constexpr guint32 kLine0 = 0;
+constexpr double kPauseS = 1.0;  // without a frame for so long: nobody streams, the hand rests
+
+struct Settings {
+  guint32 exposure_us = 0, gain_tenths_db = 0;
+  ArvPixelFormat format = 0;
+  bool operator==(const Settings&) const = default;
+};
+
+// A GenICam description has to come from a file; Aravis maps it, so its name is needed only while the camera
+// is made.
+class DescriptionFile {
+ public:
+  DescriptionFile() {
+    path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
+    const int file = mkstemp(path_.data());
+    const auto size = static_cast<ssize_t>(std::strlen(kGenicamDescription));
+    const bool whole = file >= 0 && write(file, kGenicamDescription, static_cast<std::size_t>(size)) == size;
+    if (file >= 0) close(file);
+    if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
+  }
+  ~DescriptionFile() { unlink(path_.c_str()); }
+  DescriptionFile(const DescriptionFile&) = delete;
+  DescriptionFile& operator=(const DescriptionFile&) = delete;
+  const char* path() const { return path_.c_str(); }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace
+
+struct SimulatedGigeCamera::State {
+  explicit State(const GigeServerOptions& o) : options(o), camera(o.simulation) {}
+  ~State();
+
+  void Serve();
+  void OpenPoses();
+  std::string StandAt();
+  void StandBehindTheDoor(const std::vector<BoundSocket>& before, const std::string& address);
+  void WriteRegisters();
+  void RenderLoop();
+  void Render();
+  Frame Picture(double hand_s, const Settings& settings);
+  Frame Shoot(double hand_s, const Settings& settings, double light_s) const;
+  void PulseLine();
+  void RunFaults();
+  void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
+  void Fill(ArvBuffer* buffer, const Settings& wanted);
+  void FollowClock(std::int64_t moment, std::int64_t period_us, const Settings& wanted, double now_s);
+  double HandTime(std::int64_t moment) const {
+    return origin_hand_s + 1e-6 * static_cast<double>((moment - origin_moment) * period_us);
+  }
+  void WritePose(std::uint64_t frame_id, std::uint64_t device_ns, const Frame& frame, double hand_s);
+  static void OnFill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32 gain,
+                     ArvPixelFormat format) {
+    static_cast<State*>(self)->Fill(buffer, {exposure_us, gain, format});
+  }
+
+  GigeServerOptions options;
+  SimulatedCamera camera;
+  std::optional<LoopbackAddress> public_address, hidden_address;
+  std::unique_ptr<GigeRelay> relay;
+  std::unique_ptr<GvcpDoor> door;
+  ArvGvFakeCamera* server = nullptr;
+  ArvFakeCamera* registers = nullptr;
+  std::FILE* poses = nullptr;
+
+  // A moment is a number of frame periods since the epoch of the system clock.
+  struct Ready {
+    std::int64_t moment;
+    double hand_s;
+    Frame frame;
+  };
+  std::mutex mutex;
+  std::condition_variable asked, rendered, faults_due, line_due;
+  std::deque<Ready> ring;
+  Settings settings;
+  std::int64_t period_us = 0, wanted_moment = 0, rendered_moment = 0, origin_moment = 0;
+  double origin_hand_s = 0, last_fill_s = 0;
+  std::uint64_t epoch = 0;  // changes whenever what is in the ring has become worthless
+  bool streaming = false, stopping = false;
+  GigeServerStatistics statistics;
+  double render_s = 0;
+  std::uint64_t renders = 0;
+  std::optional<std::chrono::steady_clock::time_point> first_frame;
+  // The renderer's alone once it runs:
+  std::vector<std::optional<Frame>> loop;
+  Settings loop_settings;
+  std::thread renderer, line, faults;
+};
+
+SimulatedGigeCamera::State::~State() {
+  {
+    const std::lock_guard lock(mutex);
+    stopping = true;
+  }
+  for (std::condition_variable* waited : {&asked, &rendered, &faults_due, &line_due}) waited->notify_all();
+  for (std::thread* thread : {&line, &faults, &renderer})
+    if (thread->joinable()) thread->join();
+  relay.reset();
+  door.reset();
+  if (server) g_object_unref(server);  // joins the thread that calls Fill
+  if (poses) std::fclose(poses);
+}
+
+void SimulatedGigeCamera::State::OpenPoses() {
+  if (options.poses.empty()) return;
+  poses = std::fopen(options.poses.c_str(), "w");
+  if (!poses) throw Error("{}: cannot be written: {}", options.poses.string(), std::strerror(errno));
+  fmt::print(poses,
+             "# ulf simulate, scene {}: camera-to-world poses in TUM's format, metres\n"
+             "# timestamp[s, device clock, start of exposure] tx ty tz qx qy qz qw (middle of exposure)\n",
+             options.simulation.scene);
+  std::fflush(poses);
+}
+
+// The address that Aravis's camera is to have.
+std::string SimulatedGigeCamera::State::StandAt() {
+  if (!options.simulation.faults.NeedRelay()) {
+    public_address.emplace(options.interface);
+    return options.interface;
+  }
+  const std::string hidden = HiddenGigeAddress(options.interface);
+  public_address.emplace(options.interface);
+  hidden_address.emplace(hidden);
+  relay = std::make_unique<GigeRelay>(GigeRelayOptions{.camera = hidden,
+                                                       .address = options.interface,
+                                                       .faults = options.simulation.faults.link,
+                                                       .resends = options.simulation.faults.resends,
+                                                       .seed = options.simulation.seed});
+  return hidden;
+}
+
+void SimulatedGigeCamera::State::Serve() {
+  if (options.serial.empty() || options.serial.size() > 15)
+    throw UsageError("--serial '{}': must have 1 to 15 characters, as GigE Vision allows", options.serial);
+  if (options.simulation.faults.incomplete > 0)
+    throw UsageError(
+        "fault incomplete is for sim: devices; over the network, lose packets: lost=0.005 with resend=0");
+  if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
+    throw UsageError("{:g} pulses a second on Line0; there may be 0.1 to 200", options.line_hz);
+  if (options.loop < 0 || options.loop > 10000)
+    throw UsageError("a loop of {} pictures; there may be up to 10000", options.loop);
+  if (options.loop > 0 && options.simulation.faults.drift_stops_per_minute != 0)
+    throw UsageError("fault drift: the pictures of a loop are rendered once; leave one of the two out");
+  const std::string address = StandAt();
+  RequireFreeGigeAddress(address);  // Aravis does not say when it fails to bind
+  OpenPoses();
+  RenderLoop();
+  const std::vector<BoundSocket> before = BoundUdpSockets();
+  {
+    const DescriptionFile description;
+    server = arv_gv_fake_camera_new_full(address.c_str(), options.serial.c_str(), description.path());
+  }
+  if (!server || !arv_gv_fake_camera_is_running(server))
+    throw Error("no GigE Vision camera could be started at {}; is the address one of this machine's?",
+                address);
+  registers = arv_gv_fake_camera_get_fake_camera(server);
+  StandBehindTheDoor(before, address);
+  WriteRegisters();
+  arv_fake_camera_set_trigger_frequency(registers, 1000);
+  arv_fake_camera_set_fill_pattern(registers, OnFill, this);
+  renderer = std::thread([this] { Render(); });
+  line = std::thread([this] { PulseLine(); });
+  if (relay) faults = std::thread([this] { RunFaults(); });
+
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    const auto answer = AskGigeCamera(options.interface, std::chrono::milliseconds(200));
+    if (answer && answer->serial == options.serial) return;
+  }
+  throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
+              options.serial, options.interface, kGvcpPort);
+}
+
+void SimulatedGigeCamera::State::StandBehindTheDoor(const std::vector<BoundSocket>& before,
+                                                    const std::string& address) {
+  const TakenSockets taken = TakeControlSockets(before, address);
+  if (taken.unicast < 0) throw Error("{}:{} cannot be opened; another camera there?", address, kGvcpPort);
+  arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
+  door = std::make_unique<GvcpDoor>(GvcpDoorOptions{
+      .unicast = taken.unicast,
+      .broadcasts = taken.broadcasts,
+      .camera = taken.to_library,
+      .memory_bytes = static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE +
+                                                 (std::strlen(kGenicamDescription) + 3) / 4 * 4),
+      .writable = WritableRegisters(options.simulation),
+      .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); }});
+}
+
+void SimulatedGigeCamera::State::WriteRegisters() {
+  const auto name = [&](guint32 at, const char* text) {
+    char field[32] = {};
+    std::strncpy(field, text, sizeof(field) - 1);
+    arv_fake_camera_write_memory(registers, at, sizeof(field), field);
+  };
+  name(kVendorAt, kVendor);
+  name(kModelAt, kModel);
+  name(kInfoAt, kInfo);
+  const auto set = [&](guint32 at, double value) {
+    arv_fake_camera_write_register(registers, at, static_cast<guint32>(std::lround(value)));
+  };
+  const SimulationOptions& simulation = options.simulation;
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, simulation.width);
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, simulation.height);
+  set(ARV_FAKE_CAMERA_REGISTER_WIDTH, simulation.width);
+  set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, simulation.height);
+  set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1e6 / simulation.fps);
+  set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, 1e6 * simulation.exposure_s);
+  set(ARV_FAKE_CAMERA_REGISTER_GAIN_RAW, 10 * simulation.gain_db);
+  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, PixelsOf(simulation.format).code);
+  // Aravis's camera fires by software only; which source the client chose is our own register.
+  set(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
+  set(kTriggerSourceAt, 1);
+  set(kLinePeriodAt, 1e6 / options.line_hz);
+  if (!relay) return;
+  // Its answers to discovery by broadcast pass the relay by: they are to name where clients shall go.
+  in_addr public_bytes{};
+  inet_pton(AF_INET, options.interface.c_str(), &public_bytes);
+  arv_fake_camera_write_memory(registers, kCurrentAddressAt, sizeof(public_bytes), &public_bytes);
+}
+
+// Pulses on the emulated input line, whether or not anybody has armed the camera for them.
+void SimulatedGigeCamera::State::PulseLine() {
+  auto next = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex);
+  while (true) {
+    guint32 chosen = 0, line_us = 0;
+    arv_fake_camera_read_register(registers, kTriggerSourceAt, &chosen);
+    arv_fake_camera_read_register(registers, kLinePeriodAt, &line_us);
+    next = std::max(next + std::chrono::microseconds(std::max(1000u, line_us)),
+                    std::chrono::steady_clock::now());
+    if (line_due.wait_until(lock, next, [&] { return stopping; })) return;
+    if (chosen == kLine0)
+      arv_fake_camera_write_register(registers, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
+  }
+}
+
+// Lets pass what passes now, then sleeps until that changes.
+void SimulatedGigeCamera::State::RunFaults() {
+  std::vector<double> changes;
+  for (const auto& spans : {options.simulation.faults.freezes, options.simulation.faults.disconnects})
+    for (const FaultSpan& span : spans) {
+      changes.push_back(span.at_s);
+      changes.push_back(span.at_s + span.for_s);
+    }
+  std::sort(changes.begin(), changes.end());
+  std::unique_lock lock(mutex);
+  faults_due.wait(lock, [&] { return stopping || first_frame; });
+  for (const double t_s : changes) {
+    const auto due = *first_frame + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                        std::chrono::duration<double>(t_s));
+    if (faults_due.wait_until(lock, due, [&] { return stopping; })) return;
+    const bool there = !options.simulation.faults.Disconnected(t_s);
+    relay->PassControl(there);
+    relay->PassStream(there && !options.simulation.faults.Frozen(t_s));
+  }
+}
+
+// The moment that the camera fires at now, and what changed since the last one. Under the lock.
+void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t new_period_us,
+                                             const Settings& wanted, double now_s) {
+  const bool free_running = arv_fake_camera_is_in_free_running_mode(registers);
+  const bool paused =
+      free_running && now_s - last_fill_s > std::max(kPauseS, 5e-6 * static_cast<double>(period_us));
+  if (!streaming || paused || new_period_us != period_us) {
+    // The hand goes on from where it was when the last frame was taken.
+    const double hand_s = streaming ? statistics.hand_s + 1e-6 * static_cast<double>(new_period_us) : 0;
+    origin_hand_s = hand_s;
+    origin_moment = moment;
+    period_us = new_period_us;
+    streaming = true;
+    settings = {};
+  }
+  if (!(settings == wanted)) {
+    settings = wanted;
+    ring.clear();
+    rendered_moment = moment - 1;
+    ++epoch;
+  }
+  last_fill_s = now_s;
+  wanted_moment = moment;
+  while (!ring.empty() && ring.front().moment < moment) ring.pop_front();
+}
+
+void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted) {
+  const std::uint64_t device_ns = arv_buffer_get_timestamp(buffer);
+  guint32 register_us = 0;
+  arv_fake_camera_read_register(registers, ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US,
+                                &register_us);
+  const std::int64_t new_period_us = std::max<guint32>(1000, register_us);
+  const auto moment = static_cast<std::int64_t>(device_ns / 1000) / new_period_us;
+
+  std::unique_lock lock(mutex);
+  FollowClock(moment, new_period_us, wanted, 1e-9 * static_cast<double>(device_ns));
+  const bool late = ring.empty();
+  asked.notify_one();
+  // Rendering one frame takes far less than the heartbeat of a client's control channel, which waits behind
+  // us.
+  rendered.wait_for(lock, std::chrono::milliseconds(1500), [&] { return stopping || !ring.empty(); });
+  if (stopping || ring.empty()) return;
+  const Ready ready = std::move(ring.front());
+  ring.pop_front();
+  asked.notify_one();
+  const std::uint64_t number = ++statistics.served;
+  if (late) ++statistics.late;
+  statistics.hand_s = HandTime(ready.moment);
+  if (!first_frame) {
+    first_frame = std::chrono::steady_clock::now();
+    faults_due.notify_all();
+  }
+  lock.unlock();
+
+  std::size_t received = 0;
+  auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &received)));
+  const cv::Mat& pixels = ready.frame.image.pixels;
+  const cv::Rect part = cv::Rect(arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer),
+                                 arv_buffer_get_image_width(buffer), arv_buffer_get_image_height(buffer)) &
+                        cv::Rect(0, 0, pixels.cols, pixels.rows);
+  if (const auto format = SensorFormatByCode(wanted.format)) PackImage(pixels, part, PixelsOf(*format), out);
+  DescribeFrame(buffer, wanted, number, ready.hand_s);
+  WritePose(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
+}
+
+// Requests are answered by the thread that fills frames: a block of registers read at once is one frame's.
+void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings& wanted,
+                                               std::uint64_t number, double hand_s) {
+  const std::array<guint32, 5> values{static_cast<guint32>(arv_buffer_get_frame_id(buffer)),
+                                      static_cast<guint32>(number), wanted.exposure_us, wanted.gain_tenths_db,
+                                      static_cast<guint32>(std::llround(1e3 * hand_s))};
+  for (std::size_t i = 0; i < values.size(); ++i)
+    arv_fake_camera_write_register(registers, kLastFrameAt + 4 * static_cast<guint32>(i), values[i]);
+}
+
+void SimulatedGigeCamera::State::WritePose(std::uint64_t frame_id, std::uint64_t device_ns,
+                                           const Frame& frame, double hand_s) {
+  if (!poses) return;
+  const Rigid3 world_from_cam = frame.known_cam_from_world->Inverse();
+  const Eigen::Vector3d& t = world_from_cam.translation;
+  const Eigen::Quaterniond& q = world_from_cam.rotation;
+  fmt::print(poses, "# frame {} hand_s {:.6f}\n{}.{:09d} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+             frame_id, hand_s, device_ns / 1000000000u, device_ns % 1000000000u, t.x(), t.y(), t.z(), q.x(),
+             q.y(), q.z(), q.w());
+  std::fflush(poses);
+}
+
+Frame SimulatedGigeCamera::State::Shoot(double hand_s, const Settings& now, double light_s) const {
+  return camera.Capture({.open_s = hand_s,
+                         .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
+                         .gain = std::pow(10, now.gain_tenths_db / 200.0),
+                         .format = SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
+                         .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6)),
+                         .light = options.simulation.faults.Light(light_s)});
+}
+
+// The loop at the settings that the camera starts with, on all cores.
+void SimulatedGigeCamera::State::RenderLoop() {
+  const SimulationOptions& simulation = options.simulation;
+  loop_settings = {static_cast<guint32>(std::lround(1e6 * simulation.exposure_s)),
+                   static_cast<guint32>(std::lround(10 * simulation.gain_db)),
+                   PixelsOf(simulation.format).code};
+  loop.resize(static_cast<std::size_t>(options.loop));
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < loop.size(); i = next++)
+      loop[i] = Shoot(static_cast<double>(i) / simulation.fps, loop_settings, 0);
+  };
+  std::vector<std::thread> helpers;
+  for (unsigned i = 1; i < std::min<std::size_t>(8, loop.size()) && i < std::thread::hardware_concurrency();
+       ++i)
+    helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+// What the sensor sees when the hand has gone so long; with a loop, to and fro over its first stretch.
+Frame SimulatedGigeCamera::State::Picture(double hand_s, const Settings& now) {
+  if (loop.empty()) return Shoot(hand_s, now, hand_s);
+  if (!(now == loop_settings)) {
+    loop.assign(loop.size(), std::nullopt);
+    loop_settings = now;
+  }
+  const auto step = static_cast<std::size_t>(std::llround(hand_s * options.simulation.fps));
+  const std::size_t last = loop.size() - 1, there = last == 0 ? 0 : step % (2 * last);
+  const std::size_t index = there <= last ? there : 2 * last - there;
+  if (!loop[index]) loop[index] = Shoot(static_cast<double>(index) / options.simulation.fps, now, 0);
+  return *loop[index];
+}
+
+void SimulatedGigeCamera::State::Render() {
+  std::unique_lock lock(mutex);
+  while (true) {
+    asked.wait(lock, [&] { return stopping || (streaming && ring.size() < kFramesAhead); });
+    if (stopping) return;
+    const std::int64_t moment = std::max(rendered_moment + 1, wanted_moment);
+    const Settings now = settings;
+    const std::uint64_t now_epoch = epoch;
+    const double hand_s = HandTime(moment);
+    lock.unlock();
+    const auto begin = std::chrono::steady_clock::now();
+    Frame frame = Picture(hand_s, now);
+    const double took_s = SecondsSince(begin);
+    lock.lock();
+    render_s += took_s;
+    ++renders;
+    if (epoch != now_epoch) continue;
+    rendered_moment = moment;
+    if (moment < wanted_moment && !ring.empty()) continue;
+    // Even when its moment has passed: better the latest picture that there is than none.
+    // A looped picture is of another time of the hand than the one that is asked for.
+    const double seen_s = frame.device_time_s - 0.5 * frame.exposure_s;
+    ring.push_back({moment, seen_s, std::move(frame)});
+    rendered.notify_one();
+  }
+}
+
+SimulatedGigeCamera::SimulatedGigeCamera(const GigeServerOptions& options)
+    : state_(std::make_unique<State>(options)) {
+  state_->Serve();
+}
+SimulatedGigeCamera::~SimulatedGigeCamera() = default;
+
+std::string SimulatedGigeCamera::DeviceId() const {
+  return std::string(kVendor) + "-" + state_->options.serial;
+}
+const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera; }
+GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
+
+GigeServerStatistics SimulatedGigeCamera::Statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  GigeServerStatistics statistics = state_->statistics;
+  statistics.refused = state_->door->Refused();
+  if (state_->renders > 0)
+    statistics.render_ms_mean = 1e3 * state_->render_s / static_cast<double>(state_->renders);
+  return statistics;
+}
+
+}  // namespace ulf

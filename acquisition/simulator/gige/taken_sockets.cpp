@@ -1,0 +1,71 @@
+#include "acquisition/simulator/gige/taken_sockets.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <fcntl.h>
+#include <cerrno>
+#include <cstring>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+int NewSocket() {
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+  return fd;
+}
+
+// Two that hear nobody but each other.
+std::pair<int, int> ConnectedPair() {
+  const int ends[2] = {NewSocket(), NewSocket()};
+  sockaddr_in at[2] = {};
+  for (int i = 0; i < 2; ++i) {
+    at[i].sin_family = AF_INET;
+    at[i].sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof at[i];
+    if (bind(ends[i], reinterpret_cast<sockaddr*>(&at[i]), size) != 0 ||
+        getsockname(ends[i], reinterpret_cast<sockaddr*>(&at[i]), &size) != 0)
+      throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+  }
+  for (int i = 0; i < 2; ++i)
+    if (connect(ends[i], reinterpret_cast<sockaddr*>(&at[1 - i]), sizeof at[0]) != 0)
+      throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+  return {ends[0], ends[1]};
+}
+
+// The library's number means `instead` from now on, which is closed here; its socket lives on in what is
+// returned.
+int Replace(int librarys, int instead) {
+  const int taken = fcntl(librarys, F_DUPFD_CLOEXEC, 0);
+  dup3(instead, librarys, O_CLOEXEC);
+  close(instead);
+  return taken;
+}
+
+}  // namespace
+
+TakenSockets TakeControlSockets(const std::vector<BoundSocket>& before, const std::string& address) {
+  in_addr own{};
+  inet_pton(AF_INET, address.c_str(), &own);
+  TakenSockets taken;
+  for (const BoundSocket& socket : BoundSince(before)) {
+    const bool at_camera = socket.at.sin_addr.s_addr == own.s_addr;
+    if (socket.Port() == kGvcpPort && at_camera) {
+      const auto [librarys, doors] = ConnectedPair();
+      taken.to_library = doors;
+      taken.unicast = Replace(socket.fd, librarys);
+    } else if (socket.Port() == kGvcpPort) {
+      taken.broadcasts.push_back(Replace(socket.fd, NewSocket()));
+    } else if (at_camera) {
+      taken.stream_port = socket.Port();
+    }
+  }
+  return taken;
+}
+
+}  // namespace ulf

@@ -1,0 +1,52 @@
+// Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
+//
+// One ray a pixel; pixels where the solid differs from a neighbour's get four more (edges are anti-aliased,
+// surfaces are band-limited by their textures' mip levels). Tiles keep a list of the solids that can show in
+// them. Radiance is linear, B G R, 1.0 for a white card in the key light at the default exposure, roughly.
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+
+#include "acquisition/simulator/scene/scene.h"
+#include "core/geometry/camera_model.h"
+
+namespace ulf {
+
+class RayCaster {
+ public:
+  RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& camera);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+
+  const CameraModel& camera() const { return camera_; }
+  const Scene& scene() const { return *scene_; }
+
+  // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
+  void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const;
+
+  // The same for the rows from `first` to before `end` only: a rolling shutter has each row's own pose.
+  void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum) const;
+
+  // The picture of an instant, without sensor or motion: CV_32FC3, linear B, G, R.
+  cv::Mat Radiance(const Rigid3& cam_from_world) const;
+
+  // Distance along each pixel's ray, metres: CV_32FC1.
+  cv::Mat RayLength(const Rigid3& cam_from_world) const;
+
+ private:
+  struct Rays;
+  struct Tile;
+  struct Pose;
+  struct Hits;
+  void Trace(const Pose& pose, Hits& hits) const;
+  void Shade(const Pose& pose, float weight, Hits& hits, cv::Mat& sum) const;
+  void SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv::Mat& sum) const;
+
+  std::shared_ptr<const Scene> scene_;
+  CameraModel camera_;
+  std::unique_ptr<Rays> rays_;
+  std::vector<Tile> tiles_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,44 @@
+// Surface radiance baked once, looked up at every pixel of every frame: 16-bit linear B, G, R with a mip
+// pyramid.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "acquisition/simulator/scene/lanes.h"
+
+namespace ulf {
+
+class MipTexture {
+ public:
+  // Full scale of the stored integers, in the scene's unit of radiance.
+  static constexpr float kFullScale = 4.0f;
+
+  MipTexture() = default;
+  // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless
+  // wrapping.
+  MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
+
+  int width() const { return levels_.empty() ? 0 : levels_[0].width; }
+  int height() const { return levels_.empty() ? 0 : levels_[0].height; }
+
+  // u, v: 0 to 1 across the texture. `footprint`: side of the area seen, in texels of the finest level.
+  F4 Sample(float u, float v, float footprint) const;
+
+ private:
+  static constexpr int kMaxLevels = 6;
+  struct Level {
+    int width = 0, height = 0;
+    std::size_t first = 0;
+  };
+  struct alignas(8) Texel {
+    std::uint16_t bgrx[4];
+  };
+  F4 Bilinear(const Level& level, float u, float v) const;
+
+  std::vector<Level> levels_;
+  std::vector<Texel> texels_;
+  bool wrap_u_ = false, wrap_v_ = false;
+};
+
+}  // namespace ulf

@@ -1,0 +1,8 @@
+// `ulf board`: a calibration target to be printed.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+void AddBoardCommand(CLI::App& app, ChosenCommand& chosen);
+}  // namespace ulf

@@ -1,0 +1,302 @@
+#include "commands/calibration/calibrate_command.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/calibration/calibration_capture.h"
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/calibration_picture.h"
+#include "acquisition/calibration/intrinsics.h"
+#include "commands/calibration/calibration_report.h"
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/base/shell_word.h"
+#include "core/base/stop_signal.h"
+#include "core/geometry/sensor_window.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct CalibrateArgs {
+  std::vector<std::string> sources;
+  std::string board = Board().Text();
+  std::string mode = "live";
+  std::string output;
+  std::string report;
+  std::string serial;
+  int views = 14;
+  int frames = 10;
+  bool flat = false, json = false, explain = false;
+};
+
+// Where frames come from: one device, or files.
+struct Source {
+  std::unique_ptr<Device> device;
+  std::vector<std::string> files;
+  CameraIdentity identity;
+  std::optional<SensorWindow> window;
+  std::optional<CameraModel> truth;
+  std::string name;
+};
+
+Source OpenSource(const CalibrateArgs& args) {
+  Source source;
+  source.name = args.sources[0];
+  const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
+                         args.sources[0].find(':') != std::string::npos;
+  if (is_device) {
+    source.device = OpenDevice(args.sources[0]);
+    const DeviceInfo info = source.device->Info();
+    // Of images and videos nobody knows the camera.
+    if (info.bus != "files" || !info.serial.empty()) source.identity = CameraIdentity::Of(info);
+    if (args.mode == "live") source.window = source.device->Window();
+    if (args.mode == "live") source.truth = source.device->Camera();
+  } else {
+    source.files = ImagesIn(args.sources);
+  }
+  if (!args.serial.empty()) source.identity.serial = args.serial;
+  return source;
+}
+
+// A name that no earlier result has: what was calibrated from images is of no camera that is known.
+fs::path UnusedName() {
+  fs::path path = "calibration.json";
+  for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
+  return path;
+}
+
+// The file named, else the one that later commands look for, else one in this folder. Throws before the work
+// where it could not be written.
+std::string OutputOf(const CalibrateArgs& args, const Source& source) {
+  const fs::path stored = StoredCalibrationPath(source.identity);
+  if (args.output.empty() && !stored.empty()) {
+    fs::create_directories(stored.parent_path());
+    return stored.string();
+  }
+  const std::string output = args.output.empty() ? UnusedName().string() : args.output;
+  RequireWritable(output);
+  return output;
+}
+
+// Found out before the board is held, not after.
+void RequireReportFolder(const CalibrateArgs& args) {
+  if (!args.report.empty()) RequireWritableFolder(args.report);
+}
+
+std::string Png(const cv::Mat& picture) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", picture, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+void WriteReport(const fs::path& folder, const CalibrationResult& result, const CollectedViews& collected,
+                 const std::string& text) {
+  WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
+  WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
+  if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(DrawCalibration(result)));
+  // What a device gave, so that the calibration can be done again from the folder.
+  if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
+  for (std::size_t i = 0; i < collected.pictures.size(); ++i)
+    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), Png(collected.pictures[i]));
+}
+
+void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
+  if (source.device && source.identity.serial.empty() && !source.identity.model.empty())
+    warnings.push_back(fmt::format(
+        "the camera has no serial: the calibration is bound to model '{}' at {}, and a "
+        "camera of the same kind plugged in there would be taken for it",
+        source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
+}
+
+int RunBoardCalibration(const CalibrateArgs& args) {
+  const Board board = Board::Parse(args.board);
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  RequireReportFolder(args);
+  const StopOnSignal stop_on_signal;
+  CollectedViews collected;
+  {
+    Progress progress(source.device ? "calibrating" : "looking for the board", args.json);
+    CalibrationCaptureOptions options;
+    options.mode = args.mode;
+    options.guide.least_views = args.views;
+    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.stop = [] { return StopOnSignal::Asked(); };
+    collected = source.device ? CollectViews(*source.device, board, options)
+                              : CollectViews(source.files, board, options);
+  }
+  CalibrationResult result = CalibrateFromViews(board, collected.views, collected.width, collected.height);
+  if (result.ok()) WarnOfNoSerial(source, result.warnings);
+  if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
+    result.warnings.push_back("ended before all was seen: " + collected.ended);
+  const std::string text =
+      result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
+  if (!args.report.empty()) WriteReport(args.report, result, collected, text);
+  if (result.ok())
+    UpdateCalibration(output, source.identity, fmt::format("ulf calibrate {}, {}", source.name, board.Text()),
+                      args.mode,
+                      {.camera = result.camera,
+                       .window = source.window,
+                       .sigma = result.sigma,
+                       .rms_px = result.rms_px,
+                       .flat_field = {}});
+  if (args.json) {
+    Json json = ReportJson(result);
+    json["file"] = result.ok() ? output : "";
+    if (source.truth && result.ok())
+      json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
+    fmt::print("{}\n", json.dump(2));
+  }
+  if (!result.ok()) throw Error("no calibration: {}", result.refusal);
+  if (args.json) return kOk;
+  fmt::print("{}", text);
+  if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
+  fmt::print("\n{}: written, mode {}\n", output, args.mode);
+  if (source.identity.serial.empty() && source.identity.model.empty())
+    fmt::print(
+        "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
+        ShellWord(output));
+  else if (args.output.empty())
+    fmt::print("commands that use this camera find it by themselves\n");
+  return kOk;
+}
+
+std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& black_level) {
+  std::vector<Image> cards;
+  if (source.device) {
+    Progress progress("looking at the card", args.json);
+    CalibrationCaptureOptions options;
+    options.mode = args.mode;
+    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.stop = [] { return StopOnSignal::Asked(); };
+    for (Frame& frame : CollectFrames(*source.device, args.frames, options)) {
+      black_level = frame.black_level;
+      cards.push_back(std::move(frame.image));
+    }
+    return cards;
+  }
+  for (const std::string& file : source.files) {
+    Image card{ReadImageFile(file), Transfer::kSrgb};
+    if (card.pixels.depth() == CV_32F) card.transfer = Transfer::kLinear;
+    cards.push_back(std::move(card));
+  }
+  return cards;
+}
+
+Json FlatFieldJson(const FlatFieldResult& result, const std::string& file) {
+  return {{"file", file},
+          {"refusal", result.refusal},
+          {"model", result.model},
+          {"corner_light_bgr", result.corner_bgr},
+          {"residual", result.residual},
+          {"gradient", result.gradient},
+          {"dust", result.dust},
+          {"frames", result.frames}};
+}
+
+std::string FlatFieldText(const FlatFieldResult& result) {
+  if (!result.ok()) return "refused: " + result.refusal + "\n";
+  std::string text = fmt::format(
+      "model            {}\ncorners          {:.1f} % of the light in the middle (darkest of B, G, R)\n",
+      result.model, 100 * std::min({result.corner_bgr[0], result.corner_bgr[1], result.corner_bgr[2]}));
+  text += fmt::format("left over        {:.2f} %, lighting falls off by {:.1f} % over the card\n",
+                      100 * result.residual, 100 * result.gradient);
+  if (result.dust > 0)
+    text += fmt::format("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
+  return text;
+}
+
+// Throws Error where these cards are not of the camera, or the part of its sensor, that was calibrated.
+void RequireAsCalibrated(const Source& source, const CalibrationFile& file, const ModeCalibration& mode,
+                         const std::vector<Image>& cards, const std::string& output) {
+  if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
+      source.identity.serial != file.identity.serial)
+    throw Error("{}: is of serial '{}', this camera has '{}'; name its own file", output,
+                file.identity.serial, source.identity.serial);
+  if (source.window && mode.window && *source.window != *mode.window)
+    throw Error(
+        "{}: was calibrated with {}, the camera is set to {}: the light would be put at the wrong place; set "
+        "region and binning as they were",
+        output, Describe(*mode.window), Describe(*source.window));
+  if (!cards.empty() && (cards[0].width() != mode.camera.width || cards[0].height() != mode.camera.height))
+    throw Error("{}: the frames are {}x{}, the calibration is for {}x{}; set the camera as it was calibrated",
+                output, cards[0].width(), cards[0].height(), mode.camera.width, mode.camera.height);
+}
+
+int RunFlatField(const CalibrateArgs& args) {
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  RequireReportFolder(args);
+  if (!fs::exists(output))
+    throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
+                args.output.empty() && source.identity.serial.empty() ? "-o FILE is missing" : output);
+  CalibrationFile file = ReadCalibrationFile(output);
+  ModeCalibration mode = ModeOf(file, args.mode, output);
+  RequireAsCalibrated(source, file, mode, {}, output);
+  const StopOnSignal stop_on_signal;
+  double black_level = 0;
+  const std::vector<Image> cards = Cards(args, source, black_level);
+  RequireAsCalibrated(source, file, mode, cards, output);
+  const FlatFieldResult result = EstimateFlatField(cards, black_level);
+  const std::string text = FlatFieldText(result);
+  if (!args.report.empty()) {
+    const fs::path folder = args.report;
+    WriteFileAtomically(folder / "flat_field.txt", text);
+    WriteFileAtomically(folder / "flat_field.json",
+                        FlatFieldJson(result, result.ok() ? output : "").dump(2) + "\n");
+    if (result.ok()) WriteFileAtomically(folder / "flat_field.png", Png(DrawFlatField(result)));
+  }
+  if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
+  if (!result.ok()) throw Error("no flat field: {}", result.refusal);
+  mode.flat_field = result.flat_field;
+  file.modes[args.mode] = mode;
+  WriteCalibrationFile(output, file);
+  if (!args.json)
+    fmt::print("{}\n{}: flat field written from {}, mode {}\n", text, output, Counted(result.frames, "frame"),
+               args.mode);
+  return kOk;
+}
+
+}  // namespace
+
+void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<CalibrateArgs>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Find a camera's intrinsics from a printed board, or its flat field from a card");
+  command->add_option("SOURCE", args->sources, "Device URI, folder of images, or image files")->required();
+  command->add_option("--board", args->board, "The board's text as printed on the sheet (ulf board)")
+      ->capture_default_str();
+  command->add_option("--mode", args->mode, "live frames, or still photographs of a tethered camera")
+      ->check(CLI::IsMember({"live", "still"}))
+      ->capture_default_str();
+  command->add_option("-o,--output", args->output,
+                      "Calibration file (else stored for the camera; for images calibration.json)");
+  command->add_option("--report", args->report, "Folder for report, residual picture and the frames taken");
+  command->add_option("--serial", args->serial, "Bind to this serial (for image files)");
+  command->add_option("--views", args->views, "Live: take at least so many views")
+      ->check(CLI::Range(4, 60))
+      ->capture_default_str();
+  command->add_flag("--explain", args->explain, "Print every lens model that was tried");
+  command->add_flag("--flat", args->flat, "Estimate the flat field from frames of a plain, evenly lit card");
+  command->add_option("--frames", args->frames, "With --flat: frames to average")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf calibrate sim:board -o camera.json --report report\n"
+      "Then:    ulf capture aravis:192.168.1.20 --calibration camera.json -o light_field");
+  command->callback([args, &chosen] {
+    chosen = [args] { return args->flat ? RunFlatField(*args) : RunBoardCalibration(*args); };
+  });
+}
+
+}  // namespace ulf

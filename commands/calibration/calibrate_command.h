@@ -1,0 +1,8 @@
+// `ulf calibrate`: intrinsics from a board, or the flat field from a card.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen);
+}  // namespace ulf

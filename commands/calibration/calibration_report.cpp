@@ -1,0 +1,171 @@
+#include "commands/calibration/calibration_report.h"
+#include "core/base/counted.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+namespace ulf {
+namespace {
+
+constexpr double kDeg = M_PI / 180;
+
+std::vector<const char*> CoefficientNames(Distortion distortion) {
+  if (distortion == Distortion::kFisheye) return {"k1", "k2", "k3", "k4"};
+  if (distortion == Distortion::kRadialTangential) return {"k1", "k2", "p1", "p2", "k3"};
+  return {};
+}
+
+double WorstPx(const CalibrationResult& result) {
+  double worst = 0;
+  for (const ViewReport& view : result.reports) worst = std::max(worst, view.rms_px);
+  return worst;
+}
+
+}  // namespace
+
+double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach) {
+  constexpr int kSteps = 16;
+  std::vector<Eigen::Vector2d> imgs;
+  std::vector<Eigen::Vector3d> in_a, in_b;
+  for (int y = 0; y <= kSteps; ++y)
+    for (int x = 0; x <= kSteps; ++x) {
+      const Eigen::Vector2d img(a.width * static_cast<double>(x) / kSteps,
+                                a.height * static_cast<double>(y) / kSteps);
+      const Eigen::Vector2d middle(0.5 * a.width, 0.5 * a.height);
+      if ((img - middle).norm() > reach * middle.norm()) continue;
+      const auto ray_a = a.RayFromImg(img), ray_b = b.RayFromImg(img);
+      if (!ray_a || !ray_b) continue;
+      imgs.push_back(img);
+      in_a.push_back(*ray_a);
+      in_b.push_back(*ray_b);
+    }
+  // A turn of the camera is no difference of the lens (Wahba's problem, by singular values).
+  Eigen::Matrix3d mixed = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < imgs.size(); ++i) mixed += in_b[i] * in_a[i].transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(mixed, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
+  const Eigen::Matrix3d b_from_a = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  double largest = 0;
+  for (std::size_t i = 0; i < imgs.size(); ++i)
+    if (const auto img = b.ImgFromCam(b_from_a * in_a[i]))
+      largest = std::max(largest, (*img - imgs[i]).norm());
+  return largest;
+}
+
+std::string CandidateTable(const LensChoice& choice) {
+  std::string text = fmt::format("  {:<40}{:>4}{:>10}{:>12}{:>12}{:>10}\n", "model", "", "RMS px", "left out",
+                                 "BIC", "focal px");
+  for (std::size_t i = 0; i < choice.table.size(); ++i) {
+    const CandidateResult& row = choice.table[i];
+    fmt::format_to(std::back_inserter(text), "{} {:<40}{:>4}{:>10.4f}{:>12.4f}{:>12.1f}{:>10.2f}{}{}\n",
+                   i == choice.chosen ? '*' : ' ', row.fit.candidate.name, row.fit.candidate.Parameters(),
+                   row.fit.RmsPx(), row.LeftOutRmsPx(), row.bic, row.fit.camera.MeanFocalPx(),
+                   row.explains ? "  explains the data" : "",
+                   row.folds_inside_image ? "  not invertible everywhere" : "");
+  }
+  text +=
+      "  A model explains the data when no other is better both by BIC (by more than 10) and on views left "
+      "out\n"
+      "  (by more than two standard errors). Chosen (*): the fewest parameters that explain the data.\n";
+  return text;
+}
+
+std::string ReportText(const CalibrationResult& result, const std::optional<CameraModel>& truth) {
+  const CameraModel& camera = result.camera;
+  const CandidateResult& chosen = result.choice.table[result.choice.chosen];
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "model            {} ({} of {} candidates explain the data)\n",
+                 chosen.fit.candidate.name,
+                 std::count_if(result.choice.table.begin(), result.choice.table.end(),
+                               [](const CandidateResult& row) { return row.explains; }),
+                 result.choice.table.size());
+  fmt::format_to(out, "image            {} x {} px, {:.1f} degrees across the diagonal\n", camera.width,
+                 camera.height, 2 * camera.MaxRayAngle() / kDeg);
+  fmt::format_to(out, "focal length     fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f} px\n", camera.fx,
+                 result.sigma[0], camera.fy, result.sigma[1]);
+  fmt::format_to(out,
+                 "principal point  cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px (pixel centres at one half)\n",
+                 camera.cx, result.sigma[2], camera.cy, result.sigma[3]);
+  const auto names = CoefficientNames(camera.distortion);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (chosen.fit.candidate.estimated[i])
+      fmt::format_to(out, "{:<17}{:.6f} +- {:.6f}\n", names[i], camera.coefficients[i], result.sigma[4 + i]);
+  fmt::format_to(out, "error            {:.3f} px RMS, {:.3f} px on views left out, worst view {:.3f} px\n",
+                 result.rms_px, chosen.LeftOutRmsPx(), WorstPx(result));
+  fmt::format_to(out, "used             {} of {}; left out {} and {}\n", Counted(result.corners, "corner"),
+                 Counted(result.views.size(), "view"), Counted(result.outliers, "corner"),
+                 Counted(result.reports.size() - result.views.size(), "view"));
+  const BoardCoverage& coverage = result.coverage;
+  fmt::format_to(
+      out,
+      "coverage         {:.0f} % of the image; tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} "
+      "degrees away\n",
+      100 * coverage.CellShare(), coverage.left / kDeg, coverage.right / kDeg, coverage.upper / kDeg,
+      coverage.lower / kDeg);
+  if (truth)
+    fmt::format_to(out,
+                   "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by at most "
+                   "{:.2f} px where "
+                   "corners were seen, {:.2f} px anywhere\n",
+                   truth->fx, truth->fy, truth->cx, truth->cy,
+                   LargestDifferencePx(*truth, camera, result.coverage.reach),
+                   LargestDifferencePx(*truth, camera));
+  for (const ViewReport& view : result.reports)
+    if (!view.left_out.empty()) fmt::format_to(out, "left out         {}: {}\n", view.name, view.left_out);
+  for (const std::string& warning : result.warnings) fmt::format_to(out, "warning          {}\n", warning);
+  return text;
+}
+
+nlohmann::ordered_json ReportJson(const CalibrationResult& result) {
+  using Json = nlohmann::ordered_json;
+  Json json;
+  json["board"] = result.board.Text();
+  json["refusal"] = result.refusal;
+  Json views = Json::array();
+  for (const ViewReport& view : result.reports)
+    views.push_back({{"name", view.name},
+                     {"corners", view.corners},
+                     {"outliers", view.outliers},
+                     {"rms_px", view.rms_px},
+                     {"left_out", view.left_out}});
+  if (!result.ok()) {
+    json["views"] = views;
+    return json;
+  }
+  const CameraModel& camera = result.camera;
+  const CandidateResult& chosen = result.choice.table[result.choice.chosen];
+  json["model"] = chosen.fit.candidate.name;
+  json["camera"] = {{"width", camera.width},
+                    {"height", camera.height},
+                    {"fx", camera.fx},
+                    {"fy", camera.fy},
+                    {"cx", camera.cx},
+                    {"cy", camera.cy},
+                    {"coefficients", camera.coefficients}};
+  json["sigma"] = result.sigma;
+  json["rms_px"] = result.rms_px;
+  json["left_out_rms_px"] = chosen.LeftOutRmsPx();
+  json["corners"] = result.corners;
+  json["outliers"] = result.outliers;
+  json["coverage_share"] = result.coverage.CellShare();
+  json["warnings"] = result.warnings;
+  Json table = Json::array();
+  for (const CandidateResult& row : result.choice.table)
+    table.push_back({{"model", row.fit.candidate.name},
+                     {"parameters", row.fit.candidate.Parameters()},
+                     {"rms_px", row.fit.RmsPx()},
+                     {"left_out_rms_px", row.LeftOutRmsPx()},
+                     {"bic", row.bic},
+                     {"explains", row.explains}});
+  json["candidates"] = table;
+  json["views"] = views;
+  return json;
+}
+
+}  // namespace ulf

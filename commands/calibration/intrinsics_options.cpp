@@ -1,0 +1,22 @@
+#include "commands/calibration/intrinsics_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "commands/number_checks.h"
+
+namespace ulf {
+
+void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args) {
+  command.add_option(
+      "--calibration", args.calibration_path,
+      "Calibration file: ulf, Kalibr, ROS, OpenCV or COLMAP (else the one stored for this camera, "
+      "else the device's own)");
+  command
+      .add_option("--focal-px", args.focal_px,
+                  "Focal length in pixels when there is no calibration; the principal point is the middle")
+      ->check(Positive());
+  command.add_flag("--force-calibration", args.force,
+                   "Take a calibration file of another camera all the same");
+}
+
+}  // namespace ulf

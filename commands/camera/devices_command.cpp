@@ -1,0 +1,83 @@
+#include "commands/camera/devices_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/device/device.h"
+#include "acquisition/device/udev_rules.h"
+
+namespace ulf {
+namespace {
+
+struct DevicesArgs {
+  bool json = false;
+};
+
+// Missing permissions are spoken of where they may be the reason: nothing is found, or a camera is refused.
+std::optional<std::string> UdevHint(const std::vector<DeviceInfo>& devices) {
+  const bool all_well =
+      std::all_of(devices.begin(), devices.end(), [](const DeviceInfo& info) { return info.available; });
+  const bool any_real = std::any_of(devices.begin(), devices.end(),
+                                    [](const DeviceInfo& info) { return info.bus != "simulated"; });
+  if (any_real && all_well) return std::nullopt;
+  return MissingUdevRulesHintForThisUser();
+}
+
+void PrintJson(const std::vector<DeviceInfo>& devices) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const DeviceInfo& info : devices)
+    list.push_back({{"uri", info.uri},
+                    {"maker", info.maker},
+                    {"model", info.model},
+                    {"serial", info.serial},
+                    {"bus", info.bus},
+                    {"available", info.available},
+                    {"problem", info.problem}});
+  nlohmann::ordered_json json{{"devices", list}};
+  if (const auto hint = UdevHint(devices)) json["hint"] = *hint;
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+void PrintTable(const std::vector<DeviceInfo>& devices) {
+  std::size_t uri_width = 3, camera_width = 6, bus_width = 3;
+  const auto camera_of = [](const DeviceInfo& info) {
+    return info.maker + " " + info.model + (info.serial.empty() ? "" : " (serial " + info.serial + ")");
+  };
+  for (const DeviceInfo& info : devices) {
+    uri_width = std::max(uri_width, info.uri.size());
+    camera_width = std::max(camera_width, camera_of(info).size());
+    bus_width = std::max(bus_width, info.bus.size());
+  }
+  fmt::print("{:<{}}  {:<{}}  {:<{}}  STATE\n", "URI", uri_width, "CAMERA", camera_width, "BUS", bus_width);
+  for (const DeviceInfo& info : devices)
+    fmt::print("{:<{}}  {:<{}}  {:<{}}  {}\n", info.uri, uri_width, camera_of(info), camera_width, info.bus,
+               bus_width, info.available ? "ready" : "not available: " + info.problem);
+  const bool any_real = std::any_of(devices.begin(), devices.end(),
+                                    [](const DeviceInfo& info) { return info.bus != "simulated"; });
+  if (!any_real)
+    fmt::print(
+        "No real camera answers: looked for GigE Vision on every network, for USB3 Vision and for webcams. "
+        "Check power, cable and firewall (UDP port 3956); a camera behind a router opens by address, "
+        "aravis:192.0.2.7.\n");
+  if (const auto hint = UdevHint(devices)) fmt::print("{}\n", *hint);
+}
+
+int RunDevices(const DevicesArgs& args) {
+  const std::vector<DeviceInfo> devices = ListDevices();
+  args.json ? PrintJson(devices) : PrintTable(devices);
+  return kOk;
+}
+
+}  // namespace
+
+void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<DevicesArgs>();
+  CLI::App* command = app.add_subcommand("devices", "List every camera in reach, and why one cannot be used");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer("Example: ulf devices\nThen:    ulf capture aravis:192.168.1.20 -o light_field");
+  command->callback([args, &chosen] { chosen = [args] { return RunDevices(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,323 @@
+#include "commands/camera/features_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/device/feature_file.h"
+#include "acquisition/device/features.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/base/output_path.h"
+
+namespace ulf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct FeaturesArgs {
+  std::string uri;
+  std::vector<std::string> settings;
+  std::string save, load, filter;
+  std::string visibility = "guru";
+  bool json = false;
+};
+
+struct SetResult {
+  CameraFeature feature;  // as it reads afterwards
+  std::string wanted, before;
+};
+
+std::string Access(const CameraFeature& feature) {
+  if (feature.type == FeatureType::kCommand) return feature.writable ? "execute" : "locked";
+  return feature.readable && feature.writable ? "rw"
+         : feature.readable                   ? "ro"
+         : feature.writable                   ? "wo"
+                                              : "not available";
+}
+
+Json ToJson(const CameraFeature& feature) {
+  Json json{{"name", feature.name},   {"category", feature.category}, {"type", Name(feature.type)},
+            {"value", feature.value}, {"readable", feature.readable}, {"writable", feature.writable}};
+  if (feature.min) json["min"] = *feature.min;
+  if (feature.max) json["max"] = *feature.max;
+  if (feature.step) json["step"] = *feature.step;
+  if (!feature.unit.empty()) json["unit"] = feature.unit;
+  if (!feature.choices.empty()) json["choices"] = feature.choices;
+  if (!feature.selects.empty()) json["selects"] = feature.selects;
+  json["description"] = feature.description;
+  json["visibility"] = Name(feature.visibility);
+  json["streamable"] = feature.streamable;
+  return json;
+}
+
+Json ToJson(const FeatureLoadSummary& summary) {
+  Json refused = Json::array();
+  for (const FeatureRefusal& refusal : summary.refused)
+    refused.push_back({{"name", refusal.wanted.Text()},
+                       {"wanted", refusal.wanted.value},
+                       {"reads", refusal.reads},
+                       {"reason", refusal.reason}});
+  return {{"taken", summary.taken},
+          {"changed", summary.changed},
+          {"rounds", summary.rounds},
+          {"refused", refused}};
+}
+
+// `to_set`: only what can be set is of help.
+[[noreturn]] void RefuseUnknown(FeatureAccess& access, const std::string& uri, const std::string& name,
+                                bool to_set) {
+  std::vector<std::string> names;
+  for (const CameraFeature& feature : access.List())
+    if (feature.writable || !to_set) names.push_back(feature.name);
+  throw UsageError("{}: has no feature '{}'; nearest are {}", uri, name,
+                   fmt::join(NearestNames(name, names), ", "));
+}
+
+[[noreturn]] void RefuseReadOnly(FeatureAccess& access, const std::string& uri,
+                                 const CameraFeature& feature) {
+  std::vector<std::string> names;
+  for (const CameraFeature& other : access.List())
+    if (other.writable) names.push_back(other.name);
+  throw UsageError("{}: {} cannot be written just now ({}); nearest that can are {}", uri, feature.name,
+                   feature.readable ? "read-only, or locked by another setting" : "not available",
+                   fmt::join(NearestNames(feature.name, names), ", "));
+}
+
+SetResult ApplySetting(FeatureAccess& access, const std::string& uri, const std::string& name,
+                       const std::string& value) {
+  SetResult result{.feature = *access.Find(name), .wanted = value, .before = ""};
+  if (!result.feature.writable) RefuseReadOnly(access, uri, result.feature);
+  result.before = result.feature.value;
+  access.Set(name, value);
+  result.feature = *access.Find(name);
+  return result;
+}
+
+// Before the first is written all are known, and none is read-only for good. One that is merely locked is
+// judged in its turn, because one before it may free it: ExposureAuto=Off ExposureTime=5000.
+std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& uri,
+                                     const std::vector<std::pair<std::string, std::string>>& settings) {
+  for (const auto& [name, value] : settings) {
+    const auto feature = access.Find(name);
+    if (!feature) RefuseUnknown(access, uri, name, true);
+    if (feature->read_only) RefuseReadOnly(access, uri, *feature);
+  }
+  std::vector<SetResult> results;
+  std::string set;
+  for (const auto& [name, value] : settings) {
+    try {
+      results.push_back(ApplySetting(access, uri, name, value));
+    } catch (const UsageError& error) {
+      if (set.empty()) throw;
+      throw UsageError("{}; already set: {}", error.what(), set);
+    } catch (const Error& error) {
+      if (set.empty()) throw;
+      throw Error("{}; already set: {}", error.what(), set);
+    }
+    set += fmt::format("{}{}={}", set.empty() ? "" : ", ", name, results.back().feature.value);
+  }
+  return results;
+}
+
+Json ToJson(const OfferedFormat& format) {
+  Json json{{"name", format.name}, {"supported", format.supported}};
+  if (!format.code.empty()) json["fourcc"] = format.code;
+  if (format.width > 0) {
+    json[format.any_size ? "max_width" : "width"] = format.width;
+    json[format.any_size ? "max_height" : "height"] = format.height;
+  }
+  if (!format.fps.empty() && format.any_fps)
+    json["fps_range"] = format.fps;
+  else if (!format.fps.empty())
+    json["fps"] = format.fps;
+  return json;
+}
+
+// Sizes and rates behind their format: "YUYV  640x480 at 30, 15; 1280x720 at 10".
+void PrintFormats(const std::vector<OfferedFormat>& formats) {
+  if (formats.empty()) return;
+  fmt::print("formats (size, frames a second)\n");
+  std::size_t name_width = 0;
+  const auto name_of = [](const OfferedFormat& format) {
+    return format.name + (format.code.empty() || format.code == format.name ? "" : " (" + format.code + ")");
+  };
+  for (const OfferedFormat& format : formats) name_width = std::max(name_width, name_of(format).size());
+  std::string name;
+  for (const OfferedFormat& format : formats) {
+    const std::string same = name_of(format) == name ? "" : name_of(format);
+    name = name_of(format);
+    std::string rates;
+    for (const double fps : format.fps)
+      rates += fmt::format("{}{:g}", rates.empty() ? "" : format.any_fps ? " to " : ", ", fps);
+    fmt::print("  {:<{}}  {}\n", same, name_width,
+               !format.supported ? "not read by this program"
+                                 : fmt::format("{}{}x{}{}", format.any_size ? "up to " : "", format.width,
+                                               format.height, rates.empty() ? "" : " at " + rates));
+  }
+}
+
+void PrintTree(const std::vector<CameraFeature>& features) {
+  std::size_t name_width = 4, value_width = 5;
+  for (const CameraFeature& feature : features) {
+    name_width = std::max(name_width, feature.name.size());
+    value_width = std::clamp(feature.value.size(), value_width, std::size_t{32});
+  }
+  std::string category = "\n";
+  for (const CameraFeature& feature : features) {
+    if (feature.category != category) {
+      category = feature.category;
+      fmt::print("{}\n", category.empty() ? "(no category)" : category);
+    }
+    fmt::print("  {:<{}}  {:<{}}  {:<13}  {:<11}  {}\n", feature.name, name_width, feature.value, value_width,
+               Access(feature), Name(feature.type), RangeText(feature));
+  }
+}
+
+void PrintInFull(const CameraFeature& feature) {
+  fmt::print("{}\n", feature.name);
+  const auto line = [](const char* what, const std::string& text) {
+    if (!text.empty()) fmt::print("  {:<12} {}\n", what, text);
+  };
+  line("value", feature.value + (feature.value.empty() || feature.unit.empty() ? "" : " " + feature.unit));
+  line("type", Name(feature.type));
+  line("takes", RangeText(feature));
+  line("access", Access(feature));
+  line("category", feature.category);
+  line("visibility", Name(feature.visibility));
+  line("selects", fmt::format("{}", fmt::join(feature.selects, ", ")));
+  line("about", feature.description);
+}
+
+void PrintLoad(const std::string& path, const FeatureLoadSummary& summary) {
+  fmt::print("{}: {} as in the file, {} of them changed, in {}\n", path, Counted(summary.taken, "feature"),
+             summary.changed, Counted(summary.rounds, "round"));
+  for (const FeatureRefusal& refusal : summary.refused)
+    fmt::print("  not taken: {}={} (reads {}){}\n", refusal.wanted.Text(), refusal.wanted.value,
+               refusal.reads.empty() ? "nothing" : refusal.reads,
+               refusal.reason.empty() ? "" : ": " + refusal.reason);
+}
+
+FeatureVisibility ParseVisibility(const std::string& text) {
+  for (const auto visibility : {FeatureVisibility::kBeginner, FeatureVisibility::kExpert,
+                                FeatureVisibility::kGuru, FeatureVisibility::kInvisible})
+    if (text == Name(visibility)) return visibility;
+  throw UsageError("--visibility {}: must be beginner, expert, guru or invisible", text);
+}
+
+int RunFeatures(const FeaturesArgs& args) {
+  const FeatureVisibility visibility = ParseVisibility(args.visibility);
+  if (!args.save.empty()) RequireWritable(args.save);
+  std::vector<std::string> names;
+  std::vector<std::pair<std::string, std::string>> settings;
+  for (const std::string& text : args.settings) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos)
+      names.push_back(text);
+    else
+      settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  std::optional<FeatureFile> file;
+  if (!args.load.empty()) file = ReadFeatureFile(args.load);
+
+  const auto access = OpenFeatures(args.uri);
+  for (const std::string& name : names)
+    if (!access->Find(name)) RefuseUnknown(*access, args.uri, name, false);
+  const DeviceInfo info = access->Info();
+  Json json{{"device",
+             {{"uri", info.uri},
+              {"maker", info.maker},
+              {"model", info.model},
+              {"serial", info.serial},
+              {"bus", info.bus}}}};
+  int result = kOk;
+
+  if (file) {
+    const FeatureLoadSummary summary = ApplyFeatures(*file, *access);
+    if (file->device.model != info.model)
+      fmt::print(stderr, "{} was saved from a {} {}, this is a {} {}\n", args.load, file->device.maker,
+                 file->device.model, info.maker, info.model);
+    if (!summary.refused.empty()) result = kFailed;
+    if (!args.json) PrintLoad(args.load, summary);
+    json["load"] = ToJson(summary);
+  }
+  json["set"] = Json::array();
+  for (const SetResult& set : ApplySettings(*access, args.uri, settings)) {
+    const bool as_wanted = set.feature.type == FeatureType::kCommand || !set.feature.readable ||
+                           SameValue(set.feature, set.feature.value, set.wanted);
+    if (!args.json && set.feature.type == FeatureType::kCommand)
+      fmt::print("{} executed\n", set.feature.name);
+    else if (!args.json)
+      fmt::print("{} = {} (was {}){}\n", set.feature.name, set.feature.value, set.before,
+                 as_wanted ? "" : ": the camera made this of " + set.wanted);
+    json["set"].push_back({{"name", set.feature.name},
+                           {"wanted", set.wanted},
+                           {"value", set.feature.value},
+                           {"before", set.before}});
+  }
+  if (!args.save.empty()) {
+    const FeatureFile saved = CollectFeatures(*access);
+    WriteFeatureFile(args.save, saved);
+    if (!args.json) fmt::print("{}: {} saved\n", args.save, Counted(saved.features.size(), "feature"));
+    json["saved"] = {{"file", args.save}, {"features", saved.features.size()}};
+  }
+
+  const bool only_listing = args.settings.empty() && args.save.empty() && args.load.empty();
+  std::vector<CameraFeature> shown;
+  for (const std::string& name : names) shown.push_back(*access->Find(name));
+  if (only_listing || (args.json && settings.empty() && names.empty()) || !args.filter.empty())
+    for (CameraFeature& feature : access->List()) {
+      const std::string everything = feature.name + " " + feature.category + " " + feature.description;
+      if (feature.visibility <= visibility &&
+          Lowercase(everything).find(Lowercase(args.filter)) != std::string::npos)
+        shown.push_back(std::move(feature));
+    }
+  json["features"] = Json::array();
+  for (const CameraFeature& feature : shown) json["features"].push_back(ToJson(feature));
+  const bool show_formats = only_listing && args.filter.empty();
+  const std::vector<OfferedFormat> formats = show_formats ? access->Formats() : std::vector<OfferedFormat>{};
+  if (show_formats) {
+    json["formats"] = Json::array();
+    for (const OfferedFormat& format : formats) json["formats"].push_back(ToJson(format));
+  }
+  if (args.json) {
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else if (!names.empty()) {
+    for (const CameraFeature& feature : shown) PrintInFull(feature);
+  } else {
+    PrintFormats(formats);
+    PrintTree(shown);
+    if (shown.empty() && !args.filter.empty())
+      fmt::print("No feature's name, category or description holds '{}'.\n", args.filter);
+  }
+  return result;
+}
+
+}  // namespace
+
+void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<FeaturesArgs>();
+  CLI::App* command = app.add_subcommand(
+      "features", "Show a camera's formats and settings; set these by name; keep them in a file");
+  command->add_option("URI", args->uri, "Camera, as 'ulf devices' lists it")->required();
+  command->add_option("SETTING", args->settings,
+                      "NAME shows one in full, NAME=VALUE sets it (a command: NAME=execute)");
+  command->add_option("--save", args->save, "Write what can be set again to this file");
+  command->add_option("--load", args->load, "Set what the file holds, read it back, tell what did not take");
+  command->add_option("--filter", args->filter, "Show only what holds this text");
+  command->add_option("--visibility", args->visibility, "beginner, expert, guru or invisible")
+      ->capture_default_str();
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf features aravis:192.168.1.20 --filter exposure\n"
+      "         ulf features aravis:192.168.1.20 ExposureAuto=Off ExposureTime=5000\n"
+      "         ulf features aravis:192.168.1.20 --save studio.json");
+  command->callback([args, &chosen] { chosen = [args] { return RunFeatures(*args); }; });
+}
+
+}  // namespace ulf

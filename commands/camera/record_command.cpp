@@ -1,0 +1,146 @@
+#include "commands/camera/record_command.h"
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/device/device.h"
+#include "acquisition/device/frame_recording.h"
+#include "commands/camera/device_report.h"
+#include "commands/number_checks.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/progress.h"
+#include "core/base/stop_signal.h"
+
+namespace ulf {
+namespace {
+
+struct RecordArgs {
+  std::string uri;
+  std::string dir;
+  std::uint64_t frames = 0;
+  double max_seconds = 0;
+  bool json = false;
+};
+
+using Clock = std::chrono::steady_clock;
+
+struct RecordRun {
+  FrameRecorderSummary summary;
+  DeviceStatistics device;
+  double seconds = 0;
+  bool lost = false;
+};
+
+bool Enough(const RecordArgs& args, std::uint64_t frames, double seconds) {
+  return StopOnSignal::Asked() || (args.frames > 0 && frames >= args.frames) ||
+         (args.max_seconds > 0 && seconds >= args.max_seconds);
+}
+
+// Every photograph, also one that only a raw converter reads; incomplete live frames the device counts.
+bool IsKept(const Frame& frame) {
+  return frame.kind == FrameKind::kStill || frame.status == FrameStatus::kComplete;
+}
+
+// Says when frames begin and cease to be left out.
+void TellPause(const FrameRecorder& recorder, Progress& progress, bool& paused) {
+  const auto why = recorder.Pause();
+  if (why && !paused) progress.Say("frames are left out: " + *why);
+  if (!why && paused) progress.Say("frames are kept again");
+  paused = why.has_value();
+}
+
+RecordRun Record(const RecordArgs& args) {
+  RequireNewRecording(args.dir);
+  const auto device = OpenDevice(args.uri);
+  device->Start();
+  FrameRecorder recorder(args.dir, RecordingHeader::Of(*device));
+  Progress progress("record");
+  RecordRun run;
+  bool paused = false;
+  std::uint64_t frames = 0;
+  const auto start = Clock::now();
+  while (!IsOver(device->State())) {
+    run.seconds = SecondsSince(start);
+    if (Enough(args, frames, run.seconds)) break;
+    const auto frame = device->Next(std::chrono::milliseconds(100));
+    for (const DeviceEvent& event : device->TakeEvents()) {
+      progress.Say(event.text);
+      recorder.Note(event.text);
+    }
+    TellPause(recorder, progress, paused);
+    if (frame && IsKept(*frame)) {
+      ++frames;
+      recorder.TryAdd(*frame);
+    }
+    const double share = args.frames > 0 ? static_cast<double>(frames) / static_cast<double>(args.frames)
+                         : args.max_seconds > 0 ? run.seconds / args.max_seconds
+                                                : device->ShareDone().value_or(0);
+    const DeviceState state = device->State();
+    progress.Show(
+        share,
+        fmt::format("{}{}", Counted(frames, "frame"),
+                    state == DeviceState::kStreaming ? "" : fmt::format("; the device is {}", Name(state))));
+  }
+  run.lost = device->State() == DeviceState::kLost;
+  device->Stop();
+  // Photographs that were on their way.
+  while (const auto frame = device->TakesStills() ? device->Next(std::chrono::milliseconds(0)) : std::nullopt)
+    if (frame->kind == FrameKind::kStill) recorder.TryAdd(*frame);
+  run.device = device->Statistics();
+  run.summary = recorder.Finish();
+  run.seconds = SecondsSince(start);
+  return run;
+}
+
+int RunRecord(const RecordArgs& args) {
+  const StopOnSignal signals;
+  const RecordRun run = Record(args);
+  const FrameRecorderSummary& summary = run.summary;
+  const double mb_per_s = run.seconds > 0 ? 1e-6 * static_cast<double>(summary.bytes) / run.seconds : 0;
+  if (args.json) {
+    nlohmann::ordered_json json{{"frames", summary.written}, {"left_out", summary.left_out},
+                                {"bytes", summary.bytes},    {"seconds", run.seconds},
+                                {"mb_per_s", mb_per_s},      {"disk_s", summary.disk_s},
+                                {"problem", summary.problem}};
+    json["device"] = ToJson(run.device);
+    fmt::print("{}\n", json.dump());
+  } else {
+    fmt::print("{}: {}, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,
+               Counted(summary.written, "frame"), 1e-6 * static_cast<double>(summary.bytes), run.seconds,
+               mb_per_s, summary.left_out, summary.problem.empty() ? "" : ": " + summary.problem);
+    fmt::print("device         {}\n", ToText(run.device));
+  }
+  if (run.lost) fmt::print(stderr, "ulf: {}: the device was lost; what came before is recorded\n", args.uri);
+  if (!run.lost && summary.written == 0)
+    fmt::print(
+        stderr, "ulf: nothing was recorded: {}\n",
+        run.device.incomplete > 0
+            ? "every frame came incomplete (packets lost); see the receive buffer and packet size above, and "
+              "docs/devices.md"
+            : "no frame came; is the camera waiting for a trigger?");
+  return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
+}
+
+}  // namespace
+
+void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<RecordArgs>();
+  CLI::App* command =
+      app.add_subcommand("record", "Every frame of a device to disk, to be run again (replay:FOLDER)");
+  command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
+  command->add_option("-o,--output", args->dir, "New folder")->required();
+  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so long")->check(Positive());
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf record aravis:192.168.1.20 -o session --max-seconds 60\n"
+      "Then:    ulf capture replay:session -o light_field --deterministic\n"
+      "Ends with status 1 when frames had to be left out.");
+  command->callback([args, &chosen] { chosen = [args] { return RunRecord(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,152 @@
+#include "commands/camera/simulate_command.h"
+
+#include <fmt/core.h>
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/simulator/gige/simulated_gige_camera.h"
+#include "commands/number_checks.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+
+namespace ulf {
+namespace {
+
+struct SimulateArgs {
+  std::string scene = "studio", options;
+  std::vector<std::string> interfaces{"127.0.0.1"}, serials, poses, calibrations, faults;
+  std::vector<std::uint64_t> seeds;
+  double fps = 0, duration_s = 0, line_hz = 10;
+  int loop = 0;
+};
+
+// One value for each camera, or none at all.
+template <typename T>
+void RequireOneEach(const char* option, const std::vector<T>& values, std::size_t cameras) {
+  if (!values.empty() && values.size() != cameras)
+    throw UsageError("{} names {} for {} cameras; give one for each --interface, with commas between", option,
+                     values.size(), cameras);
+}
+
+// What each camera of the command line is to be.
+std::vector<GigeServerOptions> CamerasOf(const SimulateArgs& args) {
+  const std::size_t count = args.interfaces.size();
+  RequireOneEach("--serial", args.serials, count);
+  RequireOneEach("--seed", args.seeds, count);
+  RequireOneEach("--poses", args.poses, count);
+  RequireOneEach("--calibration-out", args.calibrations, count);
+  // What `sim:` URIs know is said here in the same words; the plain options win.
+  std::string uri = "sim:" + args.scene;
+  if (!args.options.empty()) uri += "?" + args.options;
+  SimulationOptions simulation = SimulationOptions::FromUri(DeviceUri::Parse(uri));
+  if (args.fps != 0) simulation.fps = args.fps;
+  for (const std::string& fault : args.faults) simulation.faults.Add(fault);
+  std::vector<GigeServerOptions> cameras;
+  for (std::size_t i = 0; i < count; ++i) {
+    GigeServerOptions camera{
+        .simulation = simulation,
+        .interface = args.interfaces[i],
+        .serial = args.serials.empty() ? fmt::format("ULF-SIM-{}", i + 1) : args.serials[i],
+        .poses = args.poses.empty() ? "" : args.poses[i],
+        .line_hz = args.line_hz,
+        .loop = args.loop};
+    camera.simulation.seed = args.seeds.empty() ? simulation.seed + i : args.seeds[i];
+    camera.simulation.Validate();
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+std::string Describe(const GigeRelayStatistics& link) {
+  return fmt::format("; link: {}, {} lost, {} doubled, {} swapped, {} asked again in {}, {}",
+                     Counted(link.packets, "packet"), link.lost, link.doubled, link.swapped, link.resent,
+                     Counted(link.resend_requests, "request"), Counted(link.late_frames, "late frame"));
+}
+
+int RunSimulate(const SimulateArgs& args) {
+  const std::vector<GigeServerOptions> cameras = CamerasOf(args);
+
+  // Blocked before any thread starts, so that only the wait below sees them.
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+
+  std::vector<std::unique_ptr<SimulatedGigeCamera>> servers;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto& server = servers.emplace_back(std::make_unique<SimulatedGigeCamera>(cameras[i]));
+    if (!args.calibrations.empty())
+      WriteCalibration(args.calibrations[i], server->camera().camera(), cameras[i].serial,
+                       "exact: the simulated camera of scene " + cameras[i].simulation.scene);
+    fmt::print("serving aravis:{} at {}\n", server->DeviceId(), cameras[i].interface);
+    std::fflush(stdout);
+  }
+
+  const auto begin = std::chrono::steady_clock::now();
+  const auto elapsed_s = [&] { return SecondsSince(begin); };
+  while (args.duration_s <= 0 || elapsed_s() < args.duration_s) {
+    const timespec moment{0, 50'000'000};
+    if (sigtimedwait(&ends, nullptr, &moment) > 0) break;
+  }
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const GigeServerStatistics statistics = servers[i]->Statistics();
+    fmt::print(
+        "{}served {} ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
+        cameras.size() == 1 ? "" : cameras[i].serial + ": ", Counted(statistics.served, "frame"),
+        statistics.late, elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
+        statistics.refused == 0 ? "" : fmt::format("; {} refused", Counted(statistics.refused, "request")),
+        servers[i]->relay() ? Describe(servers[i]->relay()->Statistics()) : "");
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<SimulateArgs>();
+  auto* sub = app.add_subcommand("simulate", "Serves the simulated camera as a real GigE Vision device");
+  sub->add_option("scene", args->scene, "studio, or wall (flat)")->capture_default_str();
+  sub->add_option("--interface", args->interfaces,
+                  "IPv4 addresses of this machine to serve at, with commas between; one camera each")
+      ->delimiter(',')
+      ->capture_default_str();
+  sub->add_option("--serial", args->serials,
+                  "Serial numbers, up to 15 characters (ULF-SIM-1, ULF-SIM-2, ...)")
+      ->delimiter(',');
+  sub->add_option(
+         "--poses", args->poses,
+         "Write every frame's exact pose here (TUM, frame ids as comments); one file for each camera")
+      ->delimiter(',');
+  sub->add_option("--calibration-out", args->calibrations,
+                  "Write the exact intrinsics here; one file for each camera")
+      ->delimiter(',');
+  sub->add_option("--fps", args->fps, "Frames per second (15)");
+  sub->add_option("--seed", args->seeds, "Seeds of hand and noise (7, 8, ...)")->delimiter(',');
+  sub->add_option("--loop", args->loop,
+                  "Render so many pictures first and play them to and fro: any frame rate, little work");
+  sub->add_option("--line-hz", args->line_hz, "Pulses a second on Line0, the hardware trigger's input")
+      ->capture_default_str();
+  sub->add_option("--fault", args->faults,
+                  "What shall go wrong, as often as wanted: lost=SHARE doubled=SHARE swapped=SHARE resend=0 "
+                  "late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
+      ->delimiter(',');
+  sub->add_option("--duration-s", args->duration_s, "Stop by itself after so long")->check(Positive());
+  sub->add_option("--options", args->options,
+                  "Further options as in sim: URIs, e.g. \"width=1280&height=960&cap=40x30\"");
+  sub->footer(
+      "Example: ulf simulate studio --calibration-out sim.json --poses truth.txt &\n"
+      "         ulf capture aravis:ULF-ULF-SIM-1 --calibration sim.json -o studio --until-covered 60x40\n"
+      "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
+      "Runs until SIGINT or SIGTERM. Prints a line for each camera when it can be opened and one with "
+      "figures "
+      "at its end. Seconds of faults count from the first frame taken.");
+  sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,326 @@
+// ulf capture: the main job, from a device's URI to a light field on disk.
+#include "commands/capture/capture_command.h"
+
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "acquisition/device/frame_recording.h"
+#include "commands/calibration/intrinsics_options.h"
+#include "commands/capture/capture_report.h"
+#include "commands/capture/close_at_death.h"
+#include "commands/capture/pose_errors.h"
+#include "commands/light_field/light_field_report.h"
+#include "commands/number_checks.h"
+#include "commands/tracking/readout_option.h"
+#include "commands/tracking/tracking_side_option.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/base/stop_signal.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field_io.h"
+#include "coverage/operator/coverage_drawing.h"
+#include "coverage/operator/run_with_display.h"
+#include "coverage/operator/scripted_surface.h"
+#include "coverage/session/capture_session.h"
+#include "coverage/session/capture_start.h"
+#include "coverage/session/record/map_cache.h"
+#include "coverage/session/request_lines.h"
+#include "coverage/simulated_operator/simulated_operator.h"
+#include "tracking/sources/marker_spec.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+void WritePictures(const CaptureArgs& args, const CameraModel& camera, const CaptureSummary& summary,
+                   const LightFieldReport& report) {
+  if (args.overlay.empty() && args.map.empty()) return;
+  if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
+    fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
+    return;
+  }
+  const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
+  const CoverageMap map = RefinedForPictures(*summary.map);
+  if (!args.overlay.empty()) {
+    // Lines and dots want pixels: small images are drawn on at twice their size.
+    constexpr int kWideEnough = 1000;
+    const int factor = camera.width < kWideEnough ? 2 : 1;
+    const CameraModel large = camera.ScaledTo(factor * camera.width, factor * camera.height);
+    cv::Mat live;
+    cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
+               cv::INTER_CUBIC);
+    WritePictureFile(args.overlay, DrawOverlay(live, large, cam_from_world, map));
+  }
+  if (args.map.empty()) return;
+  std::string caption = fmt::format("{}, within {:g} px", Counted(report.views, "view"), report.threshold_px);
+  if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
+  WritePictureFile(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
+}
+
+void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report,
+                 std::size_t tracked, const std::optional<PoseErrors>& errors) {
+  if (args.json) {
+    nlohmann::json json = ToJson(report);
+    AddTo(json, summary, tracked);
+    if (errors) AddTo(json, *errors);
+    fmt::print("{}\n", json.dump());
+  } else {
+    fmt::print("{}{}{}", ToText(report), ToText(summary, tracked), errors ? ToText(*errors) : "");
+  }
+  std::fflush(stdout);
+}
+
+// The larger share of what the capture may end by; the device's own where nothing was asked for.
+double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const CaptureState& now,
+                 double first_time_s, const Device& device) {
+  double share = 0;
+  if (now.covered) share = *now.covered / options.until_share;
+  if (args.frames > 0)
+    share = std::max(share, static_cast<double>(now.frames) / static_cast<double>(args.frames));
+  if (args.max_seconds > 0) share = std::max(share, (now.device_time_s - first_time_s) / args.max_seconds);
+  if (!now.covered && args.frames == 0 && args.max_seconds == 0) share = device.ShareDone().value_or(0);
+  return std::min(0.99, share);
+}
+
+std::string ProgressLine(const CaptureState& now, double until_share) {
+  const std::string covered =
+      now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
+  std::string what = InWords(now.decision.reason);
+  if (!now.why_waiting.empty())
+    what = now.why_waiting;
+  else if (!now.tracking_words.empty())
+    what = now.tracking_words;
+  const std::string way = WayInWords(now);
+  return fmt::format("{}, {} recorded{}; {}{}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
+                     what, way.empty() ? "" : "; next: " + way);
+}
+
+// Before anything else is read or written there.
+void SayWhatTheDiskRefused(const CaptureSummary& summary) {
+  if (summary.stopped_because != StoppedBecause::kDisk) return;
+  fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
+             summary.problem);
+  for (const auto& [folder, count] : summary.set_aside)
+    fmt::print(stderr, "ulf: {} taken by then: kept in {}\n", Counted(count, "frame"), folder.string());
+  if (summary.unwritten > 0)
+    fmt::print(stderr, "ulf: {} taken by then could not be written anywhere\n",
+               Counted(summary.unwritten, "frame"));
+}
+
+DisplayDoor DoorFor(const CaptureArgs& args, const std::shared_ptr<DisplayScript>& script) {
+  constexpr int kWidth = 1280, kHeight = 720;
+  if (args.headless) return {};
+  if (args.offscreen)
+    return [script]() -> std::unique_ptr<Surface> {
+      try {
+        return std::make_unique<ScriptedSurface>(cv::Size(kWidth, kHeight), script);
+      } catch (...) {
+        script->End();
+        throw;
+      }
+    };
+  return [] { return OpenWindow("ulf capture", {kWidth, kHeight}); };
+}
+
+int RunCaptureCommand(const CaptureArgs& args) {
+  CaptureOptions options = OptionsFrom(args);
+  if (!args.marker.empty()) MarkerSpec::Parse(args.marker);
+  if (!args.marker.empty() && args.headless)
+    throw UsageError(
+        "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
+        "leave out one of the two",
+        args.marker);
+  if (args.offscreen && (args.headless || args.requests.empty()))
+    throw UsageError(
+        "--offscreen: a display without a window, which lines of --requests press keys of and look at; {}",
+        args.headless ? "leave out --headless, which is without a display" : "give --requests, too");
+  for (const std::string& picture : {args.overlay, args.map})
+    if (!picture.empty()) RequireWritablePicture(picture);
+  if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
+  std::optional<RequestLines> request_lines;  // before anything is written
+  CaptureRequests requests;
+  const auto script = std::make_shared<DisplayScript>(requests);
+  if (!args.requests.empty()) {
+    std::function<void(const std::string&)> take;
+    if (args.offscreen)
+      take = [script](const std::string& line) { script->Take(line); };
+    else
+      take = [&requests](const std::string& line) { requests.Ask(ParseCaptureRequest(line)); };
+    request_lines.emplace(args.requests, std::move(take));
+  }
+  const StopOnSignal signals;
+  PreparedCapture prepared;
+  if (!PrepareCapture(args, &options, prepared)) {
+    fmt::print(stderr, "stopped before the first frame: no light field was written\n");
+    return kOk;
+  }
+
+  CaptureSummary summary;
+  FrameRecorderSummary kept;
+  std::vector<TimedPose> live;
+  {
+    const CloseAtDeath guard(args.dir);
+    Progress progress("capture");
+    const double first_time_s = prepared.first.back().device_time_s;
+    double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
+    CaptureHooks hooks;
+    hooks.say = [&](const std::string& line) { progress.Say(line); };
+    hooks.stop_requested = [] { return StopOnSignal::Asked(); };
+    hooks.requests = &requests;
+    const auto read_requests = [&] {
+      if (request_lines) request_lines->Take(hooks.say);
+    };
+    CaptureFeed feed;
+    hooks.while_waiting = [&](const SharedCaptureState& now) {
+      read_requests();
+      feed.Publish(now);
+      if (!now->why_waiting.empty()) progress.Show(shown_share, ProgressLine(*now, options.until_share));
+    };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      read_requests();
+      feed.Publish(now);
+      if (prepared.person) prepared.person->See(now->device_time_s, *now);
+      if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
+      shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
+      progress.Show(shown_share, ProgressLine(*now, options.until_share));
+    };
+    std::unique_ptr<FrameRecorder> recorder;
+    if (!args.keep_frames.empty()) {
+      recorder = std::make_unique<FrameRecorder>(args.keep_frames, prepared.recording);
+      hooks.keep_frame = [&](const Frame& frame) { recorder->TryAdd(frame); };
+      hooks.say = [&](const std::string& line) {
+        progress.Say(line);
+        recorder->Note(line);
+      };
+    }
+    const auto capture = [&] {
+      summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
+                           options, hooks, std::move(prepared.first));
+    };
+    RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
+    if (recorder) kept = recorder->Finish();
+  }
+  if (kept.left_out > 0)
+    fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
+               Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
+  SayWhatTheDiskRefused(summary);
+  const LightField light_field = ReadLightField(args.dir);
+  if (summary.stopped_because != StoppedBecause::kDisk && !light_field.views.empty())
+    SaveMapCache(light_field, prepared.camera, *prepared.poses);
+  const LightFieldReport report =
+      Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
+  std::optional<PoseErrors> errors;
+  if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
+  PrintResult(args, summary, report, live.size(), errors);
+  WritePictures(args, options.still_camera.value_or(prepared.camera), summary, report);
+  constexpr double kBetweenCells = 0.005;  // that a full map may leave open
+  if (summary.stopped_because == StoppedBecause::kCovered &&
+      report.covered < std::min(options.until_share, 1 - kBetweenCells))
+    fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
+  if (summary.stopped_because == StoppedBecause::kDisk) return kFailed;
+  if (summary.stopped_because == StoppedBecause::kDeviceLost) {
+    fmt::print(stderr,
+               "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",
+               args.uri);
+    return kFailed;
+  }
+  const bool was_asked_to_end = summary.stopped_because == StoppedBecause::kSignal ||
+                                summary.stopped_because == StoppedBecause::kClosed;
+  if (report.views == 0 && !was_asked_to_end) {
+    fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
+    return kFailed;
+  }
+  if (const std::string why = WhyFewRecorded(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
+  return kOk;
+}
+
+}  // namespace
+
+void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<CaptureArgs>();
+  CLI::App* command =
+      app.add_subcommand("capture", "Captures a light field: records every view that is missing");
+  command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
+  command->add_option("-o,--output", args->dir, "Folder of the light field")->required();
+  command->add_option("--subject", args->subject, "auto, or x,y,z,radius in world units")
+      ->capture_default_str();
+  command->add_option("--subject-size", args->subject_size, "auto: the sphere's share of the image's width")
+      ->capture_default_str();
+  command->add_flag(
+      "--no-subject", args->no_subject,
+      "Posed photographs of a place, whatever is seen: recorded by parallax and overlap, the sharpest of "
+      "neighbouring frames (docs/tracking.md)");
+  command
+      ->add_option("--parallax-deg", args->parallax_deg,
+                   "With --no-subject: a view more when what is seen has shifted by so many degrees (1)")
+      ->check(Positive());
+  command->add_option(
+      "--until-covered", args->until_covered,
+      "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said). With --resume: as "
+      "before, none: until stopped");
+  command->add_option("--quality", args->quality, "high: 7 px (as without), fast: 12 px")
+      ->check(CLI::IsMember({"high", "fast"}));
+  command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed");
+  command->add_option("--coverage-width", args->coverage_width_px,
+                      "Width of the image that the threshold refers to (640)");
+  AddIntrinsicsOptions(*command, args->intrinsics);
+  command->add_option("--poses", args->poses_text, kPosesHelp)->capture_default_str();
+  AddReadoutOption(*command, args->readout);
+  AddTrackingSideOption(*command, args->tracking_side_px);
+  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
+      ->check(Positive());
+  command
+      ->add_option("--speed", args->speed,
+                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->check(NonNegative());
+  command->add_option("--keep-frames", args->keep_frames,
+                      "New folder for every frame: the session can be run again, replay:FOLDER");
+  command->add_option(
+      "--requests", args->requests,
+      "Lines to be answered while it runs, from this file or fifo (-: standard input): take-back "
+      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
+      "record, finish");
+  command->add_option(
+      "--operator", args->person,
+      "Of a simulated scene: who holds the camera, in place of a hand that scans by a plan: guided, "
+      "unguided, novice or unguided-novice, with a seed if wanted, novice:7 (docs/guidance.md)");
+  command->add_flag("--headless", args->headless, "Without the operator display");
+  command->add_flag(
+      "--offscreen", args->offscreen,
+      "The operator display without a window: --requests then also takes press KEYS (s,Up,Enter) "
+      "and look FILE.png");
+  command->add_option(
+      "--marker", args->marker,
+      "Held before the camera to look round in the display's review: marker:80:DICT_4X4_50:0");
+  command->add_flag("--deterministic", args->deterministic,
+                    "One thread; the same frames give the same bytes");
+  command->add_flag("--resume", args->resume, "Go on with the light field in the folder");
+  command->add_flag("--raw", args->raw,
+                    "A mosaic camera's masters are the mosaics themselves, not their 16-bit colours");
+  command->add_option("--overlay", args->overlay, "Picture: the last recorded frame with the painted sphere");
+  command->add_option("--map", args->map, "Picture: the coverage map");
+  command
+      ->add_option("--truth", args->truth,
+                   "True poses (TUM, device times), read at the end: prints the tracker's error")
+      ->check(CLI::ExistingFile);
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer(
+      "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
+  command->callback([args, &chosen] {
+    chosen = [args] {
+      args->poses = PosesSpec::Parse(args->poses_text);
+      return RunCaptureCommand(*args);
+    };
+  });
+}
+
+}  // namespace ulf

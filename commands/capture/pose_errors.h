@@ -1,0 +1,31 @@
+// How far a capture's camera centres are from true ones after a similarity alignment: of every tracked frame
+// as it was given live, and of the recorded views with their final poses. Behind `ulf capture --truth`.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/trajectory.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+struct PoseErrors {
+  std::optional<TrajectoryError> live, views;
+  double subject_distance = 0;  // median of the views, in the truth's unit
+};
+
+// `truth_file` is TUM's format, its times the device's. Throws Error naming file and line.
+PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
+                            const LightField& light_field);
+
+// In the truth's unit.
+void AddTo(nlohmann::json& json, const PoseErrors& errors);
+
+// For people: shares of the subject's distance.
+std::string ToText(const PoseErrors& errors);
+
+}  // namespace ulf

@@ -1,0 +1,158 @@
+#include "commands/light_field/export_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/light_field_io.h"
+#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/triangulate.h"
+
+namespace ulf {
+namespace {
+
+struct ExportArgs {
+  std::string dir;
+  std::string output;
+  bool undistort = false;
+  bool binary = false;
+  bool known_points = false;
+  int threads = 2;
+  bool json = false;
+};
+
+struct Triangulated {
+  bool done = false;
+  bool kept_points = false;  // none was found, those that there were stay
+  double pose_error_px = 0;
+  std::size_t unread = 0;
+};
+
+// Poses are those of the light field; only the points are made.
+Triangulated MakePoints(LightField& light_field, Progress& progress, double share) {
+  TriangulationOptions options;
+  options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
+  TriangulationResult result = TriangulateViews(RefineInputOf(light_field), options);
+  const bool kept_points = result.points.empty() && !light_field.points.empty();
+  if (!kept_points) light_field.points = WithViewIds(std::move(result.points), light_field);
+  return {true, kept_points, result.pose_error_px, result.unread.size()};
+}
+
+nlohmann::ordered_json CameraJson(const Undistortion& camera) {
+  return {{"width", camera.to.width}, {"height", camera.to.height},     {"fx", camera.to.fx},
+          {"fy", camera.to.fy},       {"changed", !camera.is_identity}, {"kept_share", camera.kept_share}};
+}
+
+std::string Described(const Undistortion& camera, std::size_t number) {
+  if (camera.is_identity)
+    return fmt::format("camera {}: {}x{}, without distortion as it is\n", number, camera.to.width,
+                       camera.to.height);
+  return fmt::format("camera {}: {}x{} becomes {}x{}; {:.1f} % of the picture is kept{}\n", number,
+                     camera.from.width, camera.from.height, camera.to.width, camera.to.height,
+                     100 * camera.kept_share,
+                     camera.is_limited ? ", what lies farther than 60 degrees from the axis is not" : "");
+}
+
+void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated) {
+  fmt::print("{}: {}, {} copied as they are{}\n", args.output, Counted(summary.copied + summary.made, "view"),
+             summary.copied, summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
+  for (std::size_t i = 0; i < summary.cameras.size(); ++i)
+    fmt::print("{}", Described(summary.cameras[i], i + 1));
+  const PointStatistics& points = summary.points;
+  fmt::print("points: {}", points.points);
+  if (points.tracked > 0 && points.tracked < points.points)
+    fmt::print(", {} of them measured", points.tracked);
+  if (points.tracked > 0)
+    fmt::print(", seen {} times ({:.1f} views each), {:.3f} px off (mean)", points.observations,
+               points.mean_track_length, points.mean_error_px);
+  fmt::print("\n");
+  if (triangulated.kept_points)
+    fmt::print(
+        "the photographs share nothing that could be measured: the points are those that were there\n");
+  constexpr double kPoorPx = 2;
+  if (triangulated.pose_error_px > kPoorPx)
+    fmt::print(
+        "the poses fit the pictures to {:.1f} px only, which leaves few points: ulf refine makes better "
+        "ones\n",
+        triangulated.pose_error_px);
+  if (triangulated.unread > 0)
+    fmt::print("{} could not be looked at for points\n", Counted(triangulated.unread, "view"));
+}
+
+int RunExport(const ExportArgs& args, ExportForm form) {
+  LightField light_field = ReadLightField(args.dir);
+  cv::setNumThreads(args.threads);
+  Progress progress("export", args.json);
+  ExportOptions options;
+  options.form = form;
+  options.undistort = args.undistort;
+  options.stop = [] { return StopOnSignal::Asked(); };
+  Triangulated triangulated;
+  // By time, about.
+  const double points_share = args.known_points ? 0 : 0.8;
+  RequireExportable(light_field, args.output, options);
+  if (!args.known_points) triangulated = MakePoints(light_field, progress, points_share);
+  const StopOnSignal signals;  // from here on there is something to clear away
+  options.progress = [&](double share, const std::string& what) {
+    progress.Show(points_share + (1 - points_share) * share, what);
+  };
+  const ExportSummary summary = ExportLightField(light_field, args.output, options);
+  if (!args.json) {
+    PrintText(args, summary, triangulated);
+    return kOk;
+  }
+  nlohmann::ordered_json json{{"output", args.output},
+                              {"views", summary.copied + summary.made},
+                              {"copied", summary.copied},
+                              {"masks", summary.masks},
+                              {"points", summary.points.points},
+                              {"measured_points", summary.points.tracked},
+                              {"observations", summary.points.observations},
+                              {"mean_error_px", summary.points.mean_error_px}};
+  if (triangulated.done) json["pose_error_px"] = triangulated.pose_error_px;
+  for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
+  fmt::print("{}\n", json.dump(2));
+  return kOk;
+}
+
+void AddForm(CLI::App& command, ChosenCommand& chosen, const char* name, const char* what, bool is_colmap) {
+  auto args = std::make_shared<ExportArgs>();
+  CLI::App* form = command.add_subcommand(name, what);
+  form->add_option("DIR", args->dir, "Light field, or a set with transforms.json")->required();
+  form->add_option("-o,--output", args->output, "New folder")->required();
+  form->add_flag("--undistort", args->undistort,
+                 "Photographs without distortion, their principal point in the middle (else as they are)");
+  if (is_colmap) form->add_flag("--binary", args->binary, "The binary model in place of the text");
+  form->add_flag("--known-points", args->known_points,
+                 "The points that the light field has (else all that its views share are measured)");
+  form->add_option("--threads", args->threads, "Processors to use")->check(CLI::Range(1, 256));
+  form->add_flag("--json", args->json, "Print one JSON object");
+  form->callback([args, is_colmap, &chosen] {
+    const ExportForm to = !is_colmap     ? ExportForm::kNerfstudio
+                          : args->binary ? ExportForm::kColmapBinary
+                                         : ExportForm::kColmapText;
+    chosen = [args, to] { return RunExport(*args, to); };
+  });
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* command = app.add_subcommand("export", "A light field for other programs (docs/export.md)");
+  command->require_subcommand(1);
+  AddForm(*command, chosen, "colmap", "COLMAP's folder: images, sparse/0, masks", true);
+  AddForm(*command, chosen, "nerfstudio", "nerfstudio's folder: images, transforms.json, points.ply, masks",
+          false);
+  command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
+}
+
+}  // namespace ulf

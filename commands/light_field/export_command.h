@@ -1,0 +1,10 @@
+// `ulf export colmap|nerfstudio`: a light field as other programs want it, its points measured anew.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+
+void AddExportCommand(CLI::App& app, ChosenCommand& chosen);
+
+}  // namespace ulf

@@ -1,0 +1,47 @@
+// ulf info: a light field in one row.
+#include "commands/light_field/info_command.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/light_field/light_field_report.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+struct InfoArgs {
+  std::string dir;
+  std::string cap;
+  std::string subject;
+  std::optional<double> threshold_px;
+  bool json = false;
+};
+
+int RunInfo(const InfoArgs& args) {
+  ReportOptions options{.threshold_px = args.threshold_px};
+  if (!args.cap.empty()) options.cap = Cap::ParseDegrees(args.cap);
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  const LightFieldReport report = Describe(ReadLightField(args.dir), options);
+  fmt::print("{}", args.json ? ToJson(report).dump() + "\n" : ToText(report));
+  return kOk;
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<InfoArgs>();
+  CLI::App* command = app.add_subcommand("info", "A light field in one row: views, time, angles, coverage");
+  command->add_option("DIR", args->dir, "Light field")->required();
+  command->add_option(
+      "--cap", args->cap,
+      "Tell how much of this cap is covered, degrees: 60x40 (else of the one that the capture was to cover)");
+  command->add_option("--threshold-px", args->threshold_px, "For --cap (else the capture's, else 7)");
+  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer("Example: ulf info my_light_field --cap 60x40");
+  command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,234 @@
+#include "commands/light_field/light_field_report.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "coverage/bound/view_decision.h"
+#include "render/fields/viewpoint_mesh.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+double Degrees(double radians) { return radians * 180 / M_PI; }
+
+// The smallest arc that holds all angles.
+double AngularSpan(std::vector<double> angles) {
+  std::sort(angles.begin(), angles.end());
+  double widest_gap = angles.front() + 2 * M_PI - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i)
+    widest_gap = std::max(widest_gap, angles[i] - angles[i - 1]);
+  return 2 * M_PI - widest_gap;
+}
+
+Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vector3d& up) {
+  const Vector3d& first = directions.front();
+  const bool within_hemisphere =
+      std::all_of(directions.begin(), directions.end(),
+                  [&](const Vector3d& direction) { return direction.dot(first) > 0; });
+  const Vector3d level = first - first.dot(up) * up;
+  const CapFrame frame(within_hemisphere || level.norm() < 1e-6 ? first : level, up);
+  std::vector<double> azimuths, elevations;
+  for (const Vector3d& direction : directions) {
+    azimuths.push_back(frame.Of(direction).azimuth);
+    elevations.push_back(frame.Of(direction).elevation);
+  }
+  const auto [lowest, highest] = std::minmax_element(elevations.begin(), elevations.end());
+  return {AngularSpan(std::move(azimuths)), *highest - *lowest};
+}
+
+LightFieldReport::Distances DistancesOf(const LightField& light_field, const Subject& subject) {
+  std::vector<double> distances;
+  for (const View& view : light_field.views)
+    distances.push_back((view.CenterInWorld() - subject.center_in_world).norm());
+  std::sort(distances.begin(), distances.end());
+  return {distances.front(), distances[distances.size() / 2], distances.back()};
+}
+
+std::size_t CountDuplicates(const std::vector<CriterionView>& views, const Subject& subject,
+                            double threshold_px) {
+  RecordedViews earlier(subject);
+  std::size_t duplicates = 0;
+  for (const CriterionView& view : views) {
+    duplicates += earlier.Covers(view, threshold_px);
+    earlier.Add(view);
+  }
+  return duplicates;
+}
+
+std::vector<LightFieldReport::Hole> HolesOf(const LightField& light_field,
+                                            const std::vector<CriterionView>& views, const Subject& subject,
+                                            const Cap& cap, double threshold_px) {
+  CoverageMap map(subject,
+                  {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
+  map.SetViews(views);
+  std::vector<LightFieldReport::Hole> holes;
+  for (const CoverageHole& hole : map.Holes()) {
+    const CapFrame::Angles at = map.frame()->Of(hole.direction);
+    holes.push_back(
+        {hole.solid_angle_sr * Degrees(1) * Degrees(1), Degrees(at.azimuth), Degrees(at.elevation)});
+  }
+  return holes;
+}
+
+std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
+  constexpr std::size_t kShown = 3;
+  double area = 0;
+  std::string largest;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    area += holes[i].area_deg2;
+    if (i < kShown)
+      largest += fmt::format("{}{:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", holes[i].area_deg2,
+                             holes[i].azimuth_deg, holes[i].elevation_deg);
+  }
+  return fmt::format("holes          {}, {:.1f} square degrees in all (at azimuth, elevation: {}{})\n",
+                     holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
+}
+
+// The counts of frames are written when a session is closed.
+std::size_t UncountedViews(const LightField& light_field) {
+  if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
+  const auto counted = light_field.reasons.find(Name(Reason::kRecorded));
+  const std::uint64_t recorded = counted == light_field.reasons.end() ? 0 : counted->second;
+  const std::uint64_t views = light_field.views.size() + light_field.taken_back;
+  return recorded < views ? views - recorded : 0;
+}
+
+std::string ReasonsText(const LightFieldReport& report) {
+  std::string reasons;
+  for (const auto& [reason, count] : report.reasons)
+    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
+  std::string text = reasons.empty() ? reasons : "frames         " + reasons + "\n";
+  if (report.uncounted_views > 0)
+    text += fmt::format(
+        "not counted    the frames and the time of a session that was not closed (killed, or still running): "
+        "{} of it\n",
+        Counted(report.uncounted_views, "view"));
+  return text;
+}
+
+}  // namespace
+
+LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
+  LightFieldReport report;
+  report.views = light_field.views.size();
+  report.taken_back = light_field.taken_back;
+  report.capture_s = light_field.capture_s;
+  report.units = light_field.units;
+  report.reasons = light_field.reasons;
+  report.uncounted_views = UncountedViews(light_field);
+  report.cap = options.cap;
+  if (!report.cap && light_field.goal) report.cap = Cap::FromDegrees(light_field.goal->cap_deg);
+  report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
+  report.subject = options.subject ? options.subject : light_field.subject;
+  if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
+  if (light_field.views.empty()) {
+    if (report.cap) report.covered = 0;
+    return report;
+  }
+  if (!report.subject) {
+    if (options.cap)
+      throw UsageError(
+          "{}: has no subject, and its views look at no common point: no cap to measure; give --subject "
+          "x,y,z,radius, or leave out --cap",
+          light_field.root.string());
+    return report;
+  }
+  std::vector<Vector3d> directions, centers;
+  for (const View& view : light_field.views) centers.push_back(view.CenterInWorld());
+  const ViewpointMesh mesh = MakeViewpointMesh(centers, *report.subject);
+  if (mesh.span == Span::kSurface) report.mean_edge_deg = Degrees(mesh.mean_edge_rad);
+  for (const View& view : light_field.views)
+    if (const Vector3d offset = view.CenterInWorld() - report.subject->center_in_world; offset.norm() > 0)
+      directions.push_back(offset.normalized());
+  if (!directions.empty())
+    report.angular_range_deg = AngularRange(directions, light_field.UpInWorld()).unaryExpr(&Degrees);
+  report.distances = DistancesOf(light_field, *report.subject);
+  const std::vector<CriterionView> views = CriterionViews(light_field);
+  report.duplicates = CountDuplicates(views, *report.subject, report.threshold_px);
+  if (report.cap) {
+    report.covered = MeasureCoverage(light_field, *report.subject, *report.cap, report.threshold_px).covered;
+    report.holes = HolesOf(light_field, views, *report.subject, *report.cap, report.threshold_px);
+  }
+  return report;
+}
+
+nlohmann::json ToJson(const LightFieldReport& report) {
+  nlohmann::json json;
+  json["views"] = report.views;
+  json["taken_back"] = report.taken_back;
+  json["capture_s"] = report.capture_s;
+  json["angular_range_deg"] = nullptr;
+  if (report.angular_range_deg)
+    json["angular_range_deg"] = {report.angular_range_deg->x(), report.angular_range_deg->y()};
+  json["mean_edge_deg"] = nullptr;
+  if (report.mean_edge_deg) json["mean_edge_deg"] = *report.mean_edge_deg;
+  json["subject"] = nullptr;
+  if (report.subject) {
+    const Vector3d& center = report.subject->center_in_world;
+    json["subject"] = {{"center", {center.x(), center.y(), center.z()}}, {"radius", report.subject->radius}};
+  }
+  json["cap_deg"] = nullptr;
+  if (report.cap) json["cap_deg"] = {report.cap->Degrees().x(), report.cap->Degrees().y()};
+  json["covered"] = nullptr;
+  if (report.covered) json["covered"] = *report.covered;
+  json["holes"] = nullptr;
+  if (report.covered) {
+    json["holes"] = nlohmann::json::array();
+    for (const LightFieldReport::Hole& hole : report.holes)
+      json["holes"].push_back({{"area_deg2", hole.area_deg2},
+                               {"azimuth_deg", hole.azimuth_deg},
+                               {"elevation_deg", hole.elevation_deg}});
+  }
+  json["distance"] = nullptr;
+  if (report.distances)
+    json["distance"] = {{"nearest", report.distances->nearest},
+                        {"median", report.distances->median},
+                        {"farthest", report.distances->farthest}};
+  json["duplicates"] = report.duplicates;
+  json["reasons"] = report.reasons;
+  json["uncounted_views"] = report.uncounted_views;
+  return json;
+}
+
+std::string ToText(const LightFieldReport& report) {
+  std::string text = fmt::format("views          {}\n", report.views);
+  if (report.taken_back > 0) text += fmt::format("taken back     {}, kept in unposed/\n", report.taken_back);
+  text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
+                               : "capture time   unknown\n";
+  if (report.views > 0 && !report.subject)
+    return text +
+           "subject        none: the views look at no common point (--subject x,y,z,radius measures)\n" +
+           ReasonsText(report);
+  if (report.angular_range_deg)
+    text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
+                        report.angular_range_deg->y());
+  text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
+                               : "average angle: n/a (too few neighbouring views)\n";
+  if (report.subject)
+    text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
+                        report.subject->center_in_world.x(), report.subject->center_in_world.y(),
+                        report.subject->center_in_world.z(), report.subject->radius,
+                        report.units == "arbitrary" ? "arbitrary units" : report.units);
+  if (report.covered)
+    text +=
+        fmt::format("covered        {:.1f} % of {:g} x {:g} degrees within {:g} px\n", 100 * *report.covered,
+                    report.cap->Degrees().x(), report.cap->Degrees().y(), report.threshold_px);
+  if (!report.holes.empty()) text += HolesText(report.holes);
+  if (report.distances)
+    text += fmt::format("distances      {:.3g} to {:.3g}, median {:.3g} (from {:.0f} to {:.0f} % of it)\n",
+                        report.distances->nearest, report.distances->farthest, report.distances->median,
+                        100 * report.distances->nearest / report.distances->median,
+                        100 * report.distances->farthest / report.distances->median);
+  if (report.duplicates > 0)
+    text += fmt::format("duplicates     {} covered by earlier ones\n", Counted(report.duplicates, "view"));
+  return text + ReasonsText(report);
+}
+
+}  // namespace ulf

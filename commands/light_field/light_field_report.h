@@ -1,0 +1,60 @@
+// A light field in one row, as the thesis's Table 6.1 has it: views, capture time, angular range, average
+// angle between neighbours; how the distances spread, which views add nothing, how much of a cap is covered
+// and where it is open.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+#include "coverage/bound/coverage_map.h"
+
+namespace ulf {
+
+struct LightFieldReport {
+  std::size_t views = 0;
+  double capture_s = 0;
+  // The largest horizontal and vertical angle between viewpoints as seen from the subject, degrees: azimuth
+  // and elevation about the first view's direction while all views are within 90 degrees of it, round the
+  // vertical beyond.
+  std::optional<Eigen::Vector2d> angular_range_deg;
+  std::optional<double> mean_edge_deg;  // none where the viewpoints span no surface
+  std::optional<Subject> subject;
+  std::string units;
+  std::optional<Cap> cap;
+  std::optional<double> covered;  // none without a cap
+  // What of the cap is open, the largest first; empty without a cap.
+  struct Hole {
+    double area_deg2 = 0;                       // square degrees
+    double azimuth_deg = 0, elevation_deg = 0;  // about the first view
+  };
+  std::vector<Hole> holes;
+  struct Distances {
+    double nearest = 0, median = 0, farthest = 0;  // from the subject's centre, world units
+  };
+  std::optional<Distances> distances;  // none without views
+  std::size_t duplicates = 0;          // views that an earlier one covers
+  double threshold_px = 7;
+  std::uint64_t taken_back = 0;  // views that are in unposed/
+  std::map<std::string, std::uint64_t> reasons;
+  std::size_t uncounted_views = 0;  // of sessions whose frames and time were never written
+};
+
+struct ReportOptions {
+  std::optional<Cap> cap = std::nullopt;              // none: the one that was to be covered, if any
+  std::optional<Subject> subject = std::nullopt;      // none: the light field's, else from the optical axes
+  std::optional<double> threshold_px = std::nullopt;  // none: the light field's, else 7
+};
+
+// Without a subject, where the axes do not give one either, what is measured about it is none. Throws
+// UsageError when it is asked for a cap all the same.
+LightFieldReport Describe(const LightField& light_field, const ReportOptions& options);
+
+nlohmann::json ToJson(const LightFieldReport& report);
+std::string ToText(const LightFieldReport& report);
+
+}  // namespace ulf

@@ -1,0 +1,65 @@
+// ulf repair: a light field's folder put in order, first as a plan.
+#include "commands/light_field/repair_command.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "core/base/counted.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/folder_repair.h"
+
+namespace ulf {
+namespace {
+
+struct RepairArgs {
+  std::string dir;
+  bool write = false;
+  bool json = false;
+};
+
+void PrintText(const RepairPlan& plan, const RepairArgs& args) {
+  for (const std::string& each : plan.found) fmt::print("found: {}\n", each);
+  if (!plan.any()) {
+    fmt::print("{}: {}, {}\n", args.dir, Counted(plan.views_before, "view"),
+               plan.found.empty() ? "nothing to repair" : "nothing that can be repaired");
+    return;
+  }
+  for (const std::string& each : plan.steps) fmt::print("{} {}\n", args.write ? "did this:" : "would", each);
+  for (const std::string& each : plan.not_done) fmt::print("not done: {}\n", each);
+  fmt::print("{}: {} before, {} {}\n", args.dir, Counted(plan.views_before, "view"), plan.views_after,
+             args.write
+                 ? "now"
+                 : "after 'ulf repair " + ShellWord(args.dir) + " --write'; nothing has been changed yet");
+}
+
+int RunRepair(const RepairArgs& args) {
+  const RepairPlan plan = args.write ? Repair(args.dir) : PlanRepair(args.dir);
+  if (args.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"found", plan.found},
+                                              {"steps", plan.steps},
+                                              {"not_done", plan.not_done},
+                                              {"views_before", plan.views_before},
+                                              {"views_after", plan.views_after},
+                                              {"written", args.write && plan.any()}}
+                           .dump(2));
+  else
+    PrintText(plan, args);
+  return plan.not_done.empty() ? kOk : kFailed;
+}
+
+}  // namespace
+
+void AddRepairCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<RepairArgs>();
+  CLI::App* command =
+      app.add_subcommand("repair", "Put a light field's folder in order; says first what it would do");
+  command->add_option("DIR", args->dir, "Light field")->required();
+  command->add_flag("--write,--apply,--yes", args->write,
+                    "Do it (else it is only said); what is replaced stays in DIR/kept");
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer("Example: ulf repair vase --write");
+  command->callback([args, &chosen] { chosen = [args] { return RunRepair(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,165 @@
+#include "commands/light_field/sheet_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "commands/light_field/contact_sheet.h"
+#include "commands/light_field/light_field_report.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field_io.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/operator/coverage_drawing.h"
+#include "render/output/camera_path.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/evaluate.h"
+#include "render/scene/renderer.h"
+
+namespace ulf {
+namespace {
+
+struct SheetArgs {
+  std::string dir;
+  std::string live;
+  std::string cap;
+  std::string subject;
+  std::string out = "contact_sheet.png";
+};
+
+CoverageMap MapOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap) {
+  CoverageMapOptions options;
+  options.cap = cap;
+  options.up_in_world = light_field.up_in_world;
+  options.threshold_px = light_field.threshold_px.value_or(options.threshold_px);
+  CoverageMap map(subject, options);
+  std::vector<CriterionView> views;
+  for (const View& view : light_field.views)
+    views.push_back(
+        CriterionView::From(light_field.CameraOf(view), view.cam_from_world, light_field.coverage_width_px));
+  map.SetViews(views);
+  return map;
+}
+
+// Over the best geometry that it brings itself.
+std::shared_ptr<const RenderScene> SceneOf(const LightField& light_field,
+                                           const std::optional<Subject>& subject) {
+  const auto scene = LoadScene(light_field, {.subject = subject});
+  const std::vector<std::string> own = ProxiesOfItsOwn(light_field.root);
+  if (own.empty()) return scene;
+  return WithProxy(*scene, ProxyFromName(own.back(), scene->subject, light_field.root));
+}
+
+// The view nearest to the middle of all directions: its neighbours surround it, so leaving it out is fair.
+int MiddleView(const RenderScene& scene) {
+  const Eigen::Vector3d& center = scene.subject.center_in_world;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const SceneView& view : scene.views) middle += (view.center_in_world - center).normalized();
+  const auto closeness = [&](const SceneView& view) {
+    return (view.center_in_world - center).normalized().dot(middle);
+  };
+  return static_cast<int>(
+      std::max_element(scene.views.begin(), scene.views.end(),
+                       [&](const SceneView& a, const SceneView& b) { return closeness(a) < closeness(b); }) -
+      scene.views.begin());
+}
+
+// The subject and some of what is around it, upright so that two of it fill a panel.
+cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject) {
+  const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
+  const auto img = camera.ImgFromCam(center_in_cam);
+  if (!img) return {0, 0, camera.width, camera.height};
+  const double half = std::max(1.2 * camera.fx * subject.radius / center_in_cam.norm(), 0.1 * camera.width);
+  const cv::Rect around(
+      cv::Point(static_cast<int>(img->x() - half), static_cast<int>(img->y() - 1.5 * half)),
+      cv::Point(static_cast<int>(img->x() + half), static_cast<int>(img->y() + 1.5 * half)));
+  return around & cv::Rect(0, 0, camera.width, camera.height);
+}
+
+SheetPanel RenderingBesideTruth(const RenderScene& scene) {
+  if (scene.views.size() < 2)
+    return {scene.views.front().Srgb8(), "the only view: nothing can be left out and compared"};
+  const int left_out = MiddleView(scene);
+  const SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
+  const CameraModel camera = view.camera.WithoutDistortion();
+  const auto renderer = MakeRenderer(Without(scene, {left_out}), {});
+  const cv::Mat rendered = Srgb8FromLinear(renderer->Render(camera, view.cam_from_world).linear);
+  const UndistortedPhotograph photograph = Undistort(view);
+  const Quality quality = CompareImages(rendered, photograph.srgb8, photograph.valid);
+  const cv::Rect shown = AroundSubject(camera, view.cam_from_world, scene.subject);
+  cv::Mat pair;
+  const cv::Mat gap(shown.height, 6, CV_8UC3, cv::Scalar::all(255));
+  cv::hconcat(std::vector<cv::Mat>{rendered(shown), gap, photograph.srgb8(shown)}, pair);
+  return {pair,
+          fmt::format("rendered without view {} ({}) | its photograph ({:.1f} dB, SSIM {:.3f}, full frame)",
+                      view.id, scene.proxy->Name(), quality.psnr_db, quality.ssim)};
+}
+
+// From half the distance, where a picture is made of many views (thesis, figure 5-1).
+SheetPanel BlendingField(const std::shared_ptr<const RenderScene>& scene) {
+  RenderOptions options;
+  options.show_field = true;
+  const auto renderer = MakeRenderer(scene, options);
+  const Rigid3 moved_in = DollyPath(*scene, 2).cam_from_world.back();
+  const CameraModel camera = scene->views.front().camera.WithoutDistortion();
+  return {Srgb8FromLinear(renderer->Render(camera, moved_in).linear),
+          fmt::format("blending field from half the distance, a colour for each view ({})",
+                      FieldName(renderer->field().kind))};
+}
+
+std::string Headline(const LightField& light_field, const LightFieldReport& report) {
+  std::string text = light_field.root.filename().string() + ": " + Counted(report.views, "view");
+  if (report.capture_s > 0) text += fmt::format(" in {:.0f} s", report.capture_s);
+  if (report.angular_range_deg)
+    text += fmt::format(", {:.0f} x {:.0f} degrees", report.angular_range_deg->x(),
+                        report.angular_range_deg->y());
+  if (report.mean_edge_deg) text += fmt::format(", {:.2f} degrees apart", *report.mean_edge_deg);
+  if (report.covered)
+    text += fmt::format(", {:.1f} % of {:g} x {:g} covered within {:g} px", 100 * *report.covered,
+                        report.cap->Degrees().x(), report.cap->Degrees().y(), report.threshold_px);
+  return text;
+}
+
+int RunSheet(const SheetArgs& args) {
+  RequireWritablePicture(args.out);
+  const LightField light_field = ReadLightField(args.dir);
+  ReportOptions asked;
+  if (!args.cap.empty()) asked.cap = Cap::ParseDegrees(args.cap);
+  if (!args.subject.empty()) asked.subject = ParseSubject(args.subject);
+  const auto scene = SceneOf(light_field, asked.subject);
+  const LightFieldReport report = Describe(light_field, asked);
+  const CoverageMap map = MapOf(light_field, scene->subject, report.cap);
+
+  std::vector<SheetPanel> panels;
+  if (!args.live.empty()) panels.push_back({ReadImageFile(args.live), "live frame with the painted sphere"});
+  panels.push_back({DrawCoverageMap(RefinedForPictures(map)), "coverage map"});
+  panels.push_back(BlendingField(scene));
+  panels.push_back(RenderingBesideTruth(*scene));
+  const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);
+  WritePictureFile(args.out, sheet);
+  fmt::print("{}\n", args.out);
+  return kOk;
+}
+
+}  // namespace
+
+void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<SheetArgs>();
+  CLI::App* command = app.add_subcommand(
+      "sheet", "One picture of a light field: coverage map, blending field, rendering beside a photograph");
+  command->add_option("DIR", args->dir, "Light field")->required();
+  command->add_option("--live", args->live, "Picture that 'ulf capture --overlay' left, as a first panel");
+  command->add_option("--cap", args->cap,
+                      "Cap to look at, degrees: 60x40 (else the one that the capture was to cover)");
+  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
+  command->add_option("-o,--output", args->out, "Picture to write")->capture_default_str();
+  command->footer("Example: ulf sheet light_field --cap 60x40 -o contact_sheet.png");
+  command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,173 @@
+#include "commands/rendering/evaluate_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/rendering/scene_options.h"
+#include "commands/rendering/temporal_command.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/plot/gnuplot.h"
+#include "render/quality/evaluate.h"
+#include "render/quality/quality_chart.h"
+
+namespace ulf {
+namespace {
+
+struct EvaluateArgs : SceneArgs {
+  int every = 8;
+  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
+  FieldArgs field_details;
+  TemporalArgs temporal;
+  std::string plot;
+  bool json = false;
+};
+
+nlohmann::json JsonOf(const MeanScore& mean) {
+  if (mean.views == 0) return nullptr;
+  return {{"views", mean.views},
+          {"psnr_db", mean.psnr_db},
+          {"ssim", mean.ssim},
+          {"psnr_disc_db", mean.psnr_disc_db},
+          {"ssim_disc", mean.ssim_disc}};
+}
+
+nlohmann::json JsonOf(const FieldScore& result) {
+  const MeanScore& main = result.Main();
+  nlohmann::json views = nlohmann::json::array();
+  for (const ViewScore& score : result.views)
+    views.push_back({{"id", score.view_id},
+                     {"rim", score.on_rim},
+                     {"psnr_db", score.frame.psnr_db},
+                     {"ssim", score.frame.ssim},
+                     {"psnr_disc_db", score.disc.psnr_db},
+                     {"ssim_disc", score.disc.ssim},
+                     {"filled_px", score.filled_px},
+                     {"empty_px", score.empty_px},
+                     {"ms", score.ms}});
+  return {{"field", FieldName(result.asked.kind)},
+          {"field_used", FieldName(result.used.kind)},
+          {"level", LevelName(result.used.level)},
+          {"proxy", result.proxy},
+          {"psnr_db", main.psnr_db},
+          {"ssim", main.ssim},
+          {"psnr_disc_db", main.psnr_disc_db},
+          {"ssim_disc", main.ssim_disc},
+          {"ms_per_frame", result.ms_per_frame},
+          {"filled_px", result.filled_px},
+          {"empty_px", result.empty_px},
+          {"inside", JsonOf(result.inside)},
+          {"rim", JsonOf(result.rim)},
+          {"all", JsonOf(result.all)},
+          {"per_view", views}};
+}
+
+// "vase" of "captures/vase/".
+std::string NameOfFolder(const std::string& dir) {
+  const std::filesystem::path path = std::filesystem::absolute(dir).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+void PrintTable(const EvaluateSummary& summary) {
+  fmt::print("{}, {} left out, {}x{}, {}\n{}\n\n", Counted(summary.views, "view"), summary.held_out,
+             summary.width, summary.height, summary.renderer, summary.viewpoints);
+  std::size_t proxy_width = 6;
+  for (const FieldScore& result : summary.results) proxy_width = std::max(proxy_width, result.proxy.size());
+  fmt::print("{:<22} {:<{}} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",
+             "proxy", proxy_width, "level", "PSNR", "SSIM", "disc", "SSIM", "rim", "SSIM", "ms", "filled px",
+             "empty");
+  for (const FieldScore& result : summary.results) {
+    const MeanScore& main = result.Main();
+    const std::string rim = result.rim.views > 0
+                                ? fmt::format("{:7.2f} {:6.4f}", result.rim.psnr_db, result.rim.ssim)
+                                : fmt::format("{:>7} {:>6}", "-", "-");
+    const bool has_level =
+        result.used.kind == FieldKind::kLinear || result.used.kind == FieldKind::kSubdivision;
+    const std::string name = FieldName(result.asked.kind);
+    fmt::print("{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
+               result.proxy, proxy_width, has_level ? LevelName(result.used.level) : "", main.psnr_db,
+               main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
+               result.empty_px,
+               result.asked.kind == result.used.kind ? "" : "  (really " + FieldName(result.used.kind) + ")");
+  }
+  const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;
+  if (rim_views == summary.held_out)
+    fmt::print("\nPSNR in dB, means over all {} left-out views: each of them lies on the rim of the hull.\n",
+               rim_views);
+  else if (rim_views > 0)
+    fmt::print("\nPSNR in dB, means over the {} left-out views inside the hull; the {} on its rim apart.\n",
+               summary.held_out - rim_views, rim_views);
+}
+
+int RunEvaluate(const EvaluateArgs& args) {
+  EvaluateOptions options{
+      .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
+  for (const std::string& name : args.fields) {
+    options.fields.push_back(FieldDetails(args.field_details));
+    options.fields.back().kind = FieldFromName(name, "--fields");
+  }
+  CheckTemporalOptions(args.temporal);
+  if (!args.plot.empty()) RequireChart(args.plot);
+  if (!args.temporal.path.empty())
+    return RunTemporal(args.temporal, args, options.fields, args.plot, args.json);
+  const auto scene = Load(args);
+  options.proxies = Proxies(args, scene->subject);
+  if (args.proxies.empty() && options.proxies.size() > 1)
+    spdlog::info(
+        "compared are all proxies that {} has; those that know the left-out views score a little too well "
+        "(ulf "
+        "proxy --leave-out-every {} makes a mesh that does not)",
+        args.dir, args.every);
+  Progress progress("evaluating");
+  const EvaluateSummary summary = Evaluate(*scene, options, &progress);
+  if (!args.plot.empty()) DrawChartFile(args.plot, QualityChart(summary, NameOfFolder(args.dir)));
+  if (!args.json) {
+    PrintTable(summary);
+    return kOk;
+  }
+  nlohmann::json report{{"views", summary.views},
+                        {"held_out", summary.held_out},
+                        {"width_px", summary.width},
+                        {"height_px", summary.height},
+                        {"renderer", summary.renderer},
+                        {"viewpoints", summary.viewpoints},
+                        {"results", nlohmann::json::array()}};
+  for (const FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
+  fmt::print("{}\n", report.dump(1));
+  return kOk;
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<EvaluateArgs>();
+  CLI::App* sub = app.add_subcommand(
+      "evaluate",
+      "Leaves views out, renders them, and compares with the photographs; or compares a path with its truth");
+  AddSceneOptions(*sub, *args);
+  sub->add_option("--every", args->every, "Leave out every k-th view")->check(CLI::Range(2, 1000000));
+  sub->add_option("--fields", args->fields, "Blending weights to compare, comma-separated")->delimiter(',');
+  AddFieldDetails(*sub, args->field_details);
+  sub->add_option(
+         "--proxy", args->proxies,
+         "Geometry; given several times, all are compared: plane, plane:x,y,z,d, points (tracked ones), mesh "
+         "(DIR/proxy.ply), "
+         "PLY or OBJ files; without, plane and whichever of points and mesh there are. A mesh should not "
+         "have seen the left-out views (ulf proxy --leave-out-every)")
+      ->allow_extra_args(false);
+  AddTemporalOptions(*sub, args->temporal);
+  sub->add_option("--plot", args->plot,
+                  "Chart to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the "
+                  "temporal error over time");
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
+  sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,10 @@
+// `ulf evaluate`.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+
+void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen);
+
+}  // namespace ulf

@@ -1,0 +1,181 @@
+#include "commands/rendering/proxy_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/number_checks.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/choice.h"
+#include "render/stereo/proxy_builder.h"
+
+namespace ulf {
+namespace {
+
+struct ProxyArgs {
+  std::string dir;
+  std::string subject;
+  std::string from;
+  std::string out;
+  int leave_out_every = 0;
+  ProxyOptions options;
+  std::string renderer = "auto";
+  bool explain = false;
+  bool json = false;
+};
+
+double PeakMebibytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out, double seconds) {
+  const ProxySummary& summary = proxy.summary;
+  if (args.json) {
+    const nlohmann::json report{{"output", out},
+                                {"views", summary.views},
+                                {"depth_maps", summary.depth_maps},
+                                {"agreeing_share", summary.agreeing_share},
+                                {"points", summary.points},
+                                {"pixel_depth_radii", summary.pixel_depth_radii},
+                                {"vertices", proxy.mesh.vertices.size()},
+                                {"triangles", proxy.mesh.triangles.size()},
+                                {"device", summary.device},
+                                {"seconds", seconds},
+                                {"sweep_s", summary.sweep_s},
+                                {"fusion_s", summary.fusion_s},
+                                {"surface_s", summary.surface_s},
+                                {"peak_mib", PeakMebibytes()}};
+    fmt::print("{}\n", report.dump(1));
+    return;
+  }
+  if (summary.depth_maps > 0)
+    fmt::print("{}, {} of them with a depth map, {:.0f} % of whose pixels others confirm: {}\n",
+               Counted(summary.views, "view"), summary.depth_maps, 100 * summary.agreeing_share,
+               Counted(summary.points, "point"));
+  fmt::print("{}: {}, {:.1f} s (depth maps {:.1f}, fusion {:.1f}, surface {:.1f}), {:.0f} MiB\n", out,
+             Counted(proxy.mesh.triangles.size(), "triangle"), seconds, summary.sweep_s, summary.fusion_s,
+             summary.surface_s, PeakMebibytes());
+}
+
+ProxyMesh Imported(const std::string& file) {
+  MeshReading reading = ReadMeshFile(file);
+  if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
+  return {std::move(reading.mesh), {}};
+}
+
+ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
+  const bool masked = std::any_of(light_field.views.begin(), light_field.views.end(),
+                                  [&](const View& view) { return HasMask(light_field, view); });
+  SceneOptions scene_options{.size_limit_px = args.options.size_px,
+                             .form = masked ? PhotographForm::kLinear : PhotographForm::kEightBits};
+  if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
+  if (args.leave_out_every > 0)
+    for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
+      scene_options.leave_out.push_back(static_cast<int>(i));
+  if (light_field.views.size() < 2 + scene_options.leave_out.size())
+    throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
+                args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
+                scene_options.leave_out.size());
+  const auto scene = LoadScene(light_field, scene_options);
+  Progress progress("proxy");
+  return BuildProxy(*scene, args.options, &progress);
+}
+
+// Whether the mesh was worth its triangles: the others beside it, on views that are left out.
+void Explain(const ProxyArgs& args, const LightField& light_field, const std::string& mesh_file) {
+  SceneOptions options;
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  const auto scene = LoadScene(light_field, options);
+  std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", scene->subject, args.dir)};
+  for (const std::string& name : ProxiesOfItsOwn(args.dir))
+    if (name != "mesh") proxies.push_back(ProxyFromName(name, scene->subject, args.dir));
+  proxies.push_back(ProxyFromName(mesh_file, scene->subject, args.dir));
+  const Choice choice = ChooseByEvidence(*scene, {FieldOptions{}}, proxies, RendererFromName("auto"));
+  for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
+  if (args.leave_out_every == 0)
+    fmt::print(stderr,
+               "(the mesh was made from the views that are left out, too, and scores a little too well)\n");
+}
+
+int RunProxy(const ProxyArgs& args) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::string out =
+      args.out.empty() ? (std::filesystem::path(args.dir) / kMeshProxyFile).string() : args.out;
+  if (Lowercase(std::filesystem::path(out).extension().string()) != ".ply")
+    throw UsageError("-o {}: a mesh is written as PLY; give a name ending in .ply", out);
+  const LightField light_field = ReadLightField(args.dir);
+  RequireWritable(out);
+  const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
+  WriteMeshPly(out, proxy.mesh);
+  if (proxy.summary.pixel_depth_radii > kRoughPixelRadii)
+    spdlog::warn(
+        "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
+        "depth, and "
+        "the mesh is rough; views from farther apart make it better",
+        proxy.summary.pixel_depth_radii);
+  Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  if (args.explain) Explain(args, light_field, out);
+  return kOk;
+}
+
+}  // namespace
+
+void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<ProxyArgs>();
+  CLI::App* sub = app.add_subcommand(
+      "proxy", "Builds a triangle mesh of the scene from a light field's views, for rendering");
+  sub->add_option("dir", args->dir, "The light field: a folder with a journal or a transforms.json")
+      ->required();
+  sub->add_option("-o,--output", args->out, "PLY file to write (DIR/proxy.ply)");
+  sub->add_option("--from", args->from, "Take this mesh (PLY or OBJ, in the light field's world) instead");
+  sub->add_option("--subject", args->subject,
+                  "Centre and radius x,y,z,r of the subject, where the light field does not say");
+  sub->add_option("--leave-out-every", args->leave_out_every,
+                  "Do not use every k-th view, those that evaluate --every k leaves out")
+      ->check(CLI::Range(2, 1000000));
+  sub->add_option("--size", args->options.size_px, "Longer side of the pictures that are compared, in pixels")
+      ->check(CLI::Range(32, 4096))
+      ->capture_default_str();
+  sub->add_option("--depth-maps", args->options.depth_maps, "Views that get a depth map, at most")
+      ->check(CLI::Range(2, 60000))
+      ->capture_default_str();
+  sub->add_option("--neighbours", args->options.neighbours, "Views that each of them is compared with")
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  sub->add_option("--triangles", args->options.most_triangles, "At most about so many")
+      ->check(CLI::Range(100, 20000000))
+      ->capture_default_str();
+  sub->add_option(
+         "--renderer", args->renderer,
+         "What compares pictures: gl (OpenGL without a window), reference (the processor), or auto (gl on "
+         "a GPU)")
+      ->check(CLI::IsMember({"auto", "gl", "reference"}));
+  sub->add_flag("--explain", args->explain,
+                "Whether the mesh is worth it: plane, points and mesh on left-out views");
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
+  sub->callback([&chosen, args] {
+    args->options.device = args->renderer == "gl"          ? SweepDevice::kGl
+                           : args->renderer == "reference" ? SweepDevice::kProcessor
+                                                           : SweepDevice::kAuto;
+    chosen = [args] { return RunProxy(*args); };
+  });
+}
+
+}  // namespace ulf

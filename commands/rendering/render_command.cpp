@@ -1,0 +1,427 @@
+#include "commands/rendering/render_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/number_checks.h"
+#include "commands/rendering/aperture_options.h"
+#include "commands/rendering/scene_options.h"
+#include "core/base/available_memory.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/light_field_io.h"
+#include "render/output/camera_path.h"
+#include "render/output/frame_range.h"
+#include "render/output/picture_files.h"
+#include "render/output/picture_memory.h"
+#include "render/output/tiled_rendering.h"
+#include "render/output/video.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/choice.h"
+#include "render/scene/fingerprint.h"
+
+namespace ulf {
+namespace {
+
+constexpr int kLargestPicture = 16384;  // what OpenGL draws into on the machines this was tried on
+
+struct RenderArgs : SceneArgs {
+  std::string path = "orbit";
+  std::string field = "auto";
+  std::string proxy = "auto";
+  FieldArgs field_details;
+  std::string frames;
+  int width = 0, height = 0;
+  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: as the photographs' or the path's
+  double zoom = 0;                   // 0: just enough to fill the pictures of a named path
+  double fps = 30;
+  ApertureArgs aperture;
+  std::string out;
+  std::string format;
+  std::string exr_compression = "zip";
+  double exposure_stops = 0;
+  bool weights = false;
+  bool overwrite = false;
+  bool show_field = false;
+  bool no_fill = false;
+  bool explain = false;
+  bool json = false;
+};
+
+// The size that was asked for: one of width and height keeps the shape, both keep the horizontal field of
+// view.
+CameraModel Sized(CameraModel camera, const RenderArgs& args) {
+  if (args.width == 0 && args.height == 0) return camera;
+  const int width =
+      args.width > 0
+          ? args.width
+          : std::max(1, static_cast<int>(std::lround(1.0 * camera.width * args.height / camera.height)));
+  const int kept_height =
+      std::max(1, static_cast<int>(std::lround(1.0 * camera.height * width / camera.width)));
+  camera = camera.ScaledTo(width, kept_height);
+  if (args.height > 0 && args.height != kept_height) {
+    camera.cy += 0.5 * (args.height - kept_height);
+    camera.height = args.height;
+  }
+  return camera;
+}
+
+// The lens that was asked for, in pixels of the picture.
+CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
+  const double focal_px =
+      args.fov_deg > 0 ? 0.5 * camera.width / std::tan(0.5 * args.fov_deg * M_PI / 180) : args.focal_px;
+  if (focal_px > 0) camera.fx = camera.fy = focal_px;
+  return camera;
+}
+
+// With a camera for each pose, as asked: the lens of a named path is that of its first picture.
+CameraPath PathOf(const RenderArgs& args, const RenderScene& scene, int frames) {
+  const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
+  CameraPath path = MakePath(
+      {.path = args.path, .frames = frames, .camera = asked, .fps = args.fps, .light_field = args.dir},
+      scene);
+  if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
+  if (!IsNamedPath(args.path))
+    for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
+  if (args.aperture.Asked()) path.apertures.clear();
+  return path;
+}
+
+void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
+  const bool lens_is_free = IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
+  const double zoom = args.zoom > 0  ? args.zoom
+                      : lens_is_free ? ZoomThatFills(renderer, path, path.cameras.front())
+                                     : 1.0;
+  if (args.zoom == 0 && zoom > 1)
+    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
+  for (CameraModel& camera : path.cameras) {
+    camera.fx *= zoom;
+    camera.fy *= zoom;
+  }
+}
+
+// Only what its weights depend on.
+std::string FieldText(const FieldOptions& field) {
+  const std::string name = FieldName(field.kind);
+  switch (field.kind) {
+    case FieldKind::kSubdivision:
+      return fmt::format("{}, level {}", name, LevelName(field.level));
+    case FieldKind::kLumigraph:
+    case FieldKind::kLumigraphPerPixel:
+      return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
+                         field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
+    default:
+      return name;
+  }
+}
+
+// A photograph that was made anew has the same number and pose, hardly ever the same size on disk. Its time
+// is not asked: copies on several machines may fill one folder.
+void AddPhotographs(const std::string& dir, Fingerprint& views) {
+  const LightField light_field = ReadLightField(dir);
+  const auto add = [&](const std::string& file) {
+    std::error_code missing;
+    views.Add(static_cast<double>(std::filesystem::file_size(light_field.root / file, missing)));
+  };
+  for (const View& view : light_field.views) {
+    add(view.image_path);
+    if (!view.master_path.empty()) add(view.master_path);
+  }
+}
+
+std::string SizesOf(const CameraPath& path) {
+  const auto same = [&](const CameraModel& camera) {
+    return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
+  };
+  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several sizes";
+  return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
+}
+
+// All that a picture of the path depends on: pictures of one folder have it in common.
+std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
+                                              const CameraPath& path) {
+  const RenderScene& scene = renderer.scene();
+  Fingerprint views, poses, lenses, proxy;
+  scene.proxy->AddTo(proxy);
+  for (const SceneView& view : scene.views) {
+    views.Add(view.id);
+    views.Add(view.cam_from_world);
+    views.Add(view.camera);
+    views.Add(view.black);
+    views.Add(view.scale);
+  }
+  AddPhotographs(args.dir, views);
+  for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
+    poses.Add(path.cam_from_world[i]);
+    poses.Add(path.cameras[i]);
+  }
+  for (const Aperture& aperture : path.apertures) {
+    lenses.Add(aperture.radius);
+    for (const double value : aperture.focus_in_world) lenses.Add(value);
+  }
+  const Subject& subject = scene.subject;
+  return {{"views", fmt::format("{} ({})", scene.views.size(), views.Text())},
+          {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
+                                  subject.center_in_world.z(), subject.radius)},
+          {"path", fmt::format("{}, {} of {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
+                               SizesOf(path), poses.Text())},
+          {"viewpoint mesh", args.viewpoint_mesh},
+          {"field", FieldText(renderer.field())},
+          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
+          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
+          {"renderer", RendererFromName(args.renderer) == RendererKind::kGl ? "gl" : "reference"},
+          {"fill", args.no_fill ? "none" : "nearest views"},
+          {"shows", args.show_field ? "blending field" : "light"},
+          {"format", args.format.empty() ? "png" : args.format},
+          {"exposure", fmt::format("{} stops", args.exposure_stops)},
+          {"weights", args.weights ? "written" : "not written"}};
+}
+
+// What came of a render.
+struct RenderReport {
+  int rendered = 0, kept = 0;
+  int blank = 0;  // that show nothing at all
+  double ms = 0;  // of all but the first, at which drivers compile
+  long filled = 0, empty = 0, pixels = 0;
+
+  void Add(const Rendering& picture) {
+    ms = rendered <= 1 ? picture.ms : ms + picture.ms;
+    ++rendered;
+    filled += picture.filled_px;
+    empty += picture.empty_px;
+    blank += picture.empty_px == static_cast<long>(picture.linear.total());
+    pixels += static_cast<long>(picture.linear.total());
+  }
+  double MsPerFrame() const { return ms / std::max(1, rendered - 1); }
+  double Share(long count) const {
+    return static_cast<double>(count) / static_cast<double>(std::max(1L, pixels));
+  }
+};
+
+void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport& report) {
+  if (report.blank > 0)
+    spdlog::warn(
+        "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
+        "this light field's world, and the subject where the views look (--subject x,y,z,radius)?",
+        report.blank, report.rendered);
+  constexpr double kFar = 0.25;
+  if (const double unseen = report.Share(report.filled + report.empty);
+      report.blank == 0 && unseen > kFar && renderer.field().kind != FieldKind::kNearest)
+    spdlog::warn(
+        "{:.0f} % of the pixels are empty or filled from views that do not belong there: the path leaves the "
+        "recorded viewpoints by far",
+        100 * unseen);
+  if (args.json) {
+    const nlohmann::json json{{"frames", report.rendered},
+                              {"kept", report.kept},
+                              {"output", args.out},
+                              {"field", FieldName(renderer.field().kind)},
+                              {"level", LevelName(renderer.field().level)},
+                              {"proxy", renderer.scene().proxy->Name()},
+                              {"renderer", renderer.Name()},
+                              {"ms_per_frame", report.MsPerFrame()},
+                              {"filled_share", report.Share(report.filled)},
+                              {"empty_share", report.Share(report.empty)}};
+    fmt::print("{}\n", json.dump(1));
+    return;
+  }
+  if (report.rendered == 0 && report.kept > 0) {
+    fmt::print("{}: {}, all there already\n", args.out, Counted(report.kept, "picture"));
+    return;
+  }
+  const std::string kept =
+      report.kept > 0 ? fmt::format("{} there already, ", Counted(report.kept, "picture")) : "";
+  fmt::print("{}: {}{}, {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
+             args.out, kept, Counted(report.rendered, "picture"), FieldName(renderer.field().kind),
+             report.MsPerFrame(), renderer.Name(), 100 * report.Share(report.filled),
+             100 * report.Share(report.empty));
+}
+
+PictureEncoding EncodingOf(const RenderArgs& args) {
+  const PictureEncoding encoding{
+      .format = FormatOf(args.out, args.format),
+      .exposure_stops = args.exposure_stops,
+      .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
+  if (args.weights && encoding.format != PictureFormat::kExr)
+    throw UsageError("--weights: only EXR holds layers; give -o OUT.exr or --format exr");
+  return encoding;
+}
+
+std::shared_ptr<const RenderScene> SceneOf(const RenderArgs& args, const PictureEncoding& encoding) {
+  FieldDetails(args.field_details);  // what is wrong with them is said before anything is loaded
+  if (args.field != kAuto) FieldFromName(args.field);
+  SceneArgs scene_args = args;
+  if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
+  const auto scene = Load(scene_args);
+  spdlog::info("{}", scene->mesh.Description());
+  return scene;
+}
+
+// The options that give what was chosen.
+std::string AsAsked(const RenderArgs& args, const Choice& choice) {
+  const FieldOptions& field = choice.field;
+  const bool has_level = field.kind == FieldKind::kSubdivision && field.level != FieldOptions{}.level;
+  return fmt::format("--proxy {} --field {}{}", args.proxy == kAuto ? choice.proxy->Name() : args.proxy,
+                     FieldName(field.kind), has_level ? " --level " + LevelName(field.level) : "");
+}
+
+std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding,
+                                     const std::shared_ptr<const RenderScene>& plain) {
+  const std::string field =
+      args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
+  const Choice choice = ChooseByName(*plain, field, FieldDetails(args.field_details), args.proxy, args.dir,
+                                     RendererFromName(args.renderer));
+  if (args.explain)
+    for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
+  else if (!choice.why.empty())
+    spdlog::info("{}", choice.why);
+  if (!choice.candidates.empty())
+    spdlog::info("without trying them out the next time: {}", AsAsked(args, choice));
+  if (args.proxy == kAuto && !choice.proxy->Occluder() &&
+      !std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile))
+    spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", ShellWord(args.dir));
+  const auto scene = WithProxy(*plain, choice.proxy);
+  auto renderer = MakeRenderer(scene, {.field = choice.field,
+                                       .renderer = RendererFromName(args.renderer),
+                                       .fill = !args.no_fill,
+                                       .show_field = args.show_field,
+                                       .depth = encoding.format == PictureFormat::kExr,
+                                       .weights = args.weights,
+                                       .gpu_memory_mb = args.gpu_memory_mb});
+  return renderer;
+}
+
+int RunRender(const RenderArgs& args) {
+  const FrameRange range = ParseFrames(args.frames);
+  const PictureEncoding encoding = EncodingOf(args);
+  CheckApertureOptions(args.aperture, args.dir);
+  const auto plain = SceneOf(args, encoding);
+  const bool single = IsSinglePicture(args.out);
+  CameraPath path = PathOf(args, *plain, single && args.frames.empty() ? 1 : range.count);
+  RequireFrames(path, range.count, args.frames);
+  const int all = static_cast<int>(path.cam_from_world.size());
+  if (range.first >= all)
+    throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
+  if (range.end.value_or(all) > all)
+    spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
+  const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
+  const auto renderer = RendererOf(args, encoding, plain);
+  Zoom(args, *renderer, path);
+  if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
+  if (!path.apertures.empty()) {
+    RequireRings(renderer->field(), renderer->scene().mesh);
+    WarnOfWidth(path.apertures, renderer->scene());
+  }
+  for (int i = range.first; i < end; ++i) {
+    const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
+    RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
+  }
+
+  std::unique_ptr<PictureSink> video;
+  std::unique_ptr<PictureFiles> files;
+  if (IsVideo(args.out))
+    video = OpenPictureSink(args.out, args.fps);
+  else
+    files =
+        std::make_unique<PictureFiles>(args.out, encoding, SettingsOf(args, *renderer, path), args.overwrite);
+  Progress progress("rendering");
+  RenderReport report;
+  for (int i = range.first; i < end; ++i) {
+    if (files && files->Has(i)) {
+      ++report.kept;
+      continue;
+    }
+    const auto at = static_cast<std::size_t>(i);
+    if (!path.apertures.empty()) renderer->SetAperture(path.apertures[at]);
+    if (i + 1 < end) renderer->Prefetch(path.cameras[at + 1], path.cam_from_world[at + 1]);
+    const Rendering picture = RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
+    if (video)
+      video->Add(DisplaySrgb8(picture.linear, args.exposure_stops));
+    else
+      files->Write(i, picture);
+    report.Add(picture);
+    progress.Show(static_cast<double>(i + 1 - range.first) / (end - range.first),
+                  fmt::format("picture {}", i));
+  }
+  if (video) video->Close();
+  Print(args, *renderer, report);
+  return kOk;
+}
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<RenderArgs>();
+  CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
+  AddSceneOptions(*sub, *args);
+  sub->add_option(
+      "--path", args->path,
+      "orbit, dolly (towards the subject), vertigo (the same while zooming out), spiral, a file of TUM "
+      "poses, "
+      "another light field whose poses to take, or a JSON file: keyframes, or a camera path of nerfstudio's "
+      "viewer");
+  sub->add_option(
+      "--field", args->field,
+      "Blending weights: auto (by evidence), subdivision, linear, lumigraph, lumigraph-per-pixel, nearest");
+  AddFieldDetails(*sub, args->field_details);
+  sub->add_option(
+      "--proxy", args->proxy,
+      "Geometry that photographs are projected onto: auto (by evidence), plane (through the subject, facing "
+      "the camera), plane:x,y,z,d (normal . point = d), points (tracked ones, triangulated in each picture), "
+      "mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+  sub->add_option(
+      "--frames", args->frames,
+      "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "
+      "say), as many as another path has poses; A:B: only pictures A to B - 1 of the path, A:B/N: of a "
+      "path of N");
+  sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
+      ->check(CLI::Range(1, kLargestPicture));
+  sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
+      ->check(CLI::Range(1, kLargestPicture));
+  auto* focal = sub->add_option("--focal-px", args->focal_px,
+                                "Focal length in pixels of the pictures, instead of the photographs' or the "
+                                "path's; of a vertigo's first picture")
+                    ->check(Positive());
+  sub->add_option("--fov-deg", args->fov_deg, "The same as horizontal field of view")
+      ->check(CLI::Range(0.01, 179.0))
+      ->excludes(focal);
+  sub->add_option(
+         "--zoom", args->zoom,
+         "Times the focal length; if neither is said, named paths zoom until photographs fill their pictures")
+      ->check(Positive());
+  AddApertureOptions(*sub, args->aperture);
+  sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
+  sub->add_option(
+         "-o,--output", args->out,
+         "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures, in which those "
+         "that are there already are kept: a render that was stopped goes on")
+      ->required();
+  sub->add_option("--format", args->format,
+                  "Of pictures: png, png16 (16 bits), exr (linear light, depth, confidence)")
+      ->check(CLI::IsMember({"png", "png16", "exr"}));
+  sub->add_option("--exr-compression", args->exr_compression, "zip or piz")
+      ->check(CLI::IsMember({"zip", "piz"}));
+  sub->add_option("--exposure", args->exposure_stops, "Brighter by so many stops, for a display: not in EXR")
+      ->check(CLI::Range(-100.0, 100.0));
+  sub->add_flag("--weights", args->weights, "EXR with a layer for each view: its weight (slow)");
+  sub->add_flag("--overwrite", args->overwrite,
+                "Replace the pictures that are in the folder; all of them go if they were rendered with "
+                "other settings");
+  sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");
+  sub->add_flag("--no-fill", args->no_fill, "Leave black what no weighted view covers");
+  sub->add_flag("--explain", args->explain, "Why this proxy and this blending field: what was tried");
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf render lightfield --path orbit --width 640 -o orbit.mp4");
+  sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,10 @@
+// `ulf render`.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+
+void AddRenderCommand(CLI::App& app, ChosenCommand& chosen);
+
+}  // namespace ulf

@@ -1,0 +1,198 @@
+#include "commands/rendering/review_command.h"
+
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/replay_device.h"
+#include "commands/calibration/intrinsics_options.h"
+#include "commands/number_checks.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/quantile.h"
+#include "core/base/stop_signal.h"
+#include "core/base/thread_clock.h"
+#include "core/light_field/light_field_io.h"
+#include "coverage/operator/marker_mouse.h"
+#include "render/display/picture_window.h"
+#include "render/output/video.h"
+#include "render/quality/nearest_view.h"
+#include "tracking/sources/marker_locator.h"
+
+namespace ulf {
+namespace {
+
+struct ReviewArgs {
+  std::string dir;
+  std::string uri;
+  std::string markers;
+  std::string out;
+  std::string subject;
+  IntrinsicsArgs intrinsics;
+  int width = 640, height = 480;
+  int frames = 0;
+  double fps = 30;
+  std::optional<double> speed;
+  bool json = false;
+};
+
+// A window until `q`, Escape or its close button, or a file or folder.
+class Picture {
+ public:
+  Picture(const std::string& out, double fps) {
+    if (!out.empty()) {
+      sink_ = OpenPictureSink(out, fps);
+      return;
+    }
+    try {
+      window_ = std::make_unique<PictureWindow>("ulf review");
+    } catch (const Error& error) {
+      throw UsageError("review: {}; give -o OUT.mp4, or a folder for pictures", error.what());
+    }
+  }
+  // False when the viewer has had enough.
+  bool Show(const cv::Mat& srgb8) {
+    if (window_) return window_->Show(srgb8);
+    sink_->Add(srgb8);
+    return true;
+  }
+  void Close() {
+    if (sink_) sink_->Close();
+  }
+
+ private:
+  std::unique_ptr<PictureSink> sink_;
+  std::unique_ptr<PictureWindow> window_;
+};
+
+struct ReviewRun {
+  int frames = 0, with_marker = 0;
+  std::vector<double> locate_ms, draw_ms;  // CPU
+  std::vector<bool> shown;                 // by view
+};
+
+CameraModel VirtualCamera(const RenderScene& scene, const ReviewArgs& args) {
+  const CameraModel photograph = scene.views.front().camera.WithoutDistortion();
+  return CameraModel::Pinhole(args.width, args.height,
+                              photograph.MeanFocalPx() * args.width / photograph.width);
+}
+
+ReviewRun Review(const ReviewArgs& args, const RenderScene& scene, Device& device, Picture& picture) {
+  const NearestViewRenderer renderer = [&] {
+    Progress loading("loading", args.json);
+    return NearestViewRenderer(scene, &loading);
+  }();
+  const CameraModel camera = VirtualCamera(scene, args);
+  const MarkerSpec spec = MarkerSpec::Parse(args.markers);
+  MarkerMouse mouse(scene, spec.Middle());
+  std::optional<MarkerLocator> locator;
+  ReviewRun run;
+  run.shown.resize(scene.views.size());
+  cv::Mat drawn(args.height, args.width, CV_8UC3, cv::Scalar::all(0));
+  Progress progress("review", args.json);
+  device.Start();
+  while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
+    for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+    const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
+    if (!locator)
+      locator.emplace(ResolveIntrinsics(device, args.intrinsics, frame->image.width(), frame->image.height()),
+                      spec);
+    const double start_s = ThreadCpuSeconds();
+    const auto pose = locator->Locate(GrayForTracking(frame->image), frame->device_time_s);
+    const double located_s = ThreadCpuSeconds();
+    if (pose) {
+      run.shown[static_cast<std::size_t>(
+          renderer.Draw(camera, mouse.CamFromWorld(pose->cam_from_world), drawn))] = true;
+      ++run.with_marker;
+      run.draw_ms.push_back(1000 * (ThreadCpuSeconds() - located_s));
+    }
+    run.locate_ms.push_back(1000 * (located_s - start_s));
+    ++run.frames;
+    progress.Show(
+        args.frames > 0 ? static_cast<double>(run.frames) / args.frames : device.ShareDone().value_or(0),
+        pose ? fmt::format("frame {}", run.frames)
+             : fmt::format("frame {}: no marker to be seen", run.frames));
+    // Without the marker the last picture stays.
+    if (!picture.Show(drawn) || (args.frames > 0 && run.frames >= args.frames)) break;
+  }
+  device.Stop();
+  return run;
+}
+
+int RunReview(const ReviewArgs& args) {
+  const StopOnSignal signals;
+  cv::setNumThreads(1);
+  MarkerSpec::Parse(args.markers);
+  SceneOptions options{.size_limit_px = std::max(args.width, args.height),
+                       .form = PhotographForm::kEightBits};
+  if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  const auto scene = LoadScene(ReadLightField(args.dir), options);
+  const auto device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+  Picture picture(args.out, args.fps);
+  const ReviewRun run = Review(args, *scene, *device, picture);
+  picture.Close();
+  const auto views = std::count(run.shown.begin(), run.shown.end(), true);
+  if (args.json) {
+    const nlohmann::ordered_json report{{"frames", run.frames},
+                                        {"with_marker", run.with_marker},
+                                        {"views_shown", views},
+                                        {"locate_cpu_ms_median", Median(run.locate_ms)},
+                                        {"locate_cpu_ms_p95", Quantile(run.locate_ms, 0.95)},
+                                        {"draw_cpu_ms_median", Median(run.draw_ms)},
+                                        {"draw_cpu_ms_p95", Quantile(run.draw_ms, 0.95)}};
+    fmt::print("{}\n", report.dump(2));
+  } else {
+    fmt::print(
+        "{}, {} with the marker, {} of the light field shown; CPU per frame: marker {:.1f} ms (95 %: "
+        "{:.1f}), "
+        "picture {:.1f} ms (95 %: {:.1f})\n",
+        Counted(run.frames, "frame"), run.with_marker, Counted(views, "view"), Median(run.locate_ms),
+        Quantile(run.locate_ms, 0.95), Median(run.draw_ms), Quantile(run.draw_ms, 0.95));
+  }
+  if (run.with_marker > 0) return kOk;
+  fmt::print(stderr, "ulf: {} was never seen; check its size, dictionary and number\n", args.markers);
+  return kFailed;
+}
+
+}  // namespace
+
+void AddReviewCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<ReviewArgs>();
+  CLI::App* command =
+      app.add_subcommand("review", "A look round a light field, with a marker before a camera as a mouse");
+  command->add_option("DIR", args->dir, "The light field")->required();
+  command->add_option("URI", args->uri, "Device that sees the marker (see 'ulf devices')")->required();
+  command
+      ->add_option(
+          "--markers", args->markers,
+          "What is held: marker:80:DICT_APRILTAG_36h11:3, or a board as charuco:7x5:30:22:DICT_5X5_100")
+      ->required();
+  command->add_option("-o,--output", args->out, "OUT.mp4 or a folder of pictures; none: a window");
+  command->add_option("--subject", args->subject,
+                      "Centre and radius x,y,z,r where the light field does not say");
+  AddIntrinsicsOptions(*command, args->intrinsics);
+  command->add_option("--width", args->width, "Of the picture")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  command->add_option("--height", args->height, "Of the picture")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
+  command->add_option("--fps", args->fps, "Of a video")->check(Positive())->capture_default_str();
+  command->add_option("--speed", args->speed, "Of a recording: 1 in time; none or 0: as fast as it goes")
+      ->check(NonNegative());
+  command->add_flag("--json", args->json, "One JSON object");
+  command->footer(
+      "Example: ulf review studio v4l2:/dev/video0 --markers marker:80:DICT_APRILTAG_36h11:3\n"
+      "q or Escape closes the window.");
+  command->callback([args, &chosen] { chosen = [args] { return RunReview(*args); }; });
+}
+
+}  // namespace ulf

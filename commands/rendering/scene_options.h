@@ -1,0 +1,46 @@
+// What the commands that render have in common: which light field, how much of it is loaded, which renderer.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/scene/renderer.h"
+
+namespace ulf {
+
+struct SceneArgs {
+  std::string dir;
+  std::string subject;
+  std::string up;
+  int size_limit_px = 0;
+  double memory_mb = 2048;
+  double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
+  std::string renderer = "auto";
+  std::vector<std::string> proxies = {};  // to compare; none: every one there is
+  std::string viewpoint_mesh = "sphere";
+  PhotographForm form = PhotographForm::kAuto;
+};
+
+void AddSceneOptions(CLI::App& sub, SceneArgs& args);
+
+// "gl" (Error where there is no OpenGL), "reference", or "auto": the reference renderer where there is no
+// OpenGL, which is said once.
+RendererKind RendererFromName(const std::string& name);
+std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
+std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
+
+// What a blending field's name leaves open.
+struct FieldArgs {
+  std::string level = "1";
+  int lumigraph_k = FieldOptions{}.lumigraph_k;
+  double lumigraph_resolution = FieldOptions{}.lumigraph_resolution;
+  int lumigraph_triangles = FieldOptions{}.lumigraph_triangles;
+};
+
+void AddFieldDetails(CLI::App& sub, FieldArgs& args);
+// Of the default kind. UsageError for a level that there is none of.
+FieldOptions FieldDetails(const FieldArgs& args);
+
+}  // namespace ulf

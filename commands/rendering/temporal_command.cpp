@@ -1,0 +1,153 @@
+#include "commands/rendering/temporal_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "commands/command_line.h"
+#include "commands/rendering/simulated_truth.h"
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
+  if (!args.truth.empty()) return args.truth;
+  const std::string uri = ReadLightField(dir).device_uri;
+  if (uri.starts_with("sim:")) return uri;
+  throw UsageError(
+      "--temporal: {} was not captured from the simulator, so nobody knows what its pictures should look "
+      "like; "
+      "give --truth, a folder of true pictures of the path",
+      dir);
+}
+
+// With a camera for each pose; zoomed until photographs fill the pictures where the truth can follow.
+CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
+                  const std::shared_ptr<const RenderScene>& scene_pointer, const TruthSource& truth) {
+  const RenderScene& scene = *scene_pointer;
+  CameraModel camera = scene.views.front().camera.WithoutDistortion();
+  if (args.width > 0)
+    camera = camera.ScaledTo(args.width, std::max(1, camera.height * args.width / camera.width));
+  CameraPath path = MakePath(
+      {.path = args.path, .frames = args.frames, .camera = camera, .light_field = scene_args.dir}, scene);
+  RequireFrames(path, args.frames, std::to_string(args.frames));
+  if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
+  double zoom = 1;
+  if (IsNamedPath(args.path) && truth.TakesAnyCamera())
+    zoom = ZoomThatFills(*MakeRenderer(scene_pointer, {.renderer = RendererFromName(scene_args.renderer)}),
+                         path, path.cameras.front());
+  for (CameraModel& each : path.cameras) {
+    if (each.width != path.cameras.front().width || each.height != path.cameras.front().height)
+      throw Error("--temporal {}: its pictures differ in size; give a path whose pictures have one",
+                  args.path);
+    each.fx *= zoom;
+    each.fy *= zoom;
+  }
+  return path;
+}
+
+nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
+  nlohmann::json report{{"views", summary.views},
+                        {"frames", summary.frames},
+                        {"width_px", summary.width},
+                        {"height_px", summary.height},
+                        {"path", args.path},
+                        {"truth", truth},
+                        {"renderer", summary.renderer},
+                        {"results", nlohmann::json::array()}};
+  for (const TemporalScore& score : summary.results)
+    report["results"].push_back(
+        {{"field", FieldName(score.asked.kind)},
+         {"field_used", FieldName(score.used.kind)},
+         {"level", LevelName(score.used.level)},
+         {"proxy", score.proxy},
+         {"temporal_error", score.temporal_error},
+         {"temporal_error_disc", score.temporal_error_disc},
+         {"temporal_energy", score.temporal_error * score.temporal_error},
+         {"temporal_energy_disc", score.temporal_error_disc * score.temporal_error_disc},
+         {"psnr_db", score.psnr_db},
+         {"ms_per_frame", score.ms_per_frame},
+         {"over_time", score.over_time}});
+  return report;
+}
+
+void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
+  fmt::print("{}, {} of {}x{} along {}, against {}, {}\n\n", Counted(summary.views, "view"),
+             Counted(summary.frames, "picture"), summary.width, summary.height, args.path, truth,
+             summary.renderer);
+  fmt::print("{:<22} {:<12} {:>6}  {:>9} {:>9}  {:>7}  {:>8}\n", "field", "proxy", "level", "temporal",
+             "disc", "PSNR", "ms");
+  for (const TemporalScore& score : summary.results)
+    fmt::print("{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:7.2f}  {:8.1f}{}\n", FieldName(score.asked.kind),
+               score.proxy, UsesMesh(score.used.kind) ? LevelName(score.used.level) : "",
+               score.temporal_error, score.temporal_error_disc, score.psnr_db, score.ms_per_frame,
+               score.asked.kind == score.used.kind ? "" : "  (really " + FieldName(score.used.kind) + ")");
+  fmt::print(
+      "\ntemporal: second difference over time of (rendering - truth), RMS, in levels of 255; disc: in the "
+      "subject's silhouette.\n");
+}
+
+}  // namespace
+
+void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
+  auto* path = sub.add_option("--temporal", args.path,
+                              "How restless pictures are over time, along a camera path as of ulf render, "
+                              "instead of leaving views out");
+  sub.add_option("--truth", args.truth,
+                 "What the path's pictures should look like: the simulator that was captured "
+                 "(sim:studio?seed=7, as without), or a folder of frame_00000.png or .exr")
+      ->needs(path);
+  sub.add_option("--frames", args.frames, "Pictures of a named path (120) or through keyframes")
+      ->check(CLI::Range(3, 100000))
+      ->needs(path);
+  sub.add_option("--width", args.width, "Of the pictures; they keep their shape")
+      ->check(CLI::Range(16, 8192))
+      ->needs(path);
+  sub.add_option("--strips", args.strips, "Picture to write: the middle column of the image over time (PNG)")
+      ->needs(path);
+}
+
+void CheckTemporalOptions(const TemporalArgs& args) {
+  if (args.path.empty()) return;
+  if (!args.strips.empty()) {
+    if (!args.strips.ends_with(".png"))
+      throw UsageError("--strips {}: the picture is written as .png", args.strips);
+    RequireWritable(args.strips);
+  }
+}
+
+int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
+                const std::vector<FieldOptions>& fields, const std::string& plot, bool json) {
+  const std::string truth_name = TruthNameOf(args, scene_args.dir);
+  const auto truth = TruthFromName(truth_name);
+  const auto scene = Load(scene_args);
+  const TemporalOptions options{.path = PathOf(args, scene_args, scene, *truth),
+                                .fields = fields,
+                                .proxies = Proxies(scene_args, scene->subject),
+                                .renderer = RendererFromName(scene_args.renderer),
+                                .gpu_memory_mb = scene_args.gpu_memory_mb};
+  Progress progress("evaluating");
+  const TemporalSummary summary = EvaluateOverTime(scene, options, *truth, &progress);
+  if (!args.strips.empty()) {
+    std::vector<unsigned char> bytes;
+    if (!cv::imencode(".png", StripPicture(summary), bytes))
+      throw Error("--strips {}: the picture cannot be encoded", args.strips);
+    WriteFileAtomically(args.strips, std::string(bytes.begin(), bytes.end()));
+  }
+  if (!plot.empty()) DrawTemporalChart(summary, plot);
+  if (json)
+    fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));
+  else
+    PrintTable(summary, args, truth_name);
+  return kOk;
+}
+
+}  // namespace ulf

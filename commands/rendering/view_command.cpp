@@ -1,0 +1,243 @@
+#include "commands/rendering/view_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/rendering/aperture_options.h"
+#include "commands/rendering/scene_options.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "render/display/key_names.h"
+#include "render/display/surface.h"
+#include "render/gl/gl_context.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/choice.h"
+#include "render/viewer/viewer.h"
+#include "render/viewer/viewer_files.h"
+
+namespace ulf {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+constexpr double kPatience = 0.5;
+
+struct ViewArgs : SceneArgs {
+  std::string field = kAuto;
+  FieldArgs field_details;
+  std::string proxy = kAuto;
+  ApertureArgs aperture;
+  int width = 1280, height = 720;
+  bool full_screen = false;
+  std::string out = ".";
+  std::string screenshot;
+  std::string keys;
+  bool json = false;
+};
+
+// Which is best is not tried out: that takes longer than looking at both.
+FieldOptions FieldOf(const ViewArgs& args) {
+  FieldOptions field = FieldDetails(args.field_details);
+  if (args.field != kAuto) field.kind = FieldFromName(args.field);
+  return field;
+}
+
+// What P goes through, beginning with what was asked for, or with the light field's own mesh or points.
+std::vector<OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
+  std::vector<std::string> names;
+  if (args.proxy != kAuto) names.push_back(args.proxy);
+  const std::vector<std::string> own = ProxiesOfItsOwn(args.dir);
+  names.insert(names.end(), own.rbegin(), own.rend());
+  names.push_back("plane");
+  std::vector<OfferedProxy> proxies;
+  for (const std::string& name : names) {
+    const auto same = [&](const OfferedProxy& proxy) { return proxy.name == name; };
+    if (std::none_of(proxies.begin(), proxies.end(), same))
+      proxies.push_back(
+          {name, [name, subject, dir = args.dir] { return ProxyFromName(name, subject, dir); }});
+  }
+  return proxies;
+}
+
+// As for a path of one picture: the one that the viewer begins with.
+void Open(const ApertureArgs& args, const cv::Size& screen, Viewer& viewer) {
+  if (!args.Asked()) return;
+  const ViewerCamera& camera = viewer.state().camera;
+  const CameraPath here{{camera.CamFromWorld()}, {camera.For(screen)}, {}};
+  viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
+}
+
+// Whatever is drawn by OpenGL here can be had without it from another command only.
+template <typename Opens>
+auto OrSaysWhatDoesWithout(Opens&& opens) {
+  try {
+    return opens();
+  } catch (const Error& error) {
+    throw Error(
+        "{}; ulf view draws by OpenGL only, pictures are to be had without it from ulf render --renderer "
+        "reference",
+        error.what());
+  }
+}
+
+std::unique_ptr<Surface> OpenSurface(const ViewArgs& args) {
+  const cv::Size size(args.width, args.height);
+  if (!args.screenshot.empty())
+    return OrSaysWhatDoesWithout([&] { return std::make_unique<OffscreenSurface>(size); });
+  try {
+    auto window = OpenWindow("ulf view " + args.dir, size);
+    if (args.full_screen) window->ToggleFullScreen();
+    return window;
+  } catch (const SurfaceGone&) {
+    throw;
+  } catch (const Error& error) {
+    OrSaysWhatDoesWithout([] { return std::make_unique<GlContext>(); });  // else no screenshot either
+    throw Error(
+        "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
+        "a window",
+        error.what());
+  }
+}
+
+// A window that says so while the light field is read.
+void ShowWaiting(Surface& surface) {
+  auto painter = std::make_unique<Painter>();
+  try {
+    const cv::Size screen = surface.Size();
+    if (screen.empty()) return;
+    const double scale = ScaleOf(surface);
+    surface.Bind();
+    painter->Begin(screen, scale);
+    painter->Box({0, 0, double(screen.width), double(screen.height)}, {18, 18, 18}, 0);
+    PlainPanels(*painter, screen, scale).Instruction("reading the light field", ink::kText);
+    painter->End();
+    surface.Present();
+  } catch (const SurfaceGone&) {
+    Abandon(std::move(painter));
+    throw;
+  }
+}
+
+// Since the start; a picture is complete once no photograph is missing any more.
+struct FirstPicture {
+  double seconds = 0, complete_seconds = 0;
+};
+
+void Report(const ViewArgs& args, const Viewer& viewer, const FirstPicture& first) {
+  std::vector<double> ms = viewer.frame_ms();
+  if (ms.empty()) ms.push_back(0);  // left before there was a picture
+  std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
+  const double median_ms = ms[ms.size() / 2];
+  if (args.json) {
+    const nlohmann::json json{{"frames", viewer.frames()},
+                              {"median_ms", median_ms},
+                              {"first_picture_s", first.seconds},
+                              {"complete_picture_s", first.complete_seconds},
+                              {"field", FieldName(viewer.renderer().field().kind)},
+                              {"proxy", viewer.renderer().scene().proxy->Name()},
+                              {"renderer", viewer.renderer().Name()}};
+    fmt::print("{}\n", json.dump());
+    return;
+  }
+  fmt::print("{}, {:.1f} ms in the median, the first {:.2f} s after the start, complete at {:.2f} s, on {}\n",
+             Counted(viewer.frames(), "frame"), median_ms, first.seconds, first.complete_seconds,
+             viewer.renderer().Name());
+}
+
+void TakePicture(const ViewArgs& args, Surface& surface, Viewer& viewer) {
+  auto& offscreen = dynamic_cast<OffscreenSurface&>(surface);
+  for (const InputEvent& key : KeysFromNames(args.keys)) {
+    offscreen.Push(key);
+    if (!viewer.Step(0)) return;
+  }
+  while (viewer.loading()) viewer.Step(kPatience);
+  SavePicture(args.screenshot, offscreen.Read());
+}
+
+// Until the person leaves.
+FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, Surface& surface, Viewer& viewer) {
+  const auto seconds = [&] { return std::chrono::duration<double>(SteadyClock::now() - start).count(); };
+  FirstPicture first;
+  bool goes_on = viewer.Step(0);
+  first.seconds = seconds();
+  while (goes_on && viewer.loading()) goes_on = viewer.Step(kPatience);
+  first.complete_seconds = seconds();
+  if (!args.screenshot.empty())
+    TakePicture(args, surface, viewer);
+  else
+    while (goes_on) goes_on = viewer.Step(kPatience);
+  return first;
+}
+
+int RunView(const ViewArgs& args) {
+  const auto start = SteadyClock::now();
+  const FieldOptions field = FieldOf(args);
+  CheckApertureOptions(args.aperture, args.dir);
+  KeysFromNames(args.keys);  // a wrong name is told before anything is opened
+  auto surface = OpenSurface(args);
+  std::unique_ptr<Viewer> viewer;
+  try {
+    if (args.screenshot.empty()) ShowWaiting(*surface);
+    const auto scene = Load(args);
+    spdlog::info("{}", scene->mesh.Description());
+    viewer = std::make_unique<Viewer>(*surface, scene,
+                                      ViewerOptions{.field = field,
+                                                    .proxies = ProxiesOf(args, scene->subject),
+                                                    .out = args.out,
+                                                    .gpu_memory_mb = args.gpu_memory_mb,
+                                                    .sensor_width_mm = args.aperture.sensor_width_mm,
+                                                    .keeps_up = args.screenshot.empty()});
+    Open(args.aperture, surface->Size(), *viewer);
+    Report(args, *viewer, Show(args, start, *surface, *viewer));
+  } catch (const SurfaceGone& gone) {
+    Abandon(std::move(viewer));
+    Abandon(std::move(surface));
+    // A thread of the viewer may still be reading a photograph, and nobody can end it now: leaving as usual
+    // would take the libraries away from under it.
+    fmt::print(stderr, "ulf: {}, and the viewer with its window\n", gone.what());
+    std::fflush(nullptr);
+    std::_Exit(kFailed);
+  }
+  viewer.reset();  // before its surface
+  return kOk;
+}
+
+}  // namespace
+
+void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<ViewArgs>();
+  CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
+  AddSceneOptions(*sub, *args);
+  sub->remove_option(sub->get_option("--renderer"));
+  sub->add_option(
+      "--field", args->field,
+      "Blending weights to begin with: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
+  AddFieldDetails(*sub, args->field_details);
+  sub->add_option(
+      "--proxy", args->proxy,
+      "Geometry to begin with: auto (the light field's mesh, or else its tracked points, or else the plane), "
+      "mesh (DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
+  AddApertureOptions(*sub, args->aperture);
+  sub->add_option("--width", args->width, "Of the window")->check(CLI::Range(64, 16384));
+  sub->add_option("--height", args->height, "Of the window")->check(CLI::Range(64, 16384));
+  sub->add_flag("--full-screen", args->full_screen, "Fill the screen");
+  sub->add_option("-o,--output", args->out, "Folder for pictures (S) and keyframes (K)");
+  auto* screenshot = sub->add_option("--screenshot", args->screenshot,
+                                     "No window: one picture, as the window would show it");
+  sub->add_option(
+         "--keys", args->keys,
+         "Pressed before the picture is taken: b,m,Left,Shift+Up (those of the window; ? shows them)")
+      ->needs(screenshot);
+  sub->add_flag("--json", args->json, "Report as one JSON object");
+  sub->footer("Example: ulf view lightfield");
+  sub->callback([&chosen, args] { chosen = [args] { return RunView(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,32 @@
+// `--readout-ms`, as the commands that track have it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <string>
+
+#include "tracking/tracker/readout_args.h"
+
+namespace ulf {
+
+inline void AddReadoutOption(CLI::App& command, ReadoutArgs& args) {
+  command
+      .add_option_function<std::string>(
+          "--readout-ms",
+          [&args](const std::string& text) {
+            if (text == "auto")
+              args.compensate_found = true;
+            else
+              args.readout_s = 1e-3 * std::stod(text);
+          },
+          "Rolling shutter: milliseconds from the first row to the last (below 0: read from the last; 0: "
+          "global), or auto: compensated when found (without the option it is looked for and said)")
+      ->check([](const std::string& text) {
+        double ms = 0;
+        const bool good = text == "auto" || (CLI::detail::lexical_cast(text, ms) && std::abs(ms) <= 1000);
+        return good ? std::string() : "'" + text + "' is neither auto nor milliseconds from -1000 to 1000";
+      })
+      ->type_name("MS|auto");
+}
+
+}  // namespace ulf

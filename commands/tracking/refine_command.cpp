@@ -1,0 +1,354 @@
+#include "commands/tracking/refine_command.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "commands/number_checks.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/model_choice.h"
+#include "core/base/progress.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/missing_journal.h"
+#include "core/light_field/points/point_tracks.h"
+#include "coverage/bound/coverage_map.h"
+#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_truth.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RefineArgs {
+  std::string dir;
+  std::string output;
+  std::string subject;
+  std::string truth;
+  RefineOptions options;
+  int threads = 2;
+  bool explain = false;
+  bool json = false;
+};
+
+struct Cost {
+  double seconds = 0;
+  double peak_mib = 0;
+};
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+// In one step, so that a kill leaves the old or the new poses.
+void Write(const LightField& before, const RefineResult& result, LightFieldWriter& writer) {
+  std::map<int, Rigid3> poses;
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (result.views[v].registered) poses[before.views[v].id] = result.views[v].cam_from_world;
+  std::map<int, CameraModel> lenses;
+  for (std::size_t l = 0; l < before.cameras.size(); ++l)
+    if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
+  writer.UpdatePoses(poses, lenses);
+  try {
+    writer.SetPoints(WithViewIds(result.points, before));
+    writer.Close(before.capture_s, before.reasons);
+  } catch (const Error& error) {
+    throw Error(
+        "{}; the refined poses are recorded; 'ulf repair {} --write' makes the files that follow from them",
+        error.what(), ShellWord(before.root.string()));
+  }
+}
+
+nlohmann::ordered_json LensJson(const CameraModel& lens) {
+  return {{"fx", lens.fx},
+          {"fy", lens.fy},
+          {"cx", lens.cx},
+          {"cy", lens.cy},
+          {"k1", lens.coefficients[0]},
+          {"k2", lens.coefficients[1]}};
+}
+
+nlohmann::ordered_json FitJson(const LensEstimate& fit, bool taken) {
+  nlohmann::ordered_json json = LensJson(fit.lens);
+  if (fit.free.focal) json["focal_sigma_px"] = fit.focal_sigma_px;
+  if (fit.free.principal_point) json["principal_point_sigma_px"] = fit.principal_point_sigma_px;
+  if (fit.free.k1) json["k1_sigma"] = fit.k1_sigma;
+  if (fit.free.k2) json["k2_sigma"] = fit.k2_sigma;
+  json["evidence"] = fit.gain;
+  json["taken"] = taken;
+  return json;
+}
+
+// Of the cap that the capture was to cover.
+struct CoverageChange {
+  Cap cap;
+  double before = 0, after = 0;
+};
+
+std::optional<CoverageChange> CoverageOf(const LightField& before, const LightField& after) {
+  if (!before.goal || !before.subject) return std::nullopt;
+  const Cap cap = Cap::FromDegrees(before.goal->cap_deg);
+  const auto covered = [&](const LightField& light_field) {
+    return MeasureCoverage(light_field, *before.subject, cap, before.threshold_px.value_or(7)).covered;
+  };
+  return CoverageChange{cap, covered(before), covered(after)};
+}
+
+std::string ToText(const CoverageChange& change) {
+  std::string text =
+      fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after", 100 * change.before,
+                  change.cap.Degrees().x(), change.cap.Degrees().y(), 100 * change.after);
+  if (change.after < change.before - 0.0005)
+    text += ": refining reopened some of it; ulf info lists the holes, ulf capture --resume fills them";
+  return text + "\n";
+}
+
+nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& result, const RefineArgs& args,
+                              const Cost& cost) {
+  nlohmann::ordered_json json{{"views", before.views.size()}, {"registered", result.registered}};
+  json["dropped"] = nlohmann::ordered_json::array();
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (!result.views[v].registered)
+      json["dropped"].push_back({{"view", before.views[v].id},
+                                 {"image", before.views[v].image_path},
+                                 {"why", result.views[v].why}});
+  json["groups"] = result.groups;
+  const PointStatistics points = StatisticsOf(result.points);
+  json["points"] = points.points;
+  json["observations"] = points.observations;
+  json["mean_error_px"] = points.mean_error_px;
+  json["adjusted"] = {{"points", result.adjusted_points}, {"observations", result.adjusted_observations}};
+  json["start_error_px"] = result.start_error_px;
+  json["reprojection_before_px"] = {{"rms", result.rms_before_px}, {"median", result.median_before_px}};
+  json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
+  json["rms_after_sigmas"] = result.rms_after_sigmas;
+  json["settled"] = result.settled;
+  if (result.contradicted >= 0)
+    json["contradicted"] = before.views[static_cast<std::size_t>(result.contradicted)].id;
+  json["moved"] = {{"median", result.moved_median}, {"largest", result.moved_max}, {"units", before.units}};
+  if (result.moved_most >= 0)
+    json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
+  json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
+  if (result.center_sigma_max) {
+    json["predicted_error"] = {{"median", *result.center_sigma_median},
+                               {"largest", *result.center_sigma_max}};
+    json["predicted_error"]["view"] = before.views[static_cast<std::size_t>(result.least_sure)].id;
+  }
+  json["lenses"] = nlohmann::ordered_json::array();
+  for (const LensEstimate& fit : result.lens_fits)
+    json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
+  json["calibration"] = nlohmann::ordered_json::array();
+  for (const CalibrationCheck& check : result.checks)
+    json["calibration"].push_back(ToJson(std::optional(check)));
+  json["seconds"] = cost.seconds;
+  json["peak_memory_mib"] = cost.peak_mib;
+  return json;
+}
+
+std::string FreedNumbers(const FreeIntrinsics& free) {
+  std::string text;
+  for (const auto& [is_free, name] :
+       {std::pair(free.focal, "focal length"), std::pair(free.k1, "k1"),
+        std::pair(free.principal_point, "principal point"), std::pair(free.k2, "k2")})
+    if (is_free) text += (text.empty() ? "" : ", ") + std::string(name);
+  return text;
+}
+
+ModelChoice Explained(const std::vector<LensTrial>& trials, std::size_t lens, std::size_t lenses) {
+  ModelChoice choice{
+      lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
+      "numbers are freed one after the other; one stays free where the information criterion gains more "
+      "than ten and the number moves by more than three of its standard deviations",
+      {{"as given", "gain 0", true}}};
+  std::size_t chosen = 0;
+  for (const LensTrial& trial : trials) {
+    if (trial.kept) chosen = choice.candidates.size();
+    choice.candidates.push_back(
+        {FreedNumbers(trial.fit.free) + " free",
+         fmt::format("gain {:.1f}, {:.1f} before it; {}", trial.fit.gain, trial.gain_before,
+                     trial.moved ? "moved" : "moved less than it is certain")});
+  }
+  for (std::size_t i = 0; i < choice.candidates.size(); ++i) choice.candidates[i].chosen = i == chosen;
+  if (trials.empty()) choice.candidates[0].evidence = "not tried: too few views or points to tell";
+  return choice;
+}
+
+std::vector<ModelChoice> Explained(const RefineResult& result) {
+  std::vector<ModelChoice> choices;
+  for (std::size_t l = 0; l < result.lens_trials.size(); ++l)
+    choices.push_back(Explained(result.lens_trials[l], l, result.lens_trials.size()));
+  return choices;
+}
+
+std::string Describe(const LensEstimate& fit) {
+  std::string text = fmt::format("focal length {:.2f} px", fit.lens.MeanFocalPx());
+  if (fit.free.focal) text += fmt::format(" (± {:.2f})", fit.focal_sigma_px);
+  if (fit.free.k1) text += fmt::format(", k1 {:.4f} (± {:.4f})", fit.lens.coefficients[0], fit.k1_sigma);
+  if (fit.free.k2) text += fmt::format(", k2 {:.4f} (± {:.4f})", fit.lens.coefficients[1], fit.k2_sigma);
+  if (fit.free.principal_point)
+    text += fmt::format(", principal point {:.2f} {:.2f} px (± {:.2f})", fit.lens.cx, fit.lens.cy,
+                        fit.principal_point_sigma_px);
+  return text;
+}
+
+void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
+               const RefineArgs& args, const Cost& cost) {
+  const PointStatistics points = StatisticsOf(result.points);
+  fmt::print("{}: {} of {} registered by {}, seen {}\n", dir, result.registered,
+             Counted(before.views.size(), "view"), Counted(result.adjusted_points, "point"),
+             Counted(result.adjusted_observations, "time"));
+  fmt::print("points: {}, seen {}, {:.3f} px off (mean)\n", points.points,
+             Counted(points.observations, "time"), points.mean_error_px);
+  fmt::print(
+      "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
+      result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);
+  const std::string unit = before.units == "metres" ? "m" : "units";
+  fmt::print(
+      "cameras moved by {:.5f} {} (median; largest {:.5f}, view {}) and turned by {:.3f} degrees "
+      "(largest {:.3f})\n",
+      result.moved_median, unit, result.moved_max,
+      before.views[static_cast<std::size_t>(std::max(0, result.moved_most))].id, result.turned_median_deg,
+      result.turned_max_deg);
+  if (result.center_sigma_max) {
+    const int view = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    if (std::isfinite(*result.center_sigma_max))
+      fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
+                 *result.center_sigma_median, unit, *result.center_sigma_max, view);
+    else
+      fmt::print(
+          "they do not hold together: parts of them share too few points to say how they lie to each "
+          "other\n");
+  }
+  if (!result.settled)
+    fmt::print(
+        "the adjustment has not settled: more would still change; check the start poses, or refine again\n");
+  if (result.contradicted >= 0)
+    fmt::print("most points of view {} disagree with where it was put\n",
+               before.views[static_cast<std::size_t>(result.contradicted)].id);
+  for (std::size_t v = 0; v < before.views.size(); ++v)
+    if (!result.views[v].registered)
+      fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,
+                 result.views[v].why);
+  if (result.groups > 1)
+    fmt::print(
+        "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
+        result.groups);
+  for (const LensEstimate& fit : result.lens_fits)
+    fmt::print(
+        "{}: {}\n",
+        args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
+        Describe(fit));
+  if (args.options.intrinsics && result.lens_fits.empty())
+    fmt::print("the intrinsics stay: nothing speaks for others\n");
+  for (const CalibrationCheck& check : result.checks)
+    if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
+  fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
+}
+
+int RunRefine(const RefineArgs& args) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string dir = args.dir;
+  const std::vector<TimedPose> truth = args.truth.empty() ? std::vector<TimedPose>{} : ReadTum(args.truth);
+  if (args.output.empty() && fs::exists(fs::path(dir) / "transforms.json") &&
+      !fs::exists(fs::path(dir) / "journal.jsonl") && !HasLostItsJournal(dir))
+    throw UsageError("{}: a set by another program, which is never written to; give a new folder with -o",
+                     dir);
+  if (!args.output.empty()) {
+    ImportOptions import;
+    if (!args.subject.empty()) import.subject = ParseSubject(args.subject);
+    Import(args.dir, args.output, import);
+    dir = args.output;
+  }
+  cv::setNumThreads(args.threads);
+  RefineResult result;
+  LightField before;
+  std::optional<CoverageChange> coverage;
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    before = writer.Contents();
+    Progress progress("refine", args.json);
+    try {
+      RefineOptions options = args.options;
+      options.all_points = true;
+      options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+      result = Refine(RefineInputOf(before), options);
+    } catch (const Error& error) {
+      throw Error("{}: {}; the light field is as it was", dir, error.what());
+    }
+    Write(before, result, writer);
+    coverage = CoverageOf(before, writer.Contents());
+  }
+  const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+                  PeakMemoryMib()};
+  std::optional<LightFieldErrors> errors;
+  std::string not_compared;  // why: the report of what was done comes first
+  if (!args.truth.empty()) try {
+      errors = CompareWithTruth(before, result, truth, args.truth);
+    } catch (const Error& error) {
+      not_compared = error.what();
+    }
+  if (args.json) {
+    nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(result)) json["explain"].push_back(ToJson(choice));
+    if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
+    if (errors) json["truth"] = ToJson(*errors);
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    PrintText(dir, before, result, args, cost);
+    if (coverage) fmt::print("{}", ToText(*coverage));
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(result)) fmt::print("{}", ToText(choice));
+    if (errors) fmt::print("{}", ToText(*errors));
+  }
+  std::fflush(stdout);
+  if (!not_compared.empty()) throw Error("{}; the poses are refined and recorded", not_compared);
+  return kOk;
+}
+
+}  // namespace
+
+void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<RefineArgs>();
+  CLI::App* command = app.add_subcommand("refine", "Better poses for all recorded views together");
+  command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
+  command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
+  command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
+  command->add_flag("--intrinsics", args->options.intrinsics,
+                    "Also the lens, as far as the images tell (else it is only said)");
+  command->add_option("--features", args->options.features, "Corners per view (else by the number of views)")
+      ->check(CLI::Range(300, 10000));
+  command->add_option("--max-side", args->options.max_side_px, "Larger pictures are reduced to it, px")
+      ->check(CLI::Range(320, 20000));
+  command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
+      ->check(CLI::Range(1, 256));
+  command->add_option("--seed", args->options.seed, "Of every random draw");
+  command->add_option("--truth", args->truth,
+                      "True poses, TUM format: prints the error as recorded, before and after");
+  command->add_flag("--explain", args->explain, "Why these intrinsics: what was tried, and what it gained");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "
+      "fit "
+      "nowhere keep their poses and are named.");
+  command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
+}
+
+}  // namespace ulf

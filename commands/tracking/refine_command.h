@@ -1,0 +1,10 @@
+// `ulf refine`: the poses of a light field made better, and what that does to its coverage.
+#pragma once
+
+#include "commands/command_line.h"
+
+namespace ulf {
+
+void AddRefineCommand(CLI::App& app, ChosenCommand& chosen);
+
+}  // namespace ulf

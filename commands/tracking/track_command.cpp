@@ -1,0 +1,258 @@
+#include "commands/tracking/track_command.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/replay_device.h"
+#include "commands/number_checks.h"
+#include "commands/tracking/readout_option.h"
+#include "commands/tracking/track_report.h"
+#include "commands/tracking/tracking_side_option.h"
+#include "commands/tracking/trajectory_plot.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/base/stop_signal.h"
+#include "core/base/thread_clock.h"
+#include "core/geometry/trajectory.h"
+#include "core/plot/gnuplot.h"
+#include "tracking/sources/pose_source.h"
+#include "tracking/tracker/track_words.h"
+
+namespace ulf {
+namespace {
+
+struct TrackArgs {
+  std::string uri;
+  std::string output;
+  std::string final_output;
+  std::string truth;
+  std::string plot;
+  std::string calibration;
+  std::string poses = "features";
+  double focal_px = 0;
+  double fps = 0;
+  ReadoutArgs readout;
+  std::optional<double> speed;
+  bool deterministic = false;
+  unsigned seed = 1;
+  int features = TrackerOptions{}.features;
+  int tracking_side_px = TrackerOptions{}.max_side_px;
+  int frames = 0;
+  bool benchmark = false;
+  bool explain = false;
+  bool json = false;
+};
+
+// What cv::ORB costs on the same frame, at the size that is tracked, thread and moment: the unit in which
+// tracking cost is told.
+double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const TrackedSize& size) {
+  cv::Mat gray = GrayForTracking(frame.image);
+  if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
+    cv::resize(gray, gray, {size.width, size.height}, 0, 0, cv::INTER_AREA);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  const double start_s = ThreadCpuSeconds();
+  orb->detectAndCompute(gray, cv::noArray(), keypoints, descriptors);
+  return 1000 * (ThreadCpuSeconds() - start_s);
+}
+
+// A run, and the poses that the device itself knows (simulator, recorded light field).
+struct Followed {
+  TrackRun run;
+  std::vector<TimedPose> known;
+};
+
+GivenPoses AtMiddleRow(const TrackRun& run) {
+  GivenPoses poses;
+  for (const TrackedFrame& sample : run.frames) {
+    if (!sample.track.cam_from_world) continue;
+    const Rigid3 middle_row_from_picture = sample.track.middle_row_from_picture.value_or(Rigid3{});
+    for (const auto& [to, from] : {std::pair(&poses.live, &run.live), std::pair(&poses.final, &run.final)})
+      to->push_back({sample.time_s, middle_row_from_picture * (*from)[to->size()].cam_from_world});
+  }
+  return poses;
+}
+
+// Until the device is over, enough frames have come or the operator ends it.
+void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
+                  std::unique_ptr<PoseSource>& poses, Followed& followed) {
+  TrackRun& run = followed.run;
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+  constexpr std::size_t kOrbEvery = 10;
+  Progress progress("track", args.json);
+  device.Start();
+  while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
+    for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+    const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
+    if (!poses) {
+      IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
+      if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
+      poses = spec.Open(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+                        {.tracker = {.deterministic = args.deterministic,
+                                     .seed = args.seed,
+                                     .features = args.features,
+                                     .max_side_px = args.tracking_side_px,
+                                     .wait_for_mapper = !device.IsLive(),
+                                     .readout_s = args.readout.readout_s,
+                                     .compensate_found_readout = args.readout.compensate_found},
+                         .stop = StopOnSignal::Asked});
+    }
+    if (frame->known_cam_from_world)
+      followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
+    TrackedFrame sample;
+    sample.time_s = frame->device_time_s;
+    const auto start = std::chrono::steady_clock::now();
+    sample.track = poses->Step(*frame);
+    sample.wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
+    if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
+      run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
+    run.frames.push_back(std::move(sample));
+    const int count = static_cast<int>(run.frames.size());
+    progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
+                  fmt::format("frame {}, {}", count, InWords(run.frames.back().track)));
+    if (args.frames > 0 && count >= args.frames) break;
+  }
+}
+
+Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
+  Followed followed;
+  TrackRun& run = followed.run;
+  run.deterministic = args.deterministic;
+  std::unique_ptr<PoseSource> poses;
+  try {
+    FollowFrames(args, spec, device, poses, followed);
+  } catch (const std::exception& error) {
+    if (run.live.empty()) throw;
+    run.broke = fmt::format("frame {}: {}", run.frames.size(), error.what());
+  }
+  const bool lost = device.State() == DeviceState::kLost;
+  device.Stop();
+  if (!poses)
+    throw Error("{}: no frame came; {}", args.uri,
+                lost ? "the device was lost" : "check that it delivers images");
+  if (lost) spdlog::warn("{}: the device was lost after {}", args.uri, Counted(run.frames.size(), "frame"));
+  try {
+    poses->Finish();
+  } catch (const std::exception& error) {
+    if (run.broke.empty()) run.broke = fmt::format("the last adjustment: {}", error.what());
+  }
+  for (const TrackedFrame& sample : run.frames)
+    if (sample.track.cam_from_world)
+      run.final.push_back({sample.time_s, sample.track.anchor ? poses->PoseOf(*sample.track.anchor)
+                                                              : *sample.track.cam_from_world});
+  if (std::any_of(run.frames.begin(), run.frames.end(),
+                  [](const TrackedFrame& sample) { return sample.track.middle_row_from_picture; }))
+    run.middle_row = AtMiddleRow(run);
+  run.map = poses->Statistics();
+  run.from_outside = poses->Counts();
+  return followed;
+}
+
+int RunTrack(const TrackArgs& args) {
+  for (const std::string& output : {args.output, args.final_output})
+    if (!output.empty()) RequireWritable(output);
+  const PosesSpec spec = PosesSpec::Parse(args.poses);
+  if (!args.plot.empty()) RequireChart(args.plot);
+  const StopOnSignal signals;
+  std::vector<TimedPose> truth;
+  if (!args.truth.empty()) truth = ReadTum(args.truth);
+  // OpenCV would spread single frames over all cores, which the other threads need.
+  cv::setNumThreads(1);
+  std::string uri = args.uri;
+  if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
+  const auto device = OpenDevice(WithReplaySpeed(uri, args.speed));
+  const auto [run, known] = Follow(args, spec, *device);
+  // The report is printed whatever the disk says.
+  std::vector<std::string> unwritten;
+  for (const auto& [path, poses] : {std::pair(&args.output, &run.live), {&args.final_output, &run.final}})
+    try {
+      if (!path->empty()) WriteTum(*path, *poses);
+    } catch (const Error& error) {
+      unwritten.push_back(error.what());
+    }
+  // Without a file, the device's own poses serve where it knows them.
+  std::optional<TrackErrors> errors;
+  if (!args.truth.empty())
+    errors = CompareWithTruth(run, truth, args.truth);
+  else if (!known.empty())
+    errors = CompareWithTruth(run, known, "the device's own poses");
+  const TrackErrors* compared = errors ? &*errors : nullptr;
+  if (args.json) {
+    nlohmann::ordered_json json = ToJson(run, compared);
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(run)) json["explain"].push_back(ToJson(choice));
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{}", ToText(run, compared));
+    if (args.explain)
+      for (const ModelChoice& choice : Explained(run)) fmt::print("{}", ToText(choice));
+  }
+  std::fflush(stdout);
+  if (!args.plot.empty() && run.live.empty())
+    spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
+  else if (!args.plot.empty())
+    PlotRun(args.plot, run, compared, args.uri);
+  if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
+  if (!run.broke.empty())
+    throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
+  return run.live.empty() ? kFailed : kOk;
+}
+
+}  // namespace
+
+void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<TrackArgs>();
+  CLI::App* command =
+      app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
+  command->add_option("URI", args->uri,
+                      "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
+  command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
+  command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
+  command->add_option("--truth", args->truth,
+                      "True poses, TUM format: prints the error (without it, what the device knows)");
+  command->add_option("--plot", args->plot,
+                      "Picture of the run, .png, .svg or .pdf: the way from above and from behind, error, "
+                      "quality and points over time");
+  command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
+  command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
+      ->check(Positive());
+  command->add_option("--poses", args->poses, kPosesHelp)->capture_default_str();
+  AddReadoutOption(*command, args->readout);
+  command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
+  command
+      ->add_option("--speed", args->speed,
+                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->check(NonNegative());
+  command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
+  command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
+  AddTrackingSideOption(*command, args->tracking_side_px);
+  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
+  command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");
+  command->add_flag("--explain", args->explain,
+                    "What started the map, and what the map keeps of what it made");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer(
+      "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
+      "--truth reference.txt --plot run.png\nSIGINT ends a live camera's run: poses are written and figures "
+      "printed.");
+  command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
+}
+
+}  // namespace ulf

@@ -1,0 +1,344 @@
+#include "commands/tracking/track_report.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "core/base/counted.h"
+#include "core/base/quantile.h"
+
+namespace ulf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Stage {
+  const char* name;
+  double StageTimes::*cpu_s;
+};
+constexpr std::array kStages{Stage{"pyramid", &StageTimes::pyramid_s},
+                             Stage{"features", &StageTimes::features_s},
+                             Stage{"matching", &StageTimes::matching_s},
+                             Stage{"alignment", &StageTimes::alignment_s},
+                             Stage{"refinement", &StageTimes::refinement_s},
+                             Stage{"initialisation", &StageTimes::initialization_s},
+                             Stage{"relocalisation", &StageTimes::relocalization_s},
+                             Stage{"keyframes", &StageTimes::keyframe_s}};
+
+struct Counts {
+  int frames = 0, tracked = 0, lost = 0, found_again = 0;
+  std::optional<int> first_tracked;
+  std::vector<double> wall_ms, cpu_ms;
+  std::array<double, kStages.size()> stage_ms{};  // CPU, mean over the frames
+  double longest_ms = 0;
+  int longest_frame = -1;
+
+  double TrackedShare() const { return frames > 0 ? static_cast<double>(tracked) / frames : 0; }
+  double TrackedShareFromThere() const {
+    return first_tracked ? static_cast<double>(tracked) / (frames - *first_tracked) : 0;
+  }
+};
+
+Counts Count(const TrackRun& run) {
+  Counts counts;
+  counts.frames = static_cast<int>(run.frames.size());
+  TrackState before = TrackState::kInitializing;
+  for (int i = 0; i < counts.frames; ++i) {
+    const TrackedFrame& frame = run.frames[static_cast<std::size_t>(i)];
+    const Track& track = frame.track;
+    counts.tracked += track.cam_from_world.has_value();
+    counts.found_again += track.relocalized;
+    // A camera that is found in the frame that lost it was lost, too.
+    counts.lost +=
+        before == TrackState::kTracking && (track.state != TrackState::kTracking || track.relocalized);
+    if (!counts.first_tracked && track.cam_from_world) counts.first_tracked = i;
+    before = track.state;
+    if (track.skipped) continue;
+    counts.wall_ms.push_back(frame.wall_ms);
+    counts.cpu_ms.push_back(1000 * track.cpu_s);
+    for (std::size_t k = 0; k < kStages.size(); ++k)
+      counts.stage_ms[k] += 1000 * track.stages.*kStages[k].cpu_s;
+    if (frame.wall_ms > counts.longest_ms) {
+      counts.longest_ms = frame.wall_ms;
+      counts.longest_frame = i;
+    }
+  }
+  for (double& stage_ms : counts.stage_ms) stage_ms /= std::max<double>(1, counts.cpu_ms.size());
+  return counts;
+}
+
+void AddError(Json& report, const std::string& which, const std::optional<TrajectoryError>& error) {
+  const auto number = [&](double TrajectoryError::*value, bool known = true) {
+    return error && known ? Json((*error).*value) : Json(nullptr);
+  };
+  const bool stepped = error && error->steps > 0;
+  report["ate_" + which + "_rmse"] = number(&TrajectoryError::ate_rmse);
+  report["ate_" + which + "_median"] = number(&TrajectoryError::ate_median);
+  report["ate_" + which + "_max"] = number(&TrajectoryError::ate_max);
+  report["rpe_" + which + "_rmse"] = number(&TrajectoryError::rpe_rmse, stepped);
+  report["rpe_" + which + "_rotation_rmse_deg"] = number(&TrajectoryError::rpe_rotation_rmse_deg, stepped);
+  report["drift_" + which] = number(&TrajectoryError::drift, stepped);
+  report["rotation_" + which + "_rmse_deg"] = number(&TrajectoryError::rotation_rmse_deg);
+}
+
+// `of`: one for every frame that has a pose, or none at all.
+GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
+  GivenPoses poses;
+  if (of.live.empty()) return poses;
+  std::size_t at = 0;
+  for (const TrackedFrame& frame : run.frames) {
+    if (!frame.track.cam_from_world) continue;
+    if (frame.track.map_id == run.frames.back().track.map_id) {
+      poses.live.push_back(of.live[at]);
+      poses.final.push_back(of.final[at]);
+    }
+    ++at;
+  }
+  return poses;
+}
+
+bool IsReduced(const TrackedSize& size) {
+  return size.width != size.original_width || size.height != size.original_height;
+}
+
+std::string SizeLine(const TrackedSize& size) {
+  if (!IsReduced(size)) return {};
+  return fmt::format("pictures of {}x{} tracked at {}x{}; poses and pixels are those of the pictures\n",
+                     size.original_width, size.original_height, size.width, size.height);
+}
+
+std::string MapLine(const TrackerStatistics& map) {
+  std::string text =
+      fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
+  if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
+  if (map.keyframes_left_out > 0)
+    text += fmt::format("; {} left out, mapping was behind", Counted(map.keyframes_left_out, "keyframe"));
+  text += "\n";
+  if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
+  if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
+  return text;
+}
+
+// What kept the map from starting, by the frames' own words; empty where no map was to start.
+std::string MostOftenInTheWay(const TrackRun& run) {
+  std::map<StartObstacle, int> frames;
+  for (const TrackedFrame& frame : run.frames)
+    if (frame.track.start) ++frames[frame.track.start->obstacle];
+  if (frames.empty()) return {};
+  if (frames.size() > 1) frames.erase(StartObstacle::kFirstView);
+  const auto most = std::max_element(frames.begin(), frames.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return fmt::format("{} (so in {} of {})", Advice(most->first), most->second,
+                     Counted(run.frames.size(), "frame"));
+}
+
+std::string StagesLine(const Counts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < kStages.size(); ++k)
+    if (counts.stage_ms[k] > 0)
+      text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", kStages[k].name, counts.stage_ms[k]);
+  return text.empty() ? text : "CPU by stage, ms a frame on average: " + text + "\n";
+}
+
+std::string OutsideLine(const TrackRun& run) {
+  std::string text;
+  for (const auto& [name, count] : run.from_outside) {
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", words, count);
+  }
+  return text.empty() ? text : "from outside: " + text + "\n";
+}
+
+std::string Length(double metres) {
+  return std::abs(metres) < 0.1 ? fmt::format("{:.3g} mm", 1000 * metres) : fmt::format("{:.3g} m", metres);
+}
+
+std::string ErrorLine(const std::string& which, const TrajectoryError& error) {
+  std::string line = fmt::format("  {:<6} RMS {}, median {}, largest {}; ", which, Length(error.ate_rmse),
+                                 Length(error.ate_median), Length(error.ate_max));
+  if (error.steps == 0)
+    return line + fmt::format("no two poses of the truth lie {:g} s apart\n", kRelativeErrorStep_s);
+  return line + fmt::format("per second {} and {:.3f} degrees (RMS), {:.2g} % of the way (median)\n",
+                            Length(error.rpe_rmse), error.rpe_rotation_rmse_deg, 100 * error.drift);
+}
+
+std::string ToText(const TrackErrors& errors) {
+  if (!errors.live || !errors.final)
+    return fmt::format(
+        "error against {}: not known; fewer than three of its poses belong to tracked frames, or they lie on "
+        "a line\n",
+        errors.truth_name);
+  std::string text =
+      fmt::format("error against {} ({}, its unit taken as metres; scaled by {:.4g}):\n", errors.truth_name,
+                  Counted(errors.live->matched, "pose"), errors.final->scale);
+  text += ErrorLine("live", *errors.live) + ErrorLine("after", *errors.final);
+  if (errors.middle_row_live && errors.middle_row_final)
+    text += "  these are poses of pictures as they are; the camera when the middle row was read:\n" +
+            ErrorLine("live", *errors.middle_row_live) + ErrorLine("after", *errors.middle_row_final);
+  if (errors.earlier_maps > 0)
+    text += fmt::format("  not compared: {} on a map that was thrown away at the start\n",
+                        Counted(errors.earlier_maps, "pose"));
+  return text;
+}
+
+}  // namespace
+
+GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, {run.live, run.final}); }
+
+TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
+  TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
+  if (run.frames.empty()) return errors;
+  double tolerance_s = 1.0 / 60;
+  if (run.frames.size() > 1) {
+    const double span_s = run.frames.back().time_s - run.frames.front().time_s;
+    tolerance_s = 0.5 * span_s / static_cast<double>(run.frames.size() - 1);
+  }
+  const auto error = [&](const std::vector<TimedPose>& poses) {
+    return CompareTrajectories(poses, errors.truth, tolerance_s, kRelativeErrorStep_s);
+  };
+  const GivenPoses poses = OfLastMap(run);
+  errors.earlier_maps = static_cast<int>(run.live.size() - poses.live.size());
+  errors.live = error(poses.live);
+  errors.final = error(poses.final);
+  if (run.middle_row.live.empty()) return errors;
+  const GivenPoses middle_row = OfLastMap(run, run.middle_row);
+  errors.middle_row_live = error(middle_row.live);
+  errors.middle_row_final = error(middle_row.final);
+  return errors;
+}
+
+Json ToJson(const TrackRun& run, const TrackErrors* errors) {
+  const Counts counts = Count(run);
+  Json report{{"frames", counts.frames}};
+  report["init_frame"] = counts.first_tracked ? Json(*counts.first_tracked) : Json(nullptr);
+  report["tracked"] = counts.tracked;
+  report["tracked_share"] = counts.TrackedShare();
+  report["tracked_share_from_init"] = counts.TrackedShareFromThere();
+  report["lost_count"] = counts.lost;
+  report["relocalised_count"] = counts.found_again;
+  report["ms_median"] = Quantile(counts.wall_ms, 0.5);
+  report["ms_p95"] = Quantile(counts.wall_ms, 0.95);
+  report["ms_longest"] = counts.longest_ms;
+  report["longest_frame"] = counts.longest_frame;
+  report["cpu_ms_median"] = Quantile(counts.cpu_ms, 0.5);
+  report["cpu_ms_p95"] = Quantile(counts.cpu_ms, 0.95);
+  for (std::size_t k = 0; k < kStages.size(); ++k)
+    report["stage_cpu_ms_mean"][kStages[k].name] = counts.stage_ms[k];
+  report["tracked_size"] = nullptr;
+  if (const TrackedSize& size = run.map.size; size.width > 0)
+    report["tracked_size"] = {{"width", size.width},
+                              {"height", size.height},
+                              {"original_width", size.original_width},
+                              {"original_height", size.original_height}};
+  report["map_points"] = run.map.map_points;
+  report["keyframes"] = run.map.keyframes;
+  report["loops"] = run.map.loops;
+  report["keyframes_left_out"] = run.map.keyframes_left_out;
+  report["longest_wait_for_map_ms"] = 1000 * run.map.longest_wait_s;
+  for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
+  report["rolling_shutter"] = ToJson(run.map.rolling_shutter);
+  report["calibration"] = ToJson(run.map.calibration);
+  if (!run.orb_cpu_ms.empty()) {
+    report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
+    report["cpu_over_orb"] = Quantile(counts.cpu_ms, 0.5) / Quantile(run.orb_cpu_ms, 0.5);
+  }
+  if (!errors) return report;
+  AddError(report, "live", errors->live);
+  AddError(report, "final", errors->final);
+  report["middle_row"] = nullptr;
+  if (errors->middle_row_live) {
+    AddError(report["middle_row"], "live", errors->middle_row_live);
+    AddError(report["middle_row"], "final", errors->middle_row_final);
+  }
+  report["rpe_step_s"] = kRelativeErrorStep_s;
+  report["scale"] = errors->final ? Json(errors->final->scale) : Json(nullptr);
+  report["compared"] = errors->live ? errors->live->matched : 0;
+  return report;
+}
+
+std::string ToText(const TrackRun& run, const TrackErrors* errors) {
+  const Counts counts = Count(run);
+  std::string text = fmt::format("{}, {} tracked ({:.1f} %), ", Counted(counts.frames, "frame"),
+                                 counts.tracked, 100 * counts.TrackedShare());
+  if (counts.first_tracked)
+    text += fmt::format("initialised at frame {}, {:.1f} % tracked from there on\n", *counts.first_tracked,
+                        100 * counts.TrackedShareFromThere());
+  else if (const std::string obstacle = MostOftenInTheWay(run); !obstacle.empty())
+    text += "never initialised: " + obstacle + "\n";
+  else
+    text +=
+        "no frame has a pose: check what --poses names (a board's size and dictionary, a file's or sender's "
+        "times)\n";
+  text += fmt::format("lost {}, found again {}\n", Counted(counts.lost, "time"),
+                      Counted(counts.found_again, "time"));
+  text += SizeLine(run.map.size);
+  if (run.map.keyframes > 0) text += MapLine(run.map);
+  if (counts.longest_frame >= 0)
+    text += fmt::format(
+        "per frame: {:.1f} ms (95 %: {:.1f}; longest {:.1f}, frame {}){}, CPU {:.1f} ms (95 %: {:.1f})\n",
+        Quantile(counts.wall_ms, 0.5), Quantile(counts.wall_ms, 0.95), counts.longest_ms,
+        counts.longest_frame, run.deterministic ? " with mapping" : "", Quantile(counts.cpu_ms, 0.5),
+        Quantile(counts.cpu_ms, 0.95));
+  text += StagesLine(counts) + OutsideLine(run);
+  if (!run.orb_cpu_ms.empty()) {
+    const double orb_ms = Quantile(run.orb_cpu_ms, 0.5);
+    text += fmt::format("cv::ORB with 1000 features: {:.1f} ms; tracking costs {:.2f} times that\n", orb_ms,
+                        Quantile(counts.cpu_ms, 0.5) / orb_ms);
+  }
+  if (errors) text += ToText(*errors);
+  return text;
+}
+
+std::vector<LostStretch> LostStretches(const TrackRun& run) {
+  std::vector<LostStretch> stretches;
+  const TrackedFrame* last = nullptr;
+  bool lost = false;
+  for (const TrackedFrame& frame : run.frames) {
+    if (!frame.track.cam_from_world) {
+      lost = lost || last != nullptr;
+      continue;
+    }
+    if (lost) stretches.push_back({last->time_s, frame.time_s});
+    lost = false;
+    last = &frame;
+  }
+  if (lost) stretches.push_back({last->time_s, run.frames.back().time_s});
+  return stretches;
+}
+
+std::vector<ModelChoice> Explained(const TrackRun& run) {
+  std::vector<ModelChoice> choices;
+  if (const auto& start = run.map.start) {
+    const MotionEvidence& seen = start->evidence;
+    const auto of_matches = [&](int count) { return fmt::format("{} of {} matches", count, seen.matches); };
+    const bool flat = start->model == RelativePoseModel::kHomography;
+    choices.push_back(
+        {"model that started the map",
+         fmt::format(
+             "a rotation that explains nearly all starts none; flat where a homography explains 85 % of "
+             "what the essential matrix does; the motion's best rival is worse by {:.0f} (needed: {:.0f} "
+             "variances of the noise)",
+             seen.runner_up, seen.runner_up_needed),
+         {{"rotation", of_matches(seen.by_rotation), false},
+          {"homography", of_matches(seen.by_homography), flat},
+          {"essential matrix", of_matches(seen.by_essential), !flat}}});
+  }
+  choices.push_back(
+      {"keyframes",
+       "a frame becomes one where the last one's points thin out or the camera has moved or turned; "
+       "one of which others see nearly all points goes again",
+       {{"kept", fmt::format("{}", run.map.keyframes), true},
+        {"made", fmt::format("{}", run.map.keyframes_made), false},
+        {"every frame", fmt::format("{}", run.frames.size()), false}}});
+  choices.push_back({"map points",
+                     "a new point goes again where it is not found as often as it should be",
+                     {{"kept", fmt::format("{}", run.map.map_points), true},
+                      {"made", fmt::format("{}", run.map.points_made), false}}});
+  return choices;
+}
+
+}  // namespace ulf

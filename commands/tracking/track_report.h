@@ -1,0 +1,68 @@
+// What a tracked sequence came to, for `ulf track`: in words, as JSON, and what its picture needs.
+//
+// Errors are in the truth's units, which TUM files give in metres. A map that is thrown away within its first
+// frames (Track::map_id) was another world: its poses stand in the files, but only those of the last map are
+// compared.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/model_choice.h"
+#include "core/geometry/trajectory.h"
+#include "tracking/tracker/tracker.h"
+
+namespace ulf {
+
+// One frame's outcome, as it was given live.
+struct TrackedFrame {
+  double time_s = 0;
+  Track track;
+  double wall_ms = 0;
+};
+
+struct GivenPoses {
+  std::vector<TimedPose> live, final;  // as tracked; after the last adjustment
+};
+
+struct TrackRun {
+  bool deterministic = false;  // mapping ran inside the frames
+  std::vector<TrackedFrame> frames;
+  std::vector<TimedPose> live, final;
+  GivenPoses middle_row;           // the camera at its frames' times, where a rolling shutter is compensated
+  std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
+  TrackerStatistics map;
+  std::string broke;  // what ended the run early, where, and why; empty: nothing
+  std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
+};
+
+// The poses of the last map alone.
+GivenPoses OfLastMap(const TrackRun& run);
+
+// A run against the truth.
+struct TrackErrors {
+  std::string truth_name;
+  std::vector<TimedPose> truth;
+  int earlier_maps = 0;  // poses of maps that were thrown away: left out
+  std::optional<TrajectoryError> live = {}, final = {};
+  std::optional<TrajectoryError> middle_row_live = {}, middle_row_final = {};
+};
+inline constexpr double kRelativeErrorStep_s = 1;
+
+TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name);
+
+nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
+std::string ToText(const TrackRun& run, const TrackErrors* errors);
+// Of the model that started the map, and of what the map keeps.
+std::vector<ModelChoice> Explained(const TrackRun& run);
+
+// A stretch of frames without a pose, after the first that had one.
+struct LostStretch {
+  double from_s = 0;  // the last frame with a pose
+  double to_s = 0;    // the next one; the end where there is none
+};
+std::vector<LostStretch> LostStretches(const TrackRun& run);
+
+}  // namespace ulf

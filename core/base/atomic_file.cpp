@@ -1,0 +1,288 @@
+#include "core/base/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kBlock = 4096;          // what writing past the page cache must be a multiple of
+constexpr std::size_t kStaged = 4 << 20;      // copied, then written, at a time
+constexpr std::size_t kDirectFrom = 1 << 18;  // smaller files gain nothing
+
+// One a thread, kept: memory that is new costs more than the copy into it.
+std::span<char> Staging() {
+  struct Free {
+    void operator()(char* memory) const { std::free(memory); }
+  };
+  thread_local const std::unique_ptr<char, Free> memory(
+      static_cast<char*>(std::aligned_alloc(kBlock, kStaged)));
+  if (!memory) throw std::bad_alloc();
+  return {memory.get(), kStaged};
+}
+
+fs::path FolderOf(const fs::path& path) {
+  return path.parent_path().empty() ? fs::path(".") : path.parent_path();
+}
+
+struct Temporary {
+  fs::path path;
+  int descriptor = -1;  // -1: the disk refused, errno says why
+};
+
+// A name that nobody else writes to: other threads and other programs may be about to make the same file.
+Temporary OpenTemporary(const fs::path& beside, bool direct) {
+  static std::atomic<unsigned> next{1};
+  Temporary temporary;
+  do {
+    temporary.path = fmt::format("{}.{}-{}{}", beside.string(), getpid(), next++, kTemporaryEnding);
+    temporary.descriptor = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  } while (temporary.descriptor < 0 && errno == EEXIST);
+  if (direct && temporary.descriptor >= 0)  // where the file system allows it
+    fcntl(temporary.descriptor, F_SETFL, fcntl(temporary.descriptor, F_GETFL) | O_DIRECT);
+  return temporary;
+}
+
+int OpenFolder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) throw Error("{}: cannot open the folder: {}", folder.string(), std::strerror(errno));
+  return descriptor;
+}
+
+// Opened before anything is renamed, so that nothing can be refused after it.
+class FoldersToSync {
+ public:
+  FoldersToSync() = default;
+  FoldersToSync(const FoldersToSync&) = delete;
+  FoldersToSync& operator=(const FoldersToSync&) = delete;
+  ~FoldersToSync() {
+    for (const auto& [path, descriptor] : descriptors_) close(descriptor);
+  }
+  void Add(const fs::path& folder) {
+    if (!descriptors_.contains(folder)) descriptors_[folder] = OpenFolder(folder);
+  }
+  void Sync() const {
+    for (const auto& [path, descriptor] : descriptors_) fsync(descriptor);
+  }
+
+ private:
+  std::map<fs::path, int> descriptors_;
+};
+
+// False where something has that name (EEXIST) or the disk refuses; errno says which.
+bool RenameToFree(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno != EINVAL && errno != ENOSYS) return false;
+  // A file system that knows no such rename.
+  std::error_code unknown;
+  if (fs::exists(fs::symlink_status(to, unknown))) {
+    errno = EEXIST;
+    return false;
+  }
+  return rename(from.c_str(), to.c_str()) == 0;
+}
+
+bool LeaveDirect(int descriptor) {
+  const int flags = fcntl(descriptor, F_GETFL);
+  return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
+}
+
+// False: the disk refused, errno says why.
+bool WriteAll(int descriptor, const char* bytes, std::size_t size) {
+  while (size > 0) {
+    const ssize_t written = write(descriptor, bytes, size);
+    if (written < 0 && errno == EINTR) continue;
+    // A file system that opens files this way may still not write them so.
+    if (written < 0 && errno == EINVAL && LeaveDirect(descriptor)) continue;
+    if (written <= 0) return false;
+    if (static_cast<std::size_t>(written) % kBlock != 0) LeaveDirect(descriptor);
+    bytes += written;
+    size -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+bool WriteContent(int descriptor, const FileContent& content, bool direct) {
+  const std::span<char> staging = Staging();
+  for (std::uint64_t done = 0; done < content.size; done += staging.size()) {
+    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(staging.size(), content.size - done));
+    content.copy(done, staging.first(size));
+    const std::size_t whole_blocks = direct ? (size + kBlock - 1) / kBlock * kBlock : size;
+    std::fill(staging.begin() + static_cast<std::ptrdiff_t>(size),
+              staging.begin() + static_cast<std::ptrdiff_t>(whole_blocks), '\0');
+    if (!WriteAll(descriptor, staging.data(), whole_blocks)) return false;
+  }
+  return !direct || ftruncate(descriptor, static_cast<off_t>(content.size)) == 0;
+}
+
+}  // namespace
+
+void SyncFolder(const fs::path& folder) {
+  FoldersToSync folders;
+  folders.Add(folder);
+  folders.Sync();
+}
+
+fs::path MoveWithoutReplacing(const fs::path& from, const fs::path& to) {
+  fs::path name = to;
+  for (int number = 2; !RenameToFree(from, name); ++number) {
+    if (errno != EEXIST)
+      ThrowDiskError(errno, fmt::format("{}: cannot be moved to {}", from.string(), FolderOf(to).string()));
+    name = FolderOf(to) / fmt::format("{}-{}{}", to.stem().string(), number, to.extension().string());
+  }
+  return name;
+}
+
+FileContent ContentOf(std::string_view bytes) {
+  return {bytes.size(), [bytes](std::uint64_t offset, std::span<char> out) {
+            std::memcpy(out.data(), bytes.data() + offset, out.size());
+          }};
+}
+
+FileBatch::~FileBatch() {
+  if (!committed_) TakeBack();
+}
+
+void FileBatch::TakeBack() { TakeBackFrom(0); }
+
+void FileBatch::TakeBackFrom(std::size_t first) {
+  for (; files_.size() > first; files_.pop_back()) {
+    const File& file = files_.back();
+    if (file.descriptor >= 0) close(file.descriptor);
+    // What took the place of an older file is all that is left of it.
+    if (!file.renamed) unlink(file.temporary.c_str());
+    if (file.renamed && !file.replaced) unlink(file.path.c_str());
+  }
+}
+
+void FileBatch::Write(std::span<const std::pair<fs::path, FileContent>> files) {
+  if (std::exchange(committed_, false)) files_.clear();
+  const std::size_t before = files_.size();
+  try {
+    for (const auto& [path, content] : files) Write(path, content);
+  } catch (...) {
+    TakeBackFrom(before);
+    throw;
+  }
+}
+
+void FileBatch::Write(const fs::path& path, const FileContent& content) {
+  if (std::exchange(committed_, false)) files_.clear();
+  const bool direct = content.size >= kDirectFrom;
+  const auto [temporary, descriptor] = OpenTemporary(path, direct);
+  if (descriptor < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
+  const auto take_back = [&temporary = temporary, descriptor = descriptor] {
+    close(descriptor);
+    unlink(temporary.c_str());
+  };
+  bool written = false;
+  try {
+    written = WriteContent(descriptor, content, direct);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  if (!written) {
+    const int reason = errno;
+    take_back();
+    ThrowDiskError(reason, fmt::format("{}: writing failed", path.string()));
+  }
+  files_.push_back({path, temporary, descriptor});
+}
+
+void FileBatch::Commit() {
+  if (std::exchange(committed_, false))
+    files_.clear();  // nothing was written since: those are not ours any more
+  const auto fail = [&](const File& file, const char* what) {
+    const int reason = errno;
+    const std::string path = file.path.string();
+    TakeBack();
+    ThrowDiskError(reason, fmt::format("{}: {}", path, what));
+  };
+  for (File& file : files_) {
+    if (fsync(file.descriptor) != 0) fail(file, "syncing to disk failed");
+    close(std::exchange(file.descriptor, -1));
+  }
+  FoldersToSync folders;
+  try {
+    for (const File& file : files_) folders.Add(FolderOf(file.path));
+  } catch (...) {
+    TakeBack();
+    throw;
+  }
+  for (File& file : files_) {
+    std::error_code unknown;
+    file.replaced = fs::exists(fs::symlink_status(file.path, unknown));
+    const bool renamed = existing_ == Existing::kKeep
+                             ? RenameToFree(file.temporary, file.path)
+                             : rename(file.temporary.c_str(), file.path.c_str()) == 0;
+    if (!renamed && existing_ == Existing::kKeep && errno == EEXIST)
+      fail(file, "is there already and is kept");
+    if (!renamed) fail(file, "cannot be renamed into place");
+    file.renamed = true;
+  }
+  folders.Sync();
+  committed_ = true;
+}
+
+void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
+  // A pipe or a device takes bytes; it must not be replaced by a file.
+  std::error_code unknown;
+  if (fs::exists(path, unknown) && !fs::is_regular_file(path, unknown) && !fs::is_directory(path, unknown)) {
+    if (std::ofstream stream(path, std::ios::binary);
+        !stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+      ThrowDiskError(errno, fmt::format("{}: writing failed", path.string()));
+    return;
+  }
+  FileBatch batch;
+  batch.Write(path, ContentOf(bytes));
+  batch.Commit();
+}
+
+void ThrowDiskError(int reason, const std::string& what_failed) {
+  if (reason == ENOSPC || reason == EDQUOT)
+    throw DiskFullError("{}: {}; free some space", what_failed, std::strerror(reason));
+  throw Error("{}: {}; check the folder's permissions and its disk, or choose another folder", what_failed,
+              std::strerror(reason));
+}
+
+void MakeFolder(const fs::path& folder) {
+  std::error_code reason;
+  fs::create_directories(folder, reason);
+  if (reason || !fs::is_directory(folder))
+    ThrowDiskError(reason ? reason.value() : ENOTDIR,
+                   fmt::format("{}: the folder cannot be made", folder.string()));
+}
+
+std::uint64_t FreeBytes(const fs::path& folder) {
+  struct statvfs room {};
+  if (statvfs(folder.c_str(), &room) != 0) return std::numeric_limits<std::uint64_t>::max();
+  return static_cast<std::uint64_t>(room.f_bavail) * room.f_frsize;
+}
+
+std::string ReadWholeFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace ulf

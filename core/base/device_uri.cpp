@@ -1,0 +1,72 @@
+#include "core/base/device_uri.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "core/base/error.h"
+
+namespace ulf {
+
+DeviceUri DeviceUri::Parse(const std::string& uri) {
+  const std::size_t colon = uri.find(':');
+  if (colon == std::string::npos || colon == 0)
+    throw UsageError("'{}' is not a device URI; use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')",
+                     uri);
+  DeviceUri parsed;
+  parsed.scheme = uri.substr(0, colon);
+  const std::size_t question = uri.find('?', colon);
+  parsed.path = uri.substr(colon + 1, question == std::string::npos ? question : question - colon - 1);
+  if (question == std::string::npos) return parsed;
+  std::size_t start = question + 1;
+  while (start < uri.size()) {
+    const std::size_t end = std::min(uri.find('&', start), uri.size());
+    const std::string pair = uri.substr(start, end - start);
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw UsageError("'{}' in '{}' is not an option; write key=value", pair, uri);
+    parsed.options.emplace_back(pair.substr(0, equals), pair.substr(equals + 1));
+    start = end + 1;
+  }
+  return parsed;
+}
+
+std::optional<std::string> DeviceUri::Option(const std::string& key) const {
+  for (const auto& [name, value] : options)
+    if (name == key) return value;
+  return std::nullopt;
+}
+
+std::optional<double> DeviceUri::Number(const std::string& key) const {
+  const auto text = Option(key);
+  if (!text) return std::nullopt;
+  char* end = nullptr;
+  const double number = std::strtod(text->c_str(), &end);
+  if (text->empty() || *end != '\0' || !std::isfinite(number))
+    throw UsageError("'{}': {} must be a number, not '{}'", Text(), key, *text);
+  return number;
+}
+
+void DeviceUri::Set(const std::string& key, const std::string& value) {
+  std::erase_if(options, [&](const auto& option) { return option.first == key; });
+  options.emplace_back(key, value);
+}
+
+void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
+  for (const auto& [name, value] : options)
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      std::string list;
+      for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
+      if (scheme == "aravis" || scheme == "gphoto2") list += ", reconnect_s";
+      throw UsageError("'{}' has no option '{}'; known are: {}", Text(), name, list);
+    }
+}
+
+std::string DeviceUri::Text() const {
+  std::string text = scheme + ":" + path;
+  for (std::size_t i = 0; i < options.size(); ++i)
+    text += (i == 0 ? "?" : "&") + options[i].first + "=" + options[i].second;
+  return text;
+}
+
+}  // namespace ulf

@@ -1,0 +1,92 @@
+// Reading JSON that others wrote: every missing key, wrong type or non-finite number becomes an Error that
+// names the file, the place in it, and the key.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace ulf {
+
+// An object inside a file; `where` reads like "transforms.json, frame 12 (images/0012.jpg)".
+struct JsonPlace {
+  const nlohmann::json& object;
+  std::string where;
+
+  bool Has(const char* key) const { return object.contains(key) && !object.at(key).is_null(); }
+
+  const nlohmann::json& Raw(const char* key) const {
+    if (!object.is_object()) throw Error("{}: expected an object with the key '{}'", where, key);
+    if (!object.contains(key)) throw Error("{}: the key '{}' is missing", where, key);
+    return object.at(key);
+  }
+
+  double Number(const char* key) const {
+    const nlohmann::json& value = Raw(key);
+    if (!value.is_number())
+      throw Error("{}: '{}' must be a number, not {}", where, key, value.dump().substr(0, 40));
+    const double number = value.get<double>();
+    if (!std::isfinite(number)) throw Error("{}: '{}' is not finite", where, key);
+    return number;
+  }
+  double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
+
+  // For files that people write by hand: a key that is misspelt would be missed without a word.
+  void RequireOnly(std::initializer_list<const char*> keys) const {
+    if (!object.is_object()) throw Error("{}: expected an object", where);
+    for (const auto& [key, value] : object.items()) {
+      std::string known;
+      for (const char* each : keys) known += (known.empty() ? "" : ", ") + std::string(each);
+      if (std::none_of(keys.begin(), keys.end(), [&](const char* each) { return key == each; }))
+        throw Error("{}: there is no key '{}'; there are {}", where, key, known);
+    }
+  }
+
+  // A whole number that an int holds.
+  int Integer(const char* key) const {
+    const double number = Number(key);
+    if (number != std::floor(number) || std::abs(number) > 2e9)
+      throw Error("{}: '{}' must be a whole number, not {}", where, key, Raw(key).dump().substr(0, 40));
+    return static_cast<int>(number);
+  }
+  int Integer(const char* key, int otherwise) const { return Has(key) ? Integer(key) : otherwise; }
+
+  // A subject's radius, a time's step: more than nothing.
+  double Positive(const char* key) const {
+    const double number = Number(key);
+    if (!(number > 0)) throw Error("{}: '{}' must be positive, not {}", where, key, number);
+    return number;
+  }
+
+  std::string Text(const char* key) const {
+    const nlohmann::json& value = Raw(key);
+    if (!value.is_string())
+      throw Error("{}: '{}' must be text, not {}", where, key, value.dump().substr(0, 40));
+    return value.get<std::string>();
+  }
+  std::string Text(const char* key, const std::string& otherwise) const {
+    return Has(key) ? Text(key) : otherwise;
+  }
+
+  // Exactly `count` finite numbers.
+  std::vector<double> Numbers(const char* key, std::size_t count) const {
+    const nlohmann::json& value = Raw(key);
+    if (!value.is_array() || value.size() != count)
+      throw Error("{}: '{}' must be a list of {} numbers, not {}", where, key, count,
+                  value.dump().substr(0, 40));
+    std::vector<double> numbers;
+    for (const nlohmann::json& entry : value) {
+      if (!entry.is_number() || !std::isfinite(entry.get<double>()))
+        throw Error("{}: '{}' holds {}, which is not a finite number", where, key,
+                    entry.dump().substr(0, 40));
+      numbers.push_back(entry.get<double>());
+    }
+    return numbers;
+  }
+};
+
+}  // namespace ulf

@@ -1,0 +1,40 @@
+#include "core/base/output_path.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+void RequireWritable(const std::string& path) {
+  const fs::path parent = fs::path(path).parent_path();
+  const fs::path folder = parent.empty() ? fs::path(".") : parent;
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) throw UsageError("{}: is a folder; give a file's name", path);
+  if (!fs::is_directory(folder, ignored))
+    throw UsageError("{}: the folder {} does not exist; make it first", path, folder.string());
+  if (access(folder.c_str(), W_OK) != 0)
+    throw UsageError("{}: the folder {} is not writable; choose another", path, folder.string());
+}
+
+void RequireWritablePicture(const std::string& path) {
+  const std::string ending = Lowercase(fs::path(path).extension().string());
+  if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
+    throw UsageError("{}: give a picture's name, ending in .png or .jpg", path);
+  RequireWritable(path);
+}
+
+void RequireWritableFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!error && access(path.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
+  if (error) throw UsageError("{}: no folder to write into ({}); choose another", path, error.message());
+}
+
+}  // namespace ulf

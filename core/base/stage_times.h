@@ -1,0 +1,36 @@
+// What a frame's CPU time went to, stage by stage: CPU seconds of the tracking thread, without mapping.
+#pragma once
+
+#include "core/base/thread_clock.h"
+
+namespace ulf {
+
+struct StageTimes {
+  double pyramid_s = 0;         // grey picture, image pyramid, sharpness
+  double features_s = 0;        // corners, orientations, descriptors
+  double matching_s = 0;        // candidates out of the map, descriptors against them
+  double alignment_s = 0;       // patches
+  double refinement_s = 0;      // the pose, robustly
+  double initialization_s = 0;  // while there is no map: two-view matching and geometry
+  double relocalization_s = 0;  // after a loss: descriptor search and its verification
+  double keyframe_s = 0;        // deciding on a keyframe and handing it over
+};
+
+// Adds the time from its making to its end, or to Stop(), to `sum`; null: measures nothing.
+class StageTimer {
+ public:
+  explicit StageTimer(double* sum_s) : sum_s_(sum_s), start_s_(sum_s ? ThreadCpuSeconds() : 0) {}
+  ~StageTimer() { Stop(); }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+  void Stop() {
+    if (sum_s_) *sum_s_ += ThreadCpuSeconds() - start_s_;
+    sum_s_ = nullptr;
+  }
+
+ private:
+  double* sum_s_;
+  double start_s_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,136 @@
+#include "core/fiducials/marker_corners.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+
+// Blur mixes light, not display values: in those an edge would lie towards its dark side, and every marker
+// would be a tenth of a pixel too small.
+const std::array<float, 256>& Light() {
+  static const std::array<float, 256> light = [] {
+    std::array<float, 256> made{};
+    for (std::size_t i = 0; i < made.size(); ++i) made[i] = LinearFromSrgb(static_cast<float>(i) / 255);
+    return made;
+  }();
+  return light;
+}
+
+// Linear light between pixel centres; none outside.
+std::optional<double> Level(const cv::Mat& gray, const Vector2d& img) {
+  const double x = img.x() - 0.5, y = img.y() - 0.5;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  if (x0 < 0 || y0 < 0 || x0 + 1 >= gray.cols || y0 + 1 >= gray.rows) return std::nullopt;
+  const double ax = x - x0, ay = y - y0;
+  const unsigned char* row0 = gray.ptr(y0) + x0;
+  const unsigned char* row1 = gray.ptr(y0 + 1) + x0;
+  const std::array<float, 256>& light = Light();
+  return (1 - ay) * ((1 - ax) * light[row0[0]] + ax * light[row0[1]]) +
+         ay * ((1 - ax) * light[row1[0]] + ax * light[row1[1]]);
+}
+
+struct Line {
+  Vector2d point, along;
+};
+
+struct Step {
+  double at, across;  // along the side and outwards from it, pixels
+};
+
+// The centre of the rise along `out`, within `reach` of `from`; none where nothing rises.
+std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vector2d& out, double reach) {
+  constexpr double kStep = 0.5, kLeastContrast = 0.005;
+  double weights = 0, sum = 0;
+  std::optional<double> before;
+  for (double o = -reach - kStep / 2; o <= reach + kStep; o += kStep) {
+    const auto level = Level(gray, from + o * out);
+    if (!level) return std::nullopt;
+    if (before && *level > *before) {
+      weights += *level - *before;
+      sum += (*level - *before) * (o - kStep / 2);
+    }
+    before = level;
+  }
+  if (weights < kLeastContrast) return std::nullopt;
+  return sum / weights;
+}
+
+// The side from `corner` towards `other`, as a line; `out` is where it is bright.
+std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const Vector2d& other,
+                            const Vector2d& inside, double reach) {
+  constexpr double kClear = 1.5, kLongest = 24;  // pixels: of the corner's own rounding; of a straight line
+  const double length = (other - corner).norm();
+  if (length < 6) return std::nullopt;
+  const Vector2d along = (other - corner) / length;
+  Vector2d out(along.y(), -along.x());
+  if (out.dot(inside - corner) > 0) out = -out;
+  std::vector<Step> steps;
+  for (double s = kClear; s <= std::min(kLongest, 0.6 * length); s += 1)
+    if (const auto across = Rise(gray, corner + s * along, out, reach)) steps.push_back({s, *across});
+  constexpr std::size_t kLeast = 3;
+  double offset = 0, slope = 0;
+  for (int round = 0; round < 3; ++round) {
+    if (steps.size() < kLeast) return std::nullopt;
+    double n = 0, at = 0, across = 0, at2 = 0, both = 0;
+    for (const Step& step : steps) {
+      n += 1;
+      at += step.at;
+      across += step.across;
+      at2 += step.at * step.at;
+      both += step.at * step.across;
+    }
+    const double spread = n * at2 - at * at;
+    if (spread <= 0) return std::nullopt;
+    slope = (n * both - at * across) / spread;
+    offset = (across - slope * at) / n;
+    // A scratch, a shadow's edge, the neighbour's corner.
+    const auto is_off = [&](const Step& step) {
+      return std::abs(step.across - offset - slope * step.at) > 0.5;
+    };
+    if (std::erase_if(steps, is_off) == 0) break;
+  }
+  return Line{corner + offset * out, (along + slope * out).normalized()};
+}
+
+std::optional<Vector2d> Meet(const Line& a, const Line& b) {
+  Eigen::Matrix2d m;
+  m << a.along, -b.along;
+  if (std::abs(m.determinant()) < 0.1) return std::nullopt;
+  const Vector2d shares = m.inverse() * (b.point - a.point);
+  return a.point + shares[0] * a.along;
+}
+
+}  // namespace
+
+MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
+  MarkerImage refined = corners;
+  constexpr int kRounds = 2;  // the second one's profiles are centred on the first one's lines
+  for (int round = 0; round < kRounds; ++round) {
+    const MarkerImage from = refined;
+    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
+      const auto reach = [&](const Vector2d& across) {
+        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
+      };
+      // A side's profile runs across it: as far as a cell of the other side is wide.
+      const auto first = FitSide(gray, corner, next, middle, reach(last)),
+                 second = FitSide(gray, corner, last, middle, reach(next));
+      if (!first || !second) continue;
+      const auto met = Meet(*first, *second);
+      constexpr double kFar = 3;
+      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
+    }
+  }
+  return refined;
+}
+
+}  // namespace ulf

@@ -1,0 +1,84 @@
+// Numbers as bytes, little-endian, for files of our own and for COLMAP's.
+#pragma once
+
+#include <Eigen/Core>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+static_assert(std::endian::native == std::endian::little, "files hold numbers as they are in memory");
+
+class ByteWriter {
+ public:
+  template <typename T>
+  void Put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void Put(const Eigen::Vector2d& v) { Put(v.x()), Put(v.y()); }
+  void Put(const Eigen::Vector3d& v) { Put(v.x()), Put(v.y()), Put(v.z()); }
+  void Put(const Rigid3& pose) {
+    for (int i = 0; i < 4; ++i) Put(pose.rotation.coeffs()(i));
+    Put(pose.translation);
+  }
+  void Count(std::size_t count) { Put(static_cast<std::uint32_t>(count)); }
+  void PutText(std::string_view text) { bytes_.append(text); }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+// Past the end it gives zeros and remembers.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+  template <typename T>
+  T Get() {
+    T value{};
+    if (sizeof value > bytes_.size() - at_) {
+      short_ = true;
+      at_ = bytes_.size();
+      return value;
+    }
+    std::memcpy(&value, bytes_.data() + at_, sizeof value);
+    at_ += sizeof value;
+    return value;
+  }
+  Eigen::Vector2d Get2() {
+    const double x = Get<double>(), y = Get<double>();
+    return {x, y};
+  }
+  Eigen::Vector3d Get3() {
+    const double x = Get<double>(), y = Get<double>(), z = Get<double>();
+    return {x, y, z};
+  }
+  Rigid3 GetPose() {
+    Rigid3 pose;
+    for (int i = 0; i < 4; ++i) pose.rotation.coeffs()(i) = Get<double>();
+    pose.translation = Get3();
+    return pose;
+  }
+  // Of things that take at least `least` bytes each; more than are left cannot be.
+  std::size_t Count(std::size_t least) {
+    const std::size_t count = Get<std::uint32_t>();
+    if (count * least > bytes_.size() - at_) short_ = true;
+    return short_ ? 0 : count;
+  }
+  bool IsShort() const { return short_; }
+  bool AtEnd() const { return at_ == bytes_.size(); }
+
+ private:
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+  bool short_ = false;
+};
+
+}  // namespace ulf

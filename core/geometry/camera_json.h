@@ -1,0 +1,21 @@
+// A camera model and the part of the sensor that it is of as JSON, the same in the journal, in calibration
+// files and in recordings.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/json_fields.h"
+#include "core/geometry/camera_model.h"
+#include "core/geometry/sensor_window.h"
+
+namespace ulf {
+
+// {"width","height","fx","fy","cx","cy","distortion":"none|radial-tangential|fisheye","coefficients":[5],
+//  "pixel_centers":"half"}
+nlohmann::json CameraToJson(const CameraModel& camera);
+CameraModel CameraFromJson(const JsonPlace& place);
+
+nlohmann::json WindowToJson(const SensorWindow& window);
+SensorWindow WindowFromJson(const JsonPlace& place);
+
+}  // namespace ulf

@@ -1,0 +1,30 @@
+// A number that tells whether something is the same again: FNV-1a, 64 bits. Not for secrets.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+class Digest {
+ public:
+  void Add(std::span<const std::byte> bytes);
+  void Add(double number);
+  void Add(const Rigid3& pose);
+  void Add(const CameraModel& camera);
+  void Add(const std::string& text);
+  std::uint64_t Value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037ull;
+};
+
+std::uint64_t ChecksumOf(std::string_view bytes);
+
+}  // namespace ulf

@@ -1,0 +1,47 @@
+#include "core/geometry/similarity3.h"
+
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace ulf {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix<double, 7, 1>& delta) {
+  const Vector3d turn = delta.head<3>();
+  const double angle = turn.norm();
+  const Vector3d axis = angle > 0 ? Vector3d(turn / angle) : Vector3d(Vector3d::UnitX());
+  const Similarity3 step{std::exp(delta(6)), Eigen::AngleAxisd(angle, axis).toRotationMatrix(),
+                         delta.segment<3>(3)};
+  return step * target_from_source;
+}
+
+std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::span<const Vector3d> target,
+                                       bool rigid) {
+  const std::size_t count = std::min(source.size(), target.size());
+  if (count < 3) return std::nullopt;
+  Vector3d source_mean = Vector3d::Zero(), target_mean = Vector3d::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    source_mean += source[i] / static_cast<double>(count);
+    target_mean += target[i] / static_cast<double>(count);
+  }
+  Matrix3d covariance = Matrix3d::Zero();
+  double variance = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    covariance += (target[i] - target_mean) * (source[i] - source_mean).transpose();
+    variance += (source[i] - source_mean).squaredNorm();
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vector3d singular = svd.singularValues();
+  if (!(variance > 0) || !(singular(1) > 1e-9 * singular(0))) return std::nullopt;
+  Vector3d signs(1, 1, 1);
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
+  Similarity3 similarity;
+  similarity.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  if (!rigid) similarity.scale = singular.dot(signs) / variance;
+  similarity.translation = target_mean - similarity.scale * (similarity.rotation * source_mean);
+  return similarity;
+}
+
+}  // namespace ulf

@@ -1,0 +1,47 @@
+// A similarity of space: what maps of one camera are known up to, and what drift is made of.
+//
+// `target_from_source` as for Rigid3, with the scale first: target = scale * rotation * source + translation.
+// A camera whose world is scaled sees the same image, so a pose that a similarity moved is rigid again after
+// division by its scale.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <span>
+
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+struct Similarity3 {
+  double scale = 1;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  static Similarity3 FromRigid(const Rigid3& rigid) { return {1, rigid.RotationMatrix(), rigid.translation}; }
+  Similarity3 Inverse() const {
+    return {1 / scale, rotation.transpose(), -(rotation.transpose() * translation) / scale};
+  }
+  // Of a camera: the rigid pose that sees the same image, in units of the source.
+  Rigid3 WithoutScale() const { return {Eigen::Quaterniond(rotation).normalized(), translation / scale}; }
+};
+
+inline Eigen::Vector3d operator*(const Similarity3& target_from_source, const Eigen::Vector3d& point) {
+  return target_from_source.scale * (target_from_source.rotation * point) + target_from_source.translation;
+}
+
+inline Similarity3 operator*(const Similarity3& c_from_b, const Similarity3& b_from_a) {
+  return {c_from_b.scale * b_from_a.scale, c_from_b.rotation * b_from_a.rotation,
+          c_from_b * b_from_a.translation};
+}
+
+// exp of a small motion on the left: rotation vector, translation, logarithm of the scale.
+Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix<double, 7, 1>& delta);
+
+// Least squares over corresponding points (Umeyama 1991), of scale one if `rigid`; none for fewer than three
+// or when they lie on one line.
+std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
+                                       std::span<const Eigen::Vector3d> target, bool rigid = false);
+
+}  // namespace ulf

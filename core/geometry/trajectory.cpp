@@ -1,0 +1,146 @@
+#include "core/geometry/trajectory.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+
+namespace ulf {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+std::vector<TimedPose> ReadTum(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file)
+    throw Error("{}: cannot be read; give a file with lines `time tx ty tz qx qy qz qw`", path.string());
+  std::vector<TimedPose> poses;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto start = line.find_first_not_of(" \t\r");
+    if (start == std::string::npos || line[start] == '#') continue;
+    std::istringstream fields(line);
+    double time_s, x, y, z, qx, qy, qz, qw;
+    if (!(fields >> time_s >> x >> y >> z >> qx >> qy >> qz >> qw))
+      throw Error("{}:{}: expected eight numbers `time tx ty tz qx qy qz qw`, found \"{}\"", path.string(),
+                  number, line);
+    const Eigen::Quaterniond rotation(qw, qx, qy, qz);
+    if (!std::isfinite(time_s + x + y + z) || !(std::abs(rotation.norm() - 1) < 1e-2))
+      throw Error("{}:{}: not a pose: the quaternion must have length 1 and all numbers be finite",
+                  path.string(), number);
+    poses.push_back({time_s, Rigid3{rotation.normalized(), {x, y, z}}.Inverse()});
+  }
+  return poses;
+}
+
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses) {
+  std::string text = "# time tx ty tz qx qy qz qw (camera to world)\n";
+  for (const TimedPose& pose : poses) {
+    const Rigid3 world_from_cam = pose.cam_from_world.Inverse();
+    const Vector3d& t = world_from_cam.translation;
+    const Eigen::Quaterniond& q = world_from_cam.rotation;
+    text += fmt::format("{:.9f} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", pose.time_s, t.x(),
+                        t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  WriteFileAtomically(path, text);
+}
+
+namespace {
+
+constexpr double kDegrees = 180 / M_PI;
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double squared = 0;
+  for (const double value : values) squared += value * value;
+  return values.empty() ? 0 : std::sqrt(squared / static_cast<double>(values.size()));
+}
+
+struct Pair {
+  double time_s;
+  Rigid3 estimated;
+  Rigid3 truth;
+};
+
+std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<const TimedPose> truth,
+                             double tolerance_s) {
+  std::vector<TimedPose> sorted(truth.begin(), truth.end());
+  std::sort(sorted.begin(), sorted.end(),
+            [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  std::vector<Pair> pairs;
+  for (const TimedPose& pose : estimated) {
+    auto after = std::lower_bound(sorted.begin(), sorted.end(), pose.time_s,
+                                  [](const TimedPose& p, double time_s) { return p.time_s < time_s; });
+    if (after != sorted.begin() &&
+        (after == sorted.end() || pose.time_s - std::prev(after)->time_s < after->time_s - pose.time_s))
+      --after;
+    if (after != sorted.end() && std::abs(after->time_s - pose.time_s) <= tolerance_s)
+      pairs.push_back({pose.time_s, pose.cam_from_world, after->cam_from_world});
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
+                                                   std::span<const TimedPose> truth, double tolerance_s,
+                                                   double rpe_step_s) {
+  const std::vector<Pair> pairs = PairByTime(estimated, truth, tolerance_s);
+  std::vector<Vector3d> source, target;
+  for (const Pair& pair : pairs) {
+    source.push_back(pair.estimated.OriginInSource());
+    target.push_back(pair.truth.OriginInSource());
+  }
+  const auto similarity = AlignPoints(source, target);
+  if (!similarity) return std::nullopt;
+  TrajectoryError error;
+  error.matched = static_cast<int>(pairs.size());
+  error.scale = similarity->scale;
+  error.truth_from_estimated = *similarity;
+  std::vector<double> distances, angles;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    distances.push_back((*similarity * source[i] - target[i]).norm());
+    error.errors.push_back({pairs[i].time_s, distances.back()});
+    const Matrix3d world_from_cam = similarity->rotation * pairs[i].estimated.RotationMatrix().transpose();
+    angles.push_back(RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam)));
+  }
+  error.ate_rmse = RootMeanSquare(distances);
+  error.ate_median = Median(distances);
+  error.ate_max = *std::max_element(distances.begin(), distances.end());
+  error.rotation_rmse_deg = RootMeanSquare(angles) * kDegrees;
+
+  // The truth may be sparse: the step that comes nearest, told as if it had been exact.
+  std::vector<double> spacing_s, step_errors, step_angles, step_drifts;
+  for (std::size_t i = 1; i < pairs.size(); ++i) spacing_s.push_back(pairs[i].time_s - pairs[i - 1].time_s);
+  const double step_tolerance_s = std::max(tolerance_s, 0.51 * Median(spacing_s));
+  const auto off_s = [&](std::size_t i, std::size_t j) {
+    return std::abs(pairs[j].time_s - pairs[i].time_s - rpe_step_s);
+  };
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    j = std::max(j, i);
+    while (j + 1 < pairs.size() && off_s(i, j + 1) <= off_s(i, j)) ++j;
+    if (j == i || off_s(i, j) > step_tolerance_s) continue;
+    const double share = rpe_step_s / (pairs[j].time_s - pairs[i].time_s);
+    // Motion of j in i's camera frame, estimated (in truth units) against true.
+    const Vector3d moved = similarity->scale * (pairs[i].estimated.rotation * (source[j] - source[i]));
+    const Vector3d truly = pairs[i].truth.rotation * (target[j] - target[i]);
+    step_errors.push_back(share * (moved - truly).norm());
+    if (truly.norm() > 0) step_drifts.push_back((moved - truly).norm() / truly.norm());
+    const Eigen::Quaterniond turned = pairs[j].estimated.rotation * pairs[i].estimated.rotation.conjugate();
+    const Eigen::Quaterniond truly_turned = pairs[j].truth.rotation * pairs[i].truth.rotation.conjugate();
+    step_angles.push_back(share * RotationAngle(turned * truly_turned.conjugate()));
+  }
+  error.steps = static_cast<int>(step_errors.size());
+  error.rpe_rmse = RootMeanSquare(step_errors);
+  error.rpe_rotation_rmse_deg = RootMeanSquare(step_angles) * kDegrees;
+  error.drift = Median(step_drifts);
+  return error;
+}
+
+}  // namespace ulf

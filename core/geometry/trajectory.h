@@ -1,0 +1,54 @@
+// Timed poses: files, alignment, errors.
+//
+// TUM format: one line a pose, `time tx ty tz qx qy qz qw`, camera to world; lines that start with # are
+// comments. Errors after a similarity alignment of camera centres (Umeyama 1991), as Sturm et al. 2012 define
+// them: ATE is the distance of centres, RPE the error of the relative motion over a fixed step.
+// Units are the truth's.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/geometry/rigid3.h"
+#include "core/geometry/similarity3.h"
+
+namespace ulf {
+
+struct TimedPose {
+  double time_s = 0;
+  Rigid3 cam_from_world;
+};
+
+// Throws Error naming file and line.
+std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
+
+struct TrajectoryError {
+  int matched = 0;
+  double ate_rmse = 0;
+  double ate_median = 0;
+  double ate_max = 0;
+  int steps = 0;                     // of about `rpe_step_s`; without any, the next three mean nothing
+  double rpe_rmse = 0;               // translation over `rpe_step_s`
+  double rpe_rotation_rmse_deg = 0;  // rotation over `rpe_step_s`
+  double drift = 0;  // median over these steps: error of the translation per way that was truly gone
+  double rotation_rmse_deg = 0;  // after the alignment's rotation
+  double scale = 1;              // truth units per estimated unit
+  Similarity3 truth_from_estimated;
+  struct AtTime {
+    double time_s = 0;
+    double distance = 0;  // of the centres
+  };
+  std::vector<AtTime> errors;  // by pose that has a counterpart
+};
+
+// Pairs poses whose times differ by at most `tolerance_s`; none when fewer than three pair up or they lie on
+// a line.
+std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
+                                                   std::span<const TimedPose> truth, double tolerance_s,
+                                                   double rpe_step_s = 1.0);
+
+}  // namespace ulf

@@ -1,0 +1,33 @@
+// A point from two or more rays, and how well they fix it. Poses are cam_from_world, rays unit vectors in
+// their camera.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+// The point of two rays by the inverse-depth-weighted midpoint (Lee and Civera 2019), which stays accurate at
+// small parallax; none where it would lie behind a camera or the rays are parallel.
+std::optional<Eigen::Vector3d> TriangulatePoint(const Rigid3& first_from_world,
+                                                const Eigen::Vector3d& ray_in_first,
+                                                const Rigid3& second_from_world,
+                                                const Eigen::Vector3d& ray_in_second);
+
+struct RayObservation {
+  Rigid3 cam_from_world;
+  Eigen::Vector3d ray_in_cam;
+};
+
+// The point nearest to all rays, weighted by inverse depth; none where the rays are parallel or it lies
+// behind one.
+std::optional<Eigen::Vector3d> TriangulatePoint(std::span<const RayObservation> observations);
+
+// The angle under which a point sees two camera centres, radians.
+double ParallaxAngle(const Eigen::Vector3d& point_in_world, const Eigen::Vector3d& first_center,
+                     const Eigen::Vector3d& second_center);
+
+}  // namespace ulf

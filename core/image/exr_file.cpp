@@ -1,0 +1,132 @@
+#include "core/image/exr_file.h"
+
+#include <Iex.h>
+#include <ImathBox.h>
+#include <ImfArray.h>
+#include <ImfChannelList.h>
+#include <ImfChromaticities.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+
+class BytesStream : public Imf::OStream {
+ public:
+  BytesStream() : Imf::OStream("picture.exr") {}
+  void write(const char from[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (position_ + size > bytes_.size()) bytes_.resize(position_ + size);
+    std::memcpy(bytes_.data() + position_, from, size);
+    position_ += size;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = position; }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+cv::Mat ReadColours(Imf::InputFile& file, const std::string& path) {
+  const Imf::Header& header = file.header();
+  const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
+  const auto extent = [](int low, int high) { return static_cast<double>(high) - low + 1; };
+  const double width = extent(data.min.x, data.max.x), height = extent(data.min.y, data.max.y);
+  const double shown_width = extent(shown.min.x, shown.max.x),
+               shown_height = extent(shown.min.y, shown.max.y);
+  constexpr double kMostPixels = 1 << 30;
+  if (std::max(width * height, shown_width * shown_height) > kMostPixels)
+    throw Error("{}: is {:.0f}x{:.0f}, more than can be read; make it smaller", path,
+                std::max(width, shown_width), std::max(height, shown_height));
+  // Indexed from the data window's corner.
+  cv::Mat stored(static_cast<int>(height), static_cast<int>(width), CV_32FC3, cv::Scalar::all(0));
+  Imf::FrameBuffer buffer;
+  const auto has = [&](const char* name) { return header.channels().findChannel(name) != nullptr; };
+  const bool color = has("R") && has("G") && has("B");
+  if (!color && (!has("Y") || has("RY")))
+    throw Error("{}: holds neither R, G and B nor Y alone; write those channels without a layer's name",
+                path);
+  for (const auto& [name, at] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}, {"Y", 0}}) {
+    if ((name[0] != 'Y') != color) continue;
+    const auto x_stride = static_cast<std::ptrdiff_t>(3 * sizeof(float)),
+               y_stride = static_cast<std::ptrdiff_t>(stored.step);
+    char* base = reinterpret_cast<char*>(stored.data) + at * static_cast<std::ptrdiff_t>(sizeof(float)) -
+                 data.min.x * x_stride - data.min.y * y_stride;
+    buffer.insert(name, Imf::Slice(Imf::FLOAT, base, 3 * sizeof(float), stored.step));
+  }
+  file.setFrameBuffer(buffer);
+  file.readPixels(data.min.y, data.max.y);
+  if (!color)
+    for (int y = 0; y < stored.rows; ++y)
+      for (int x = 0; x < stored.cols; ++x)
+        stored.at<cv::Vec3f>(y, x) = cv::Vec3f::all(stored.at<cv::Vec3f>(y, x)[0]);
+  if (shown == data) return stored;
+  cv::Mat picture(static_cast<int>(shown_height), static_cast<int>(shown_width), CV_32FC3,
+                  cv::Scalar::all(0));
+  const cv::Rect data_in_shown(data.min.x - shown.min.x, data.min.y - shown.min.y, stored.cols, stored.rows);
+  const cv::Rect both = data_in_shown & cv::Rect(0, 0, picture.cols, picture.rows);
+  if (!both.empty()) stored(both - data_in_shown.tl()).copyTo(picture(both));
+  return picture;
+}
+
+}  // namespace
+
+cv::Mat HalfFromFloat(const cv::Mat& pixels) {
+  const cv::Mat clipped = cv::max(cv::min(pixels.reshape(1), kLargestHalf), -kLargestHalf);
+  cv::Mat half;
+  clipped.convertTo(half, CV_16F);
+  return half.reshape(pixels.channels());
+}
+
+std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression) {
+  const cv::Size size = channels.front().pixels.size();
+  Imf::Header header(size.width, size.height);
+  header.compression() = compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  Imf::addChromaticities(header, Imf::Chromaticities());  // the default ones are Rec. 709's
+  Imf::FrameBuffer buffer;
+  for (const ExrChannel& channel : channels) {
+    const Imf::PixelType type = channel.pixels.depth() == CV_16F ? Imf::HALF : Imf::FLOAT;
+    header.channels().insert(channel.name, Imf::Channel(type));
+    char* base = const_cast<char*>(reinterpret_cast<const char*>(channel.pixels.data)) +
+                 static_cast<std::size_t>(channel.channel) * channel.pixels.elemSize1();
+    buffer.insert(channel.name, Imf::Slice(type, base, channel.pixels.elemSize(), channel.pixels.step));
+  }
+  BytesStream stream;
+  try {
+    Imf::OutputFile file(stream, header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(size.height);
+  } catch (const Iex::BaseExc& error) {
+    throw Error("a picture of {}x{} with {} channels cannot be written as EXR: {}", size.width, size.height,
+                channels.size(), error.what());
+  }
+  return stream.Take();
+}
+
+cv::Mat ReadExr(const std::string& path) {
+  try {
+    Imf::InputFile file(path.c_str());
+    return ReadColours(file, path);
+  } catch (const Iex::BaseExc& error) {
+    throw Error(
+        "{}: the image is truncated or damaged ({}); copy it again from where it came (of a light field: ulf "
+        "repair DIR)",
+        path, error.what());
+  }
+}
+
+}  // namespace ulf

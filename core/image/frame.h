@@ -1,0 +1,47 @@
+// One image as a device delivered it, with all that is known about how it was taken.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/geometry/rigid3.h"
+#include "core/image/image.h"
+
+namespace ulf {
+
+// kIncomplete: part of the pixels never arrived; such a frame is counted and shown, never tracked or
+// recorded.
+enum class FrameStatus { kComplete, kIncomplete };
+
+// kStill: a photograph of a tethered camera, in full resolution, with intrinsics of its own.
+enum class FrameKind { kLive, kStill };
+
+// The file as the camera made it. A light field keeps a camera's JPEG byte for byte.
+struct EncodedImage {
+  std::string extension;  // ".jpg", ".nef", ...: lower case
+  std::shared_ptr<const std::string> bytes;
+};
+
+struct Frame {
+  Image image;
+  std::uint64_t id = 0;  // the device's own counter
+  double device_time_s =
+      0;                   // the device's clock, middle of exposure where the device says so, else its start
+  double host_time_s = 0;  // seconds since the epoch when the frame reached this machine
+  double exposure_s = 0;   // 0: unknown
+  double gain = 1;         // linear: 10^(dB/20)
+  double black_level = 0;  // as a share of full scale
+  std::optional<double> f_number;
+  FrameStatus status = FrameStatus::kComplete;
+  FrameKind kind = FrameKind::kLive;
+  // Of a photograph: the device's time at which the shutter was asked to open; none: released on the body.
+  std::optional<double> requested_s;
+  std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
+  std::optional<EncodedImage> raw;      // beside it, what only a raw converter reads
+  // Known without tracking: the simulator's truth, a replayed light field's pose. Never used by a tracker.
+  std::optional<Rigid3> known_cam_from_world;
+};
+
+}  // namespace ulf

@@ -1,0 +1,111 @@
+#include "core/image/image_header.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string_view>
+#include <vector>
+
+namespace ulf {
+namespace {
+
+using Bytes8 = std::array<std::uint8_t, 8>;
+
+template <std::size_t N>
+bool Read(std::ifstream& file, std::array<std::uint8_t, N>& bytes) {
+  return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes.data()), N));
+}
+
+std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
+  std::int64_t value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8 | bytes[i];
+  return value;
+}
+
+// The chunk tRNS, which stands before the pixels; none where it is not there. Each chunk: length, name,
+// content, checksum.
+std::optional<std::vector<std::uint8_t>> TransparentColors(std::ifstream& file) {
+  constexpr std::int64_t kMost = 256;
+  file.seekg(8);
+  for (Bytes8 chunk{}; Read(file, chunk);) {
+    const std::int64_t length = BigEndian(chunk.data(), 4);
+    const std::string_view name(reinterpret_cast<const char*>(&chunk[4]), 4);
+    if (name == "IDAT") break;
+    if (name == "tRNS" && length <= kMost) {
+      std::vector<std::uint8_t> content(static_cast<std::size_t>(length));
+      if (!file.read(reinterpret_cast<char*>(content.data()), length)) break;
+      return content;
+    }
+    file.seekg(length + 4, std::ios::cur);
+  }
+  return std::nullopt;
+}
+
+// ISO 15948: the signature, then IHDR with width, height, depth and colour type.
+std::optional<ImageHeader> ReadPng(std::ifstream& file) {
+  std::array<std::uint8_t, 26> head{};
+  file.seekg(0);
+  if (!Read(file, head)) return std::nullopt;
+  // Grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
+  constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
+  const int color_type = head[25];
+  if (color_type >= static_cast<int>(kChannels.size())) return std::nullopt;
+  const int channels = kChannels[static_cast<std::size_t>(color_type)];
+  ImageHeader header{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
+                     channels, head[24] < 8 ? 8 : head[24], channels == 2 || channels == 4,
+                     {}};
+  if (const auto transparent = TransparentColors(file); transparent && !header.alpha) {
+    header.alpha = true;
+    const auto level = [&](std::size_t at) { return static_cast<int>(BigEndian(&(*transparent)[at], 2)); };
+    // Grey of less than 8 bits decodes to levels up to 255.
+    const int grey = head[24] < 8 ? 255 / ((1 << head[24]) - 1) : 1;
+    if (color_type == 0 && transparent->size() == 2)
+      header.transparent_color = {grey * level(0), grey * level(0), grey * level(0)};
+    if (color_type == 2 && transparent->size() == 6)
+      header.transparent_color = {level(0), level(2), level(4)};
+  }
+  return header;
+}
+
+// ITU T.81: segments up to the start of frame, which says precision, height, width and components.
+std::optional<ImageHeader> ReadJpeg(std::ifstream& file) {
+  file.seekg(2);
+  for (;;) {
+    std::array<std::uint8_t, 4> segment{};
+    if (!Read(file, segment) || segment[0] != 0xFF) return std::nullopt;
+    const int marker = segment[1];
+    if (marker == 0xFF) {  // fill byte before a marker
+      file.seekg(-3, std::ios::cur);
+      continue;
+    }
+    const bool is_start_of_frame =
+        marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (is_start_of_frame) {
+      std::array<std::uint8_t, 6> frame{};
+      if (!Read(file, frame)) return std::nullopt;
+      return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0], false,
+                         {}};
+    }
+    file.seekg(BigEndian(&segment[2], 2) - 2, std::ios::cur);
+  }
+}
+
+}  // namespace
+
+std::string ImageHeader::Text() const {
+  return fmt::format("{} {}x{}, {} {} of {} bits", kind, width, height, channels,
+                     channels == 1 ? "channel" : "channels", bits);
+}
+
+std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  Bytes8 signature{};
+  if (!file || !Read(file, signature)) return std::nullopt;
+  if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPng(file);
+  if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpeg(file);
+  return std::nullopt;
+}
+
+}  // namespace ulf

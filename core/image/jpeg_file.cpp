@@ -1,0 +1,65 @@
+#include "core/image/jpeg_file.h"
+
+#include <libexif/exif-data.h>
+
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+
+namespace ulf {
+namespace {
+
+std::optional<double> Number(ExifData* data, ExifIfd directory, ExifTag tag) {
+  ExifEntry* entry = exif_content_get_entry(data->ifd[directory], tag);
+  if (!entry || !entry->data || entry->components < 1) return std::nullopt;
+  const ExifByteOrder order = exif_data_get_byte_order(data);
+  switch (entry->format) {
+    case EXIF_FORMAT_SHORT:
+      return exif_get_short(entry->data, order);
+    case EXIF_FORMAT_LONG:
+      return exif_get_long(entry->data, order);
+    case EXIF_FORMAT_RATIONAL: {
+      const ExifRational ratio = exif_get_rational(entry->data, order);
+      if (ratio.denominator == 0) return std::nullopt;
+      return static_cast<double>(ratio.numerator) / ratio.denominator;
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
+std::optional<double> Positive(std::optional<double> number) {
+  return number && *number > 0 ? number : std::nullopt;
+}
+
+}  // namespace
+
+cv::Mat DecodeJpeg(const std::string& bytes) {
+  if (bytes.size() < 4 || bytes.compare(0, 2, "\xFF\xD8") != 0) return {};
+  constexpr std::size_t kTrailer = 65536;  // makers append their own behind the end marker
+  const std::size_t end = bytes.rfind("\xFF\xD9");
+  if (end == std::string::npos || end + kTrailer < bytes.size()) return {};
+  try {
+    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+    return cv::imdecode(raw, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+ExifFacts ReadExif(const std::string& jpeg) {
+  struct Unref {
+    void operator()(ExifData* data) const { exif_data_unref(data); }
+  };
+  const std::unique_ptr<ExifData, Unref> data(exif_data_new_from_data(
+      reinterpret_cast<const unsigned char*>(jpeg.data()), static_cast<unsigned>(jpeg.size())));
+  ExifFacts facts;
+  if (!data) return facts;
+  facts.exposure_s = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_EXPOSURE_TIME));
+  facts.f_number = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FNUMBER));
+  facts.iso = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS));
+  if (const auto orientation = Positive(Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION)))
+    facts.orientation = static_cast<int>(*orientation);
+  return facts;
+}
+
+}  // namespace ulf

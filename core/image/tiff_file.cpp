@@ -1,0 +1,154 @@
+#include "core/image/tiff_file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "pixels are written as they are in memory");
+
+// Tags of TIFF 6.0 and their types.
+constexpr std::uint16_t kShort = 3, kLong = 4, kRational = 5;
+enum Tag : std::uint16_t {
+  kImageWidth = 256,
+  kImageLength = 257,
+  kBitsPerSample = 258,
+  kCompression = 259,
+  kPhotometric = 262,
+  kStripOffsets = 273,
+  kSamplesPerPixel = 277,
+  kRowsPerStrip = 278,
+  kStripByteCounts = 279,
+  kXResolution = 282,
+  kYResolution = 283,
+  kResolutionUnit = 296,
+  kSampleFormat = 339,
+};
+
+// The pixels begin at a whole block of any disk.
+constexpr std::uint32_t kPixelsAt = 4096;
+constexpr std::uint32_t kThreeShortsAt = 512, kFormatsAt = 520, kOneAt = 528;
+using Header = std::array<char, kPixelsAt>;
+
+class HeaderWriter {
+ public:
+  void Put(std::size_t at, const auto& value) { std::memcpy(header_.data() + at, &value, sizeof value); }
+  void Entry(Tag tag, std::uint16_t type, std::uint32_t count, std::uint32_t value) {
+    const std::size_t at = kFirstEntry + 12 * entries_++;
+    Put(at, static_cast<std::uint16_t>(tag));
+    Put(at + 2, type);
+    Put(at + 4, count);
+    Put(at + 8, value);
+    Put(kDirectory, static_cast<std::uint16_t>(entries_));
+  }
+  Header Done() {
+    std::memcpy(header_.data(), "II*\0", 4);
+    Put(4, std::uint32_t{kDirectory});
+    return header_;
+  }
+
+ private:
+  static constexpr std::size_t kDirectory = 8, kFirstEntry = kDirectory + 2;
+  Header header_{};
+  std::size_t entries_ = 0;
+};
+
+Header HeaderOf(const cv::Mat& pixels, std::uint32_t pixel_bytes) {
+  const auto width = static_cast<std::uint32_t>(pixels.cols),
+             height = static_cast<std::uint32_t>(pixels.rows),
+             channels = static_cast<std::uint32_t>(pixels.channels());
+  const auto bits = static_cast<std::uint16_t>(8 * pixels.elemSize1());
+  const std::uint16_t format = pixels.depth() == CV_32F ? 3 : 1;  // IEEE floating point, unsigned integer
+  HeaderWriter header;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    header.Put(kThreeShortsAt + 2 * i, bits);
+    header.Put(kFormatsAt + 2 * i, format);
+  }
+  header.Put(kOneAt, std::array<std::uint32_t, 2>{1, 1});
+  const bool color = channels == 3;
+  header.Entry(kImageWidth, kLong, 1, width);
+  header.Entry(kImageLength, kLong, 1, height);
+  header.Entry(kBitsPerSample, kShort, channels, color ? kThreeShortsAt : bits);
+  header.Entry(kCompression, kShort, 1, 1);              // none
+  header.Entry(kPhotometric, kShort, 1, color ? 2 : 1);  // RGB; black is zero
+  header.Entry(kStripOffsets, kLong, 1, kPixelsAt);
+  header.Entry(kSamplesPerPixel, kShort, 1, channels);
+  header.Entry(kRowsPerStrip, kLong, 1, height);
+  header.Entry(kStripByteCounts, kLong, 1, pixel_bytes);
+  header.Entry(kXResolution, kRational, 1, kOneAt);
+  header.Entry(kYResolution, kRational, 1, kOneAt);
+  header.Entry(kResolutionUnit, kShort, 1, 1);  // none
+  header.Entry(kSampleFormat, kShort, channels, color ? kFormatsAt : format);
+  return header.Done();
+}
+
+// `out` may begin and end inside a pixel; whole pixels are OpenCV's, which turns many at a time.
+template <typename T>
+void CopyAsRgb(const char* bgr, std::size_t first, std::span<char> out) {
+  const auto* in = reinterpret_cast<const T*>(bgr) + first / sizeof(T) / 3 * 3;
+  auto* to = reinterpret_cast<T*>(out.data());
+  const std::size_t skipped = first / sizeof(T) % 3, end = skipped + out.size() / sizeof(T);
+  std::size_t i = skipped;  // counted from the pixel in which `out` begins
+  for (; i < end && i % 3 != 0; ++i) to[i - skipped] = in[i / 3 * 3 + 2 - i % 3];
+  if (const int whole = static_cast<int>((end - i) / 3); whole > 0) {
+    const cv::Mat from(1, whole, CV_MAKETYPE(cv::DataType<T>::depth, 3), const_cast<T*>(in + i));
+    cv::Mat rgb(1, whole, from.type(), to + i - skipped);
+    cv::cvtColor(from, rgb, cv::COLOR_BGR2RGB);
+    i += 3 * static_cast<std::size_t>(whole);
+  }
+  for (; i < end; ++i) to[i - skipped] = in[i / 3 * 3 + 2 - i % 3];
+}
+
+// Bytes `first` and on of a row, as the file has them.
+void CopyRow(const cv::Mat& pixels, int row, std::size_t first, std::span<char> out) {
+  const char* bytes = pixels.ptr<char>(row);
+  if (pixels.channels() == 1)
+    std::memcpy(out.data(), bytes + first, out.size());
+  else if (pixels.elemSize1() == 1)
+    CopyAsRgb<std::uint8_t>(bytes, first, out);
+  else if (pixels.elemSize1() == 2)
+    CopyAsRgb<std::uint16_t>(bytes, first, out);
+  else
+    CopyAsRgb<float>(bytes, first, out);
+}
+
+}  // namespace
+
+FileContent TiffContent(const cv::Mat& pixels) {
+  const int depth = pixels.depth();
+  if (pixels.empty() || (depth != CV_8U && depth != CV_16U && depth != CV_32F) ||
+      (pixels.channels() != 1 && pixels.channels() != 3))
+    throw Error(
+        "a picture of {} channels of OpenCV's depth {} cannot be kept as TIFF; 8, 16 or float, 1 or 3",
+        pixels.channels(), depth);
+  const std::size_t row_bytes = static_cast<std::size_t>(pixels.cols) * pixels.elemSize(),
+                    pixel_bytes = row_bytes * static_cast<std::size_t>(pixels.rows);
+  if (pixel_bytes > std::numeric_limits<std::uint32_t>::max() - kPixelsAt)
+    throw Error("a picture of {}x{} is too large for TIFF", pixels.cols, pixels.rows);
+  return {kPixelsAt + pixel_bytes,
+          [pixels, row_bytes, header = HeaderOf(pixels, static_cast<std::uint32_t>(pixel_bytes))](
+              std::uint64_t offset, std::span<char> out) {
+            while (!out.empty()) {
+              std::size_t size = 0;
+              if (offset < kPixelsAt) {
+                size = std::min<std::size_t>(out.size(), kPixelsAt - offset);
+                std::memcpy(out.data(), header.data() + offset, size);
+              } else {
+                const std::uint64_t at = offset - kPixelsAt, row = at / row_bytes, first = at % row_bytes;
+                size = std::min<std::size_t>(out.size(), row_bytes - first);
+                CopyRow(pixels, static_cast<int>(row), first, out.first(size));
+              }
+              offset += size;
+              out = out.subspan(size);
+            }
+          }};
+}
+
+}  // namespace ulf

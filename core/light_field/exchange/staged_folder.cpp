@@ -1,0 +1,104 @@
+#include "core/light_field/exchange/staged_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+namespace {
+
+// A file system's root cannot be renamed over.
+bool IsMountPoint(const fs::path& folder) {
+  std::error_code unknown;
+  if (!fs::exists(folder, unknown)) return false;
+  struct Device {
+    static std::uint64_t Of(const fs::path& path) {
+      struct stat status {};
+      return stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_dev) : 0;
+    }
+  };
+  return Device::Of(folder) != Device::Of(folder / "..");
+}
+
+// Of processes that are gone.
+void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
+  std::error_code unknown;
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(parent, unknown)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(kTemporaryEnding)) continue;
+    const std::string number =
+        name.substr(prefix.size(), name.size() - prefix.size() - kTemporaryEnding.size());
+    const bool is_number = !number.empty() && number.find_first_not_of("0123456789") == std::string::npos;
+    const pid_t pid = is_number ? static_cast<pid_t>(std::atol(number.c_str())) : 0;
+    if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) fs::remove_all(path, unknown);
+}
+
+}  // namespace
+
+StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
+  std::error_code unknown;
+  target_ = fs::weakly_canonical(target_, unknown);
+  if (target_.filename().empty()) target_ = target_.parent_path();
+  if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
+    throw Error("{}: exists already and is not an empty folder; choose another name", target_.string());
+  if (IsMountPoint(target_) || target_ == fs::current_path(unknown)) {
+    path_ = target_;
+    return;
+  }
+  const fs::path parent = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+  for (fs::path made = parent; !made.empty() && !fs::exists(made, unknown); made = made.parent_path())
+    made_parents_.push_back(made);
+  MakeFolder(parent);
+  const std::string prefix = fmt::format(".{}.", target_.filename().string());
+  RemoveUnfinished(parent, prefix);
+  path_ = parent / fmt::format("{}{}{}", prefix, getpid(), kTemporaryEnding);
+  fs::remove_all(path_, unknown);
+  MakeFolder(path_);
+}
+
+StagedFolder::~StagedFolder() {
+  if (committed_) return;
+  std::error_code unknown;
+  if (path_ != target_) {
+    fs::remove_all(path_, unknown);
+    for (const fs::path& made : made_parents_) fs::remove(made, unknown);  // those that are empty
+    return;
+  }
+  for (fs::directory_iterator entry(path_, unknown), end; !unknown && entry != end;
+       entry.increment(unknown)) {
+    std::error_code kept;
+    fs::remove_all(entry->path(), kept);
+  }
+}
+
+void StagedFolder::Commit() {
+  const int descriptor = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && syncfs(descriptor) == 0;
+  const int reason = errno;
+  if (descriptor >= 0) close(descriptor);
+  if (!synced) ThrowDiskError(reason, path_.string() + ": syncing to disk failed");
+  if (path_ != target_ && rename(path_.c_str(), target_.c_str()) != 0)
+    ThrowDiskError(errno, fmt::format("{}: cannot be renamed to {}", path_.string(), target_.string()));
+  committed_ = true;
+  SyncFolder(target_.parent_path().empty() ? fs::path(".") : target_.parent_path());
+}
+
+}  // namespace ulf

@@ -1,0 +1,390 @@
+#include "core/light_field/exchange/transforms_json.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/json_fields.h"
+#include "core/base/shell_word.h"
+#include "core/geometry/camera_json.h"
+#include "core/image/image.h"
+#include "core/image/image_header.h"
+#include "core/light_field/exchange/transforms_camera.h"
+#include "core/light_field/points/point_io.h"
+#include "core/light_field/view_json.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+constexpr const char* kPointsFile = "points.ply";
+
+// Turns camera axes over: y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
+Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
+
+Rigid3 CamFromWorld(const JsonPlace& frame) {
+  const json& rows = frame.Raw("transform_matrix");
+  if (!rows.is_array() || (rows.size() != 4 && rows.size() != 3))
+    throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+  Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (!rows[r].is_array() || rows[r].size() != 4)
+      throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (!rows[r][c].is_number() || !std::isfinite(rows[r][c].get<double>()))
+        throw Error("{}: 'transform_matrix' holds {} in row {}, which is not a finite number", frame.where,
+                    rows[r][c].dump(), r);
+      world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
+    }
+  }
+  return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
+}
+
+// nerfstudio writes paths with their ending, Blender's original NeRF sets without.
+std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
+  const std::string given = frame.Text("file_path");
+  for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
+    const std::string inside = PathInside(root, given + ending, frame.where);
+    if (fs::is_regular_file(root / inside)) return inside;
+  }
+  throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out", frame.where, given,
+              root.string());
+}
+
+std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
+  const std::string given = frame.Text("mask_path");
+  const std::string inside = PathInside(root, given, frame.where);
+  if (!fs::is_regular_file(root / inside))
+    throw Error("{}: the mask '{}' is missing in {}; restore it or take 'mask_path' out", frame.where, given,
+                root.string());
+  return inside;
+}
+
+Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
+  const std::vector<double> numbers = place.Numbers(key, 3);
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
+  const int version = ours.Integer("format_version", kFormatVersion);
+  if (version > kFormatVersion)
+    throw Error("{}: format version {} is newer than this program's {}; use a newer ulf", ours.where, version,
+                kFormatVersion);
+  if (ours.Has("subject")) {
+    const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
+    light_field.subject = Subject{Vector3(subject, "center"), subject.Positive("radius")};
+  }
+  if (ours.Has("up")) light_field.up_in_world = Vector3(ours, "up").normalized();
+  light_field.units = ours.Text("units", light_field.units);
+  if (ours.Has("threshold_px")) light_field.threshold_px = ours.Number("threshold_px");
+  light_field.coverage_width_px = ours.Integer("coverage_width_px", light_field.coverage_width_px);
+  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
+  light_field.device_uri = ours.Text("device_uri", "");
+  light_field.device_serial = ours.Text("device_serial", "");
+  light_field.device_maker = ours.Text("device_maker", "");
+  light_field.device_model = ours.Text("device_model", "");
+  if (ours.Has("sensor")) light_field.window = WindowFromJson({ours.Raw("sensor"), ours.where + ", sensor"});
+  light_field.calibration_source = ours.Text("calibration_source", "");
+  light_field.capture_s = ours.Number("capture_s", 0);
+  if (ours.Has("reasons"))
+    light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+}
+
+template <std::size_t N>
+bool Among(const std::string_view (&keys)[N], const std::string& key) {
+  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+}
+
+// What is read; what tells a trainer how to train; nothing else is passed over without a word.
+constexpr std::string_view kSetKeys[] = {"frames",
+                                         "ulf",
+                                         "ply_file_path",
+                                         "aabb_scale",
+                                         "scale",
+                                         "offset",
+                                         "up",
+                                         "from_na",
+                                         "enable_depth_loading",
+                                         "n_extra_learnable_dims",
+                                         "render_aabb",
+                                         "train_filenames",
+                                         "val_filenames",
+                                         "test_filenames",
+                                         "orientation_override",
+                                         "auto_scale_poses_override",
+                                         "applied_transform",
+                                         "applied_scale",
+                                         "name"};
+constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
+                                           "sharpness", "colmap_im_id",     "rotation"};
+
+// The set's values without its frames, then each frame, so that only one of them is in memory at a time.
+class Document {
+ public:
+  explicit Document(const fs::path& file) : file_(file) {
+    top_ = Parse([](json&&, std::size_t) {});
+    if (!top_.is_object()) throw Error("{}: expected an object with the key 'frames'", file.string());
+    if (!top_.contains("frames"))
+      throw Error("{}: the key 'frames' is missing; add it or export the set again", file.string());
+    if (!top_["frames"].is_array()) throw Error("{}: 'frames' must be a list", file.string());
+  }
+  const json& top() const { return top_; }
+  void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const { Parse(use); }
+
+ private:
+  json Parse(const std::function<void(json&&, std::size_t)>& use) const {
+    std::ifstream stream(file_, std::ios::binary);
+    if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
+    std::size_t count = 0;
+    bool in_frames = false;
+    const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
+      if (depth == 1 && event == json::parse_event_t::key) in_frames = parsed == "frames";
+      if (!in_frames || depth != 2) return true;
+      // Frames that are no objects come as they are: whoever reads them says what is wrong.
+      if (event != json::parse_event_t::object_end && event != json::parse_event_t::value) return true;
+      use(std::move(parsed), count++);
+      return false;
+    };
+    try {
+      return json::parse(stream, keep);
+    } catch (const json::exception& error) {
+      throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file_.string(),
+                  error.what());
+    }
+  }
+
+  fs::path file_;
+  json top_;
+};
+
+// The number that an image is named by; none where it is none, or too large for an id.
+std::optional<int> NumberOfName(const std::string& path) {
+  const std::string stem = fs::path(path).stem().string();
+  if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  const int number = std::stoi(stem);
+  return number > 0 ? std::optional(number) : std::nullopt;
+}
+
+// The cameras of a set, each once. A set may have one a frame.
+class Cameras {
+ public:
+  explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
+  int IndexOf(const CameraModel& camera) {
+    const auto [found, is_new] = indices_.try_emplace(Values(camera), static_cast<int>(cameras_.size()));
+    if (is_new) cameras_.push_back(camera);
+    return found->second;
+  }
+
+ private:
+  static std::vector<double> Values(const CameraModel& camera) {
+    std::vector<double> values = {static_cast<double>(camera.width),
+                                  static_cast<double>(camera.height),
+                                  static_cast<double>(camera.distortion),
+                                  camera.fx,
+                                  camera.fy,
+                                  camera.cx,
+                                  camera.cy};
+    values.insert(values.end(), camera.coefficients.begin(), camera.coefficients.end());
+    return values;
+  }
+
+  std::vector<CameraModel>& cameras_;
+  std::map<std::vector<double>, int> indices_;
+};
+
+// With `files`, the images and masks that frames name must be there.
+LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
+  LightField light_field;
+  light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  const JsonPlace top{document.top(), file.string()};
+  const json shared_keys = CameraKeysOf(document.top());
+  Cameras cameras(light_field.cameras);
+  std::optional<int> shared_camera;
+  std::map<std::string, std::size_t> unused;
+  const auto add = [&](json&& object, std::size_t i) {
+    JsonPlace frame{object, fmt::format("{}, frame {}", file.string(), i)};
+    View view;
+    view.id = static_cast<int>(i) + 1;
+    const std::string given = frame.Text("file_path");
+    frame.where += " (" + given + ")";
+    if (!files) view.id = NumberOfName(given).value_or(view.id);
+    view.image_path = files ? ImagePath(light_field.root, frame) : given;
+    if (frame.Has("mask_path"))
+      view.mask_path = files ? MaskPath(light_field.root, frame) : frame.Text("mask_path");
+    view.cam_from_world = CamFromWorld(frame);
+    const json own_keys = CameraKeysOf(object);
+    if (own_keys.empty() && shared_camera) {
+      view.camera = *shared_camera;
+    } else {
+      const json keys = MergedCameraKeys(shared_keys, own_keys);
+      const JsonPlace place{keys, frame.where};
+      if (!HasIntrinsics(place))
+        throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                    frame.where);
+      view.camera = cameras.IndexOf(ReadCamera(place, light_field.root / view.image_path));
+      if (own_keys.empty()) shared_camera = view.camera;
+    }
+    if (frame.Has("ulf")) {
+      ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
+      if (!view.master_path.empty())
+        view.master_path = PathInside(light_field.root, view.master_path, frame.where);
+      if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, frame.where);
+    }
+    for (const auto& [key, value] : object.items())
+      if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
+    light_field.views.push_back(std::move(view));
+  };
+  document.ForEachFrame(add);
+  if (light_field.views.empty())
+    throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
+  std::stable_sort(light_field.views.begin(), light_field.views.end(),
+                   [](const View& a, const View& b) { return a.id < b.id; });
+  for (std::size_t i = 1; i < light_field.views.size(); ++i)
+    if (light_field.views[i].id == light_field.views[i - 1].id)
+      throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
+                  light_field.views[i].id);
+  if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
+  for (const auto& [key, value] : document.top().items())
+    if (!Among(kSetKeys, key) && !IsCameraKey(key))
+      light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
+  for (const auto& [key, count] : unused)
+    light_field.doubts.push_back(
+        fmt::format("{}: '{}' of {} is not used", file.string(), key, Counted(count, "frame")));
+  return light_field;
+}
+
+void ReadPointsOf(const JsonPlace& top, LightField& light_field) {
+  const std::string given = top.Text("ply_file_path", "");
+  const std::string path = given.empty() ? kPointsFile : PathInside(light_field.root, given, top.where);
+  if (!ReadPointPositions(light_field.root / path, light_field) && !given.empty())
+    light_field.doubts.push_back(
+        fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
+}
+
+std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
+  if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
+  const json& stamp = top.Raw("ulf").at("journal");
+  const auto whole = [&](const char* key) {
+    return stamp.is_object() && stamp.contains(key) && stamp[key].is_number_unsigned();
+  };
+  if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
+    return std::nullopt;
+  return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
+}
+
+json OurKeys(const LightField& light_field) {
+  json ours = {{"format_version", kFormatVersion},
+               {"units", light_field.units},
+               {"coverage_width_px", light_field.coverage_width_px},
+               {"capture_s", light_field.capture_s}};
+  const Eigen::Vector3d up = light_field.UpInWorld();
+  ours["up"] = {up.x(), up.y(), up.z()};
+  if (light_field.subject) {
+    const Eigen::Vector3d& center = light_field.subject->center_in_world;
+    ours["subject"] = {{"center", {center.x(), center.y(), center.z()}},
+                       {"radius", light_field.subject->radius}};
+  }
+  if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
+  if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
+  if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
+  if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
+  if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
+  if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
+  if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
+  if (!light_field.calibration_source.empty()) ours["calibration_source"] = light_field.calibration_source;
+  if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
+  return ours;
+}
+
+}  // namespace
+
+void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key) {
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
+    throw Error("{}: the last row of '{}' must be 0 0 0 1", where, key);
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  constexpr double kMaxNonOrthogonality = 1e-3;
+  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
+          kMaxNonOrthogonality ||
+      rotation.determinant() < 0)
+    throw Error(
+        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); "
+        "export the set again without scale or mirroring",
+        where, key);
+}
+
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key) {
+  RequireRotation(world_from_cam, where, key);
+  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+}
+
+std::string PathInside(const fs::path& root, const std::string& relative, const std::string& where) {
+  const fs::path canonical_root = fs::weakly_canonical(root);
+  const fs::path target = fs::weakly_canonical(canonical_root / relative);
+  const fs::path inside = target.lexically_relative(canonical_root);
+  if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
+    throw Error(
+        "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only holds "
+        "what lies inside it",
+        where, relative, root.string());
+  return fs::path(relative).lexically_normal().generic_string();
+}
+
+LightField ReadTransformsJson(const fs::path& file) {
+  const Document document(file);
+  LightField light_field = ReadFrames(document, file, true);
+  const JsonPlace top{document.top(), file.string()};
+  ReadPointsOf(top, light_field);
+  if (StampFrom(top) && !fs::exists(light_field.root / "journal.jsonl"))
+    light_field.doubts.push_back(fmt::format(
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to make it anew",
+        light_field.root.string(), file.filename().string(), ShellWord(light_field.root.string())));
+  return light_field;
+}
+
+TransformsText ReadTransformsText(const fs::path& file) {
+  const Document document(file);
+  return {ReadFrames(document, file, false), StampFrom({document.top(), file.string()}),
+          document.top().contains("ulf")};
+}
+
+std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
+  json document;
+  const bool one_camera = light_field.cameras.size() == 1;
+  if (one_camera) WriteCamera(light_field.cameras.front(), document);
+  document["aabb_scale"] = 16;  // instant-ngp: how far beyond the unit cube it looks; ignored by others
+  if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
+  json& ours = document["ulf"] = OurKeys(light_field);
+  if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
+  if (!one_camera) WriteCameraKind(light_field.cameras, document);
+  // nerfstudio takes masks of all frames or of none.
+  const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
+                                       [](const View& view) { return view.mask_path.empty(); });
+  json& frames = document["frames"] = json::array();
+  for (const View& view : light_field.views) {
+    const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
+    json rows = json::array();
+    for (int r = 0; r < 4; ++r)
+      rows.push_back(
+          {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
+    json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", ViewToJson(view)}};
+    if (all_masked) frame["mask_path"] = view.mask_path;
+    if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
+    frames.push_back(std::move(frame));
+  }
+  return document.dump(1) + "\n";
+}
+
+}  // namespace ulf

@@ -1,0 +1,350 @@
+#include "core/light_field/folder_check.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <fstream>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <set>
+#include <thread>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/image/image_header.h"
+#include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/exchange/image_names.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/view_files.h"
+#include "core/light_field/view_numbers.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Rounding of a pose that went through text and back.
+constexpr double kSamePose = 1e-9;
+
+bool IsSamePose(const Rigid3& a, const Rigid3& b) {
+  const double scale = std::max(1.0, a.translation.norm());
+  return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kSamePose * scale;
+}
+
+// The journal ends where it can be read no further: a power cut may leave the file's length, and nothing in
+// it.
+Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& file,
+                  const JournalContents& journal) {
+  if (!made_from) return Lineage::kUnknown;
+  if (made_from->bytes > journal.whole_bytes) return Lineage::kJournalShort;
+  if (StampOf(file, made_from->bytes) != made_from) return Lineage::kJournalOther;
+  return made_from->bytes == journal.whole_bytes ? Lineage::kCurrent : Lineage::kOlder;
+}
+
+std::set<int> Ids(const std::map<int, View>& views) {
+  std::set<int> ids;
+  for (const auto& [id, view] : views) ids.insert(id);
+  return ids;
+}
+
+// Fills in what `views` say otherwise than the journal.
+void Compare(const std::vector<View>& views, const JournalContents& journal, Derived& derived) {
+  std::map<int, const View*> known;
+  for (const View& view : journal.light_field.views) known[view.id] = &view;
+  for (const View& view : views) {
+    const auto found = known.find(view.id);
+    if (found != known.end()) {
+      // Numbers of another program's own mean other photographs.
+      if (SafeName(found->second->image_path) != SafeName(view.image_path))
+        derived.lineage = Lineage::kForeign;
+      if (!IsSamePose(found->second->cam_from_world, view.cam_from_world))
+        derived.other_poses[view.id] = view;
+    } else if (!journal.removed.contains(view.id)) {
+      derived.unknown[view.id] = view;
+    }
+  }
+}
+
+// Of the views that both have; coefficients of nothing are no lens.
+bool CamerasDiffer(const LightField& journal, const LightField& other) {
+  const auto plain = [](CameraModel camera) {
+    if (camera.distortion == Distortion::kRadialTangential && camera.coefficients == std::array<double, 5>{})
+      camera.distortion = Distortion::kNone;
+    return camera;
+  };
+  std::map<int, const View*> known;
+  for (const View& view : journal.views) known[view.id] = &view;
+  return std::any_of(other.views.begin(), other.views.end(), [&](const View& view) {
+    const auto found = known.find(view.id);
+    return found != known.end() && !(plain(journal.CameraOf(*found->second)) == plain(other.CameraOf(view)));
+  });
+}
+
+Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
+                        std::optional<LightField>& said) {
+  Derived derived;
+  const fs::path file = dir / "transforms.json";
+  if (!fs::is_regular_file(file)) return derived;
+  try {
+    TransformsText text = ReadTransformsText(file);
+    derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl", journal);
+    if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
+    Compare(text.light_field.views, journal, derived);
+    if (!text.ours) derived.lineage = Lineage::kForeign;
+    derived.other_cameras = CamerasDiffer(journal.light_field, text.light_field);
+    if (derived.lineage == Lineage::kJournalOther)
+      for (const DamagedLine& line : journal.damaged)
+        for (const int id : line.poses)
+          if (const auto pose = derived.other_poses.find(id); pose != derived.other_poses.end())
+            derived.lost_poses.insert(*pose);
+    said = std::move(text.light_field);
+  } catch (const std::exception& error) {
+    derived.lineage = Lineage::kUnreadable;
+    derived.problem = error.what();
+  }
+  return derived;
+}
+
+// A text file that was cut short hardly ever is at the end of a line.
+bool EndsWithItsLine(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  stream.seekg(-1, std::ios::end);
+  return stream.get() == '\n';
+}
+
+Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
+  Derived derived;
+  const fs::path file = dir / "sparse/0/images.txt";
+  if (!fs::is_regular_file(file)) return derived;
+  try {
+    const ColmapPoses poses = ReadColmapPoses(file);
+    derived.lineage = LineageOf(poses.made_from, dir / "journal.jsonl", journal);
+    if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
+    std::vector<View> views;
+    for (const auto& [id, image] : poses.images) {
+      View view;
+      view.id = id;
+      view.image_path = "images/" + image.name;
+      view.camera = image.camera - 1;
+      view.cam_from_world = image.cam_from_world;
+      views.push_back(std::move(view));
+    }
+    Compare(views, journal, derived);
+    derived.is_cut = !EndsWithItsLine(file) || (derived.lineage == Lineage::kCurrent &&
+                                                views.size() < journal.light_field.views.size());
+    // Without a stamp only what says the same can be ours.
+    if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
+      derived.lineage = Lineage::kForeign;
+  } catch (const std::exception& error) {
+    derived.lineage = Lineage::kUnreadable;
+    derived.problem = error.what();
+  }
+  return derived;
+}
+
+// The number before the first dot or hyphen: 000012.png, 000012.master.tif, 000012-2.png.
+int NumberOf(const fs::path& file) {
+  const std::string name = file.filename().string();
+  const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
+  if (digits == 0 || digits > 9 || (digits < name.size() && name[digits] != '.' && name[digits] != '-'))
+    return 0;
+  return std::stoi(name.substr(0, digits));
+}
+
+void LookAtFiles(const fs::path& dir, const JournalContents& journal, FolderCheck& check) {
+  std::set<std::string> named;
+  for (const View& view : journal.light_field.views)
+    named.insert({view.image_path, view.master_path, view.mask_path});
+  std::error_code refused;
+  for (const char* folder : {"images", "masters", "masks", "unposed"})
+    for (const auto& entry : fs::directory_iterator(dir / folder, refused)) {
+      const int number = NumberOf(entry.path());
+      if (number == 0) continue;
+      check.highest_number = std::max(check.highest_number, number);
+      const std::string path = folder + ("/" + entry.path().filename().string());
+      if (folder == std::string("unposed") || named.contains(path) || journal.removed_files.contains(path) ||
+          path.ends_with(kTemporaryEnding))
+        continue;
+      check.unnamed.push_back(path);
+    }
+  std::sort(check.unnamed.begin(), check.unnamed.end());
+  for (const auto& derived : {check.transforms, check.model})
+    if (!derived.unknown.empty())
+      check.highest_number = std::max(check.highest_number, derived.unknown.rbegin()->first);
+  for (const View& view : journal.light_field.views) {
+    const bool has_master = !view.master_path.empty() && fs::is_regular_file(dir / view.master_path);
+    const bool has_image = fs::is_regular_file(dir / view.image_path);
+    if (!view.master_path.empty() && !has_master) check.missing_masters.push_back(view.id);
+    if (!has_image && !(has_master && PictureFollowsFromMaster(view)))
+      check.missing_images.push_back(view.id);
+  }
+}
+
+void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCheck& check) {
+  const std::string file = (dir / name).string();
+  const std::string repair =
+      fmt::format("'ulf repair {}' shows what can be put back", ShellWord(dir.string()));
+  if (derived.lineage == Lineage::kUnreadable) {
+    check.words.push_back(fmt::format("{}; it is derived from the journal, 'ulf repair {}' makes it anew",
+                                      derived.problem, ShellWord(dir.string())));
+  } else if (derived.HoldsWhatIsLost()) {
+    if (!derived.unknown.empty())
+      check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,
+                                        Counted(derived.unknown.size(), "view"),
+                                        ViewNumbers(Ids(derived.unknown)), repair));
+    else if (derived.lost_poses.empty() && derived.other_poses.empty())
+      check.words.push_back(fmt::format(
+          "the journal was longer when {} was made from it: its last lines are lost (subject, goal, "
+          "counts of frames; all poses are there); {}",
+          file, repair));
+    else
+      check.words.push_back(fmt::format(
+          "the journal was longer when {} was made from it: corrections of poses may be lost "
+          "({} differ); {}",
+          file,
+          Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
+                  "pose"),
+          repair));
+  } else if (derived.is_cut) {
+    check.words.push_back(
+        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes "
+                    "it anew",
+                    file, ShellWord(dir.string())));
+  } else if (derived.lineage == Lineage::kForeign) {
+    check.words.push_back(fmt::format("{} is by another program: the journal counts", file));
+  } else if (derived.WasChanged()) {
+    std::set<int> ids = Ids(derived.unknown);
+    ids.merge(Ids(derived.other_poses));
+    check.words.push_back(fmt::format("{} says otherwise than the journal ({}): the journal counts", file,
+                                      ids.empty() ? "its cameras" : ViewNumbers(ids)));
+  }
+}
+
+// The same picture, made twice, differs by rounding; two views of one scene by far more.
+constexpr double kSameLevels = 2;
+
+template <typename Read>
+cv::Mat PixelsOrNone(const Read& read) {
+  try {
+    return read();
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+void CheckPicture(const LightField& light_field, const View& view, PictureCheck& check) {
+  const fs::path path = light_field.root / view.image_path;
+  if (!fs::exists(path)) return;  // which is another matter
+  const CameraModel& camera = light_field.CameraOf(view);
+  if (const auto header = ReadImageHeader(path.string());
+      header && (header->width != camera.width || header->height != camera.height)) {
+    check.others.push_back(view.id);
+    return;
+  }
+  if (!PictureFollowsFromMaster(view) || !fs::exists(light_field.root / view.master_path)) {
+    if (!ImageFileIsWhole(path.string()) ||
+        PixelsOrNone([&] { return ReadImageFile(path.string()); }).empty())
+      check.damaged.push_back(view.id);
+    return;
+  }
+  const cv::Mat made = PixelsOrNone([&] { return PictureFromMaster(light_field.root, view).pixels; });
+  const cv::Mat stored = PixelsOrNone(
+      [&] { return Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb}); });
+  if (made.empty()) check.damaged_masters.push_back(view.id);
+  if (made.empty() && stored.empty()) check.damaged.push_back(view.id);
+  if (made.empty()) return;
+  const bool same =
+      made.size() == stored.size() && cv::norm(made, stored, cv::NORM_L1) <=
+                                          kSameLevels * static_cast<double>(made.total()) * made.channels();
+  if (!same) check.others.push_back(view.id);
+}
+
+}  // namespace
+
+bool Derived::HoldsWhatIsLost() const {
+  if (!lost_poses.empty()) return true;
+  switch (lineage) {
+    case Lineage::kJournalShort:
+      return true;
+    case Lineage::kJournalOther:
+    case Lineage::kUnknown:
+      return !unknown.empty();
+    default:
+      return false;
+  }
+}
+
+bool Derived::WasChanged() const {
+  if (HoldsWhatIsLost()) return false;
+  switch (lineage) {
+    case Lineage::kForeign:
+      return true;
+    case Lineage::kCurrent:
+    case Lineage::kJournalOther:
+    case Lineage::kUnknown:
+      return !unknown.empty() || !other_poses.empty() || other_cameras;
+    case Lineage::kOlder:
+      return !unknown.empty();
+    default:
+      return false;
+  }
+}
+
+FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, bool being_written) {
+  FolderCheck check;
+  for (const DamagedLine& line : journal.damaged)
+    check.words.push_back(fmt::format("{}, {}", (dir / "journal.jsonl").string(), line.Words()));
+  if (!being_written) {
+    check.transforms = CheckTransforms(dir, journal, check.from_transforms);
+    check.model = CheckModel(dir, journal);
+    const auto behind = [](const Derived& derived) {
+      return derived.lineage == Lineage::kMissing || derived.lineage == Lineage::kOlder;
+    };
+    check.not_closed = behind(check.transforms) || behind(check.model);
+    Say(dir, "transforms.json", check.transforms, check);
+    // Of two that hold the same views one is enough to be named.
+    if (!(check.transforms.HoldsWhatIsLost() && Ids(check.transforms.unknown) == Ids(check.model.unknown)))
+      Say(dir, "sparse/0/images.txt", check.model, check);
+    if (fs::exists(dir / "sparse/0/images.bin"))
+      check.words.push_back(
+          fmt::format("{}: COLMAP reads the binary model that lies there, not the text model of this light "
+                      "field; move the .bin files elsewhere",
+                      (dir / "sparse/0").string()));
+  }
+  LookAtFiles(dir, journal, check);
+  if (!being_written && !check.unnamed.empty() && !check.HoldsWhatIsLost())
+    check.words.push_back(
+        fmt::format("{}: the journal does not name {} ({}{}); nothing will be written over {}", dir.string(),
+                    Counted(check.unnamed.size(), "file"), check.unnamed.front(),
+                    check.unnamed.size() > 1 ? " to " + check.unnamed.back() : "",
+                    check.unnamed.size() == 1 ? "it" : "them"));
+  if (!check.missing_masters.empty())
+    check.words.push_back(
+        fmt::format("{}: the masters of {} are missing: their photographs of 8 bits are used", dir.string(),
+                    ViewNumbers({check.missing_masters.begin(), check.missing_masters.end()})));
+  return check;
+}
+
+PictureCheck CheckPictures(const LightField& light_field) {
+  PictureCheck found;
+  std::mutex mutex;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i; (i = next++) < light_field.views.size();) {
+      PictureCheck one;
+      CheckPicture(light_field, light_field.views[i], one);
+      const std::lock_guard lock(mutex);
+      for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
+        (found.*list).insert((found.*list).end(), (one.*list).begin(), (one.*list).end());
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (unsigned n = 0; n < std::max(1u, std::thread::hardware_concurrency()); ++n) threads.emplace_back(work);
+  threads.clear();
+  for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
+    std::sort((found.*list).begin(), (found.*list).end());
+  return found;
+}
+
+}  // namespace ulf

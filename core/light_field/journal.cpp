@@ -1,0 +1,422 @@
+#include "core/light_field/journal.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/json_fields.h"
+#include "core/base/shell_word.h"
+#include "core/geometry/camera_json.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/view_json.h"
+#include "core/light_field/view_numbers.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kVersion = 1;
+constexpr int kMostInDoubt = 10000;
+// Events that hold neither a view nor a pose.
+constexpr const char* kHarmless[] = {"subject", "up", "goal", "gap", "remove", "close"};
+
+json PoseToJson(const Rigid3& cam_from_world) {
+  const Eigen::Quaterniond& q = cam_from_world.rotation;
+  const Eigen::Vector3d& t = cam_from_world.translation;
+  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> n = place.Numbers(key, 7);
+  const Eigen::Quaterniond rotation(n[0], n[1], n[2], n[3]);
+  if (std::abs(rotation.norm() - 1) > 1e-6)
+    throw Error("{}: the quaternion of '{}' has not unit length", place.where, key);
+  return {rotation, {n[4], n[5], n[6]}};
+}
+
+json Vector3ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> n = place.Numbers(key, 3);
+  return {n[0], n[1], n[2]};
+}
+
+void ApplyHeader(const JsonPlace& event, LightField& light_field) {
+  const int version = event.Integer("version");
+  if (version > kVersion)
+    throw Error("{}: journal version {} is newer than this program's {}; use a newer ulf", event.where,
+                version, kVersion);
+  for (const json& camera : event.Raw("cameras")) {
+    if (camera.contains("flat_field"))
+      light_field.flat_fields[static_cast<int>(light_field.cameras.size())] =
+          FlatFieldFromJson(camera["flat_field"], event.where);
+    light_field.cameras.push_back(CameraFromJson({camera, event.where}));
+  }
+  light_field.device_uri = event.Text("device_uri", "");
+  light_field.device_serial = event.Text("device_serial", "");
+  light_field.device_maker = event.Text("device_maker", "");
+  light_field.device_model = event.Text("device_model", "");
+  if (event.Has("sensor"))
+    light_field.window = WindowFromJson({event.Raw("sensor"), event.where + ", sensor"});
+  light_field.calibration_source = event.Text("calibration_source", "");
+  light_field.units = event.Text("units", "arbitrary");
+  if (event.Has("threshold_px")) light_field.threshold_px = event.Number("threshold_px");
+  light_field.coverage_width_px = event.Integer("coverage_width_px", 640);
+}
+
+View* FindView(LightField& light_field, int id) {
+  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
+                                      [](const View& view, int wanted) { return view.id < wanted; });
+  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+}
+
+void ApplyView(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  View view;
+  view.id = event.Integer("id");
+  if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
+  if (FindView(light_field, view.id) || contents.removed.contains(view.id))
+    throw Error("{}: view {} has been told already; the first stands", event.where, view.id);
+  ReadViewJson(event, view);
+  view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
+  if (!view.master_path.empty())
+    view.master_path = PathInside(light_field.root, view.master_path, event.where);
+  if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, event.where);
+  view.camera = event.Integer("camera", 0);
+  if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
+    throw Error("{}: camera {} is not among the header's", event.where, view.camera);
+  view.cam_from_world = PoseFromJson(event, "cam_from_world");
+  view.recorded_cam_from_world = view.cam_from_world;
+  contents.next_view_id = std::max(contents.next_view_id, view.id + 1);
+  const auto after = std::upper_bound(light_field.views.begin(), light_field.views.end(), view.id,
+                                      [](int id, const View& other) { return id < other.id; });
+  light_field.views.insert(after, std::move(view));
+}
+
+// All of it or, where it is damaged, nothing.
+void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  std::vector<std::pair<View*, Rigid3>> poses;
+  std::map<std::size_t, CameraModel> cameras;
+  const JsonPlace given{event.Raw("poses"), event.where + ", poses"};
+  for (const auto& [id, pose] : given.object.items())
+    if (View* view = FindView(light_field, std::atoi(id.c_str())))
+      poses.emplace_back(view, PoseFromJson(given, id.c_str()));
+  if (event.Has("cameras"))
+    for (const auto& [index, camera] : event.Raw("cameras").items()) {
+      const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
+      if (at >= light_field.cameras.size())
+        throw Error("{}: camera {} is not among the header's", event.where, index);
+      cameras[at] = CameraFromJson({camera, event.where});
+    }
+  for (const auto& [view, pose] : poses) {
+    view->cam_from_world = pose;
+    for (DamagedLine& line : contents.damaged) line.poses.erase(view->id);
+  }
+  for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
+}
+
+void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  const std::string kind = event.Text("event");
+  if (kind == "header") {
+    ApplyHeader(event, light_field);
+  } else if (kind == "view") {
+    ApplyView(event, contents);
+  } else if (kind == "pose_update") {
+    ApplyPoses(event, contents);
+  } else if (kind == "subject") {
+    light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
+  } else if (kind == "up") {
+    light_field.up_in_world = Vector3FromJson(event, "up").normalized();
+  } else if (kind == "goal") {
+    light_field.goal = CoverageGoalFromJson(event);
+  } else if (kind == "remove") {
+    const int id = event.Integer("id");
+    contents.removed.insert(id);
+    if (const View* view = FindView(light_field, id))
+      contents.removed_files.insert({view->image_path, view->master_path});
+    light_field.taken_back +=
+        std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
+  } else if (kind == "close") {
+    light_field.capture_s = event.Number("capture_s", 0);
+    if (event.Has("reasons"))
+      light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
+  } else if (kind != "gap" && kind != "repaired") {
+    throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
+  }
+}
+
+std::optional<json> ParsedLine(std::string_view line) {
+  json object = json::parse(line, nullptr, false);
+  if (object.is_discarded()) return std::nullopt;
+  return object;
+}
+
+bool NothingWholeFollows(std::string_view bytes) {
+  for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
+    if (json::accept(bytes.substr(0, end))) return false;
+  return true;
+}
+
+// What the damaged line may have held: its kind where that can still be read, else both kinds.
+DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
+  DamagedLine damaged{number, std::move(reason), {}, {}};
+  const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
+  const bool is_other = std::any_of(std::begin(kHarmless), std::end(kHarmless), [&](const char* kind) {
+    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+  });
+  if (!is_view && !is_other)
+    for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
+  return damaged;
+}
+
+// Views are recorded in the order of their ids: those that are missing about a damaged line were in it.
+void NameMissingViews(JournalContents& contents) {
+  for (DamagedLine& damaged : contents.damaged) {
+    int before = 0, after = contents.next_view_id;
+    for (std::size_t i = 0; i < contents.lines.size(); ++i) {
+      const int id = contents.lines[i].view_id;
+      if (id == 0) continue;
+      if (static_cast<int>(i) + 1 < damaged.number) before = std::max(before, id);
+      if (static_cast<int>(i) + 1 > damaged.number) after = std::min(after, id);
+    }
+    if (after - before > kMostInDoubt) continue;  // a number that was damaged, too
+    for (int id = before + 1; id < after; ++id)
+      if (!contents.removed.contains(id)) damaged.views.insert(id);
+    if (!damaged.views.empty()) damaged.poses.clear();
+  }
+}
+
+}  // namespace
+
+std::optional<JournalStamp> StampOf(const fs::path& file, std::uint64_t bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  JournalStamp stamp{bytes, 0};
+  std::vector<char> part(1 << 16);
+  for (std::uint64_t left = bytes; left > 0;) {
+    const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, part.size()));
+    if (!stream.read(part.data(), size)) return std::nullopt;
+    stamp.crc32 = static_cast<std::uint32_t>(
+        ::crc32(stamp.crc32, reinterpret_cast<const Bytef*>(part.data()), static_cast<uInt>(size)));
+    left -= static_cast<std::uint64_t>(size);
+  }
+  if (!stream) return std::nullopt;
+  return stamp;
+}
+
+std::optional<JournalStamp> StampOf(const fs::path& file) {
+  std::error_code missing;
+  const std::uint64_t bytes = fs::file_size(file, missing);
+  return missing ? std::nullopt : StampOf(file, bytes);
+}
+
+std::string DamagedLine::Words() const {
+  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
+  std::string words = reason + "; the line is left out";
+  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
+  if (!poses.empty())
+    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
+  return words;
+}
+
+namespace {
+
+// Applies the line, or says why it is left out.
+void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
+  const int number = static_cast<int>(contents.lines.size());
+  JournalLine& told = contents.lines.back();
+  const std::size_t views_before = contents.light_field.views.size();
+  try {
+    if (!object) throw Error("line {}: damaged", number);
+    ApplyEvent({*object, fmt::format("line {}", number)}, contents);
+    told.whole = true;
+    if (contents.light_field.views.size() > views_before) told.view_id = (*object)["id"].get<int>();
+  } catch (const Error& error) {
+    contents.damaged.push_back(Damaged(number, error.what(), line, contents));
+  }
+}
+
+void ReadHeader(const std::optional<json>& object, const std::string& where, JournalContents& contents) {
+  if (!object)
+    throw Error("{}: the header is damaged; 'ulf repair {}' shows what can be put back", where,
+                ShellWord(contents.light_field.root.string()));
+  const JsonPlace event{*object, where};
+  try {
+    if (event.Text("event") != "header")
+      throw Error("{}: a journal begins with its header; this file is none", where);
+    ApplyHeader(event, contents.light_field);
+  } catch (const Error& error) {
+    throw Error("{}; 'ulf repair {}' shows what can be put back", error.what(),
+                ShellWord(contents.light_field.root.string()));
+  }
+}
+
+JournalContents Read(const fs::path& file, const LightField* header) {
+  JournalContents contents;
+  if (header) contents.light_field = *header;
+  contents.light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  const std::string bytes = ReadWholeFile(file);
+  std::size_t begin = 0;
+  for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
+    const auto object = ParsedLine(line);
+    // Blocks of a file can reach the disk out of order: what was written last may be damaged though its end
+    // is there.
+    if (!object && NothingWholeFollows(std::string_view(bytes).substr(end + 1))) break;
+    contents.lines.push_back({begin, end, false, 0});
+    if (contents.lines.size() > 1) {
+      ApplyLine(line, object, contents);
+    } else if (!header) {
+      ReadHeader(object, fmt::format("{}, line 1", file.string()), contents);
+      contents.lines.back().whole = true;
+    }
+    contents.whole_bytes = end + 1;
+  }
+  if (contents.whole_bytes == 0 && !header)
+    throw Error(
+        "{}: the journal has no header: the capture was killed before it began, or the file is damaged; 'ulf "
+        "repair {}' "
+        "shows what can be put back",
+        file.string(), ShellWord(contents.light_field.root.string()));
+  NameMissingViews(contents);
+  return contents;
+}
+
+}  // namespace
+
+JournalContents ReadJournal(const fs::path& file) { return Read(file, nullptr); }
+
+JournalContents ReadJournal(const fs::path& file, const LightField& header) { return Read(file, &header); }
+
+Journal::Journal(const fs::path& file) : file_(file) {
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor_ < 0)
+    throw Error("{}: cannot be opened for writing: {}; check permissions", file.string(),
+                std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    close(descriptor_);
+    descriptor_ = -1;
+    throw Error("{}: another process is recording into this light field; stop it or choose another folder",
+                file.parent_path().string());
+  }
+}
+
+void Journal::CutAt(std::size_t whole_bytes) {
+  if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
+    throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void Journal::Append(const std::string& lines) {
+  const std::string text = lines + "\n";
+  const off_t before = lseek(descriptor_, 0, SEEK_END);
+  // A part of a line must not stay: the next one would be written behind it.
+  const auto take_back = [&](const char* what) {
+    const int reason = errno;
+    if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
+    ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
+  };
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) take_back("writing failed");
+    done += static_cast<std::size_t>(written);
+  }
+  if (fsync(descriptor_) != 0) take_back("syncing to disk failed");
+}
+
+void Journal::NoteRepair(std::uint64_t bytes) {
+  const std::string line = json{{"event", "repaired"}}.dump();
+  const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
+  Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
+}
+
+void Journal::Header(const LightField& light_field) {
+  json event = {{"event", "header"},
+                {"version", kVersion},
+                {"device_uri", light_field.device_uri},
+                {"device_serial", light_field.device_serial},
+                {"device_maker", light_field.device_maker},
+                {"device_model", light_field.device_model},
+                {"calibration_source", light_field.calibration_source},
+                {"units", light_field.units},
+                {"coverage_width_px", light_field.coverage_width_px}};
+  if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
+  if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
+  for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
+    json camera = CameraToJson(light_field.cameras[i]);
+    if (const auto flat = light_field.flat_fields.find(static_cast<int>(i));
+        flat != light_field.flat_fields.end())
+      camera["flat_field"] = FlatFieldToJson(flat->second);
+    event["cameras"].push_back(camera);
+  }
+  Append(event.dump());
+}
+
+void Journal::AddViews(std::span<const View> views) {
+  std::string lines;
+  for (const View& view : views) {
+    json event = ViewToJson(view);
+    event["event"] = "view";
+    event["image"] = view.image_path;
+    event["camera"] = view.camera;
+    event["cam_from_world"] = PoseToJson(view.cam_from_world);
+    if (!lines.empty()) lines += '\n';
+    lines += event.dump();
+  }
+  if (!lines.empty()) Append(lines);
+}
+
+void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                          const std::map<int, CameraModel>& cameras) {
+  json poses = json::object();
+  for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
+  json event{{"event", "pose_update"}, {"poses", poses}};
+  for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
+  Append(event.dump());
+}
+
+void Journal::SetSubject(const Subject& subject) {
+  Append(json{
+      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}
+             .dump());
+}
+
+void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
+  Append(json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}.dump());
+}
+
+void Journal::SetGoal(const CoverageGoal& goal) {
+  json event = CoverageGoalToJson(goal);
+  event["event"] = "goal";
+  Append(event.dump());
+}
+
+void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
+  Append(json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}.dump());
+}
+
+void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
+
+void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {
+  Append(json{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}}.dump());
+}
+
+}  // namespace ulf

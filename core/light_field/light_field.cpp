@@ -1,0 +1,84 @@
+#include "core/light_field/light_field.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/error.h"
+
+namespace ulf {
+
+Subject ParseSubject(const std::string& text) {
+  Subject subject;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &subject.center_in_world.x(),
+                  &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
+      static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
+      !std::isfinite(subject.radius))
+    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
+  if (!(subject.radius > 0))
+    throw UsageError("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text);
+  return subject;
+}
+
+Eigen::Vector3d LightField::UpInWorld() const {
+  if (up_in_world) return *up_in_world;
+  constexpr double kTellsNothing = 0.3;  // mean of the cameras' -y, in a row it is 1
+  constexpr double kAlike = 0.8;         // mean square of their x along one axis
+  Eigen::Vector3d up = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
+  for (const View& view : views) {
+    const Eigen::Vector3d of_view = view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitX());
+    up -= view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitY());
+    right += of_view;
+    rights += of_view * of_view.transpose();
+  }
+  const double count = static_cast<double>(views.size());
+  if (up.norm() > kTellsNothing * count) return up.normalized();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights);
+  if (count > 0 && solver.eigenvalues()(2) > kAlike * count) {
+    const Eigen::Vector3d axis = solver.eigenvectors().col(2);
+    return axis.dot(right) < 0 ? Eigen::Vector3d(-axis) : axis;
+  }
+  return up.norm() > 1e-9 ? Eigen::Vector3d(up.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+}
+
+std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
+  if (light_field.views.size() < 2) return std::nullopt;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  for (const View& view : light_field.views) {
+    const Eigen::Vector3d axis = view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitZ());
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    normal += across;
+    right_side += across * view.CenterInWorld();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+  // Axes within about six degrees of each other fix the distance along them too poorly to be used unseen.
+  constexpr double kMinMeanSquaredSine = 0.01;
+  if (solver.eigenvalues()(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
+    return std::nullopt;
+  const Eigen::Vector3d center = normal.ldlt().solve(right_side);
+
+  std::vector<double> distances, half_angles;
+  std::size_t see_it = 0;
+  for (const View& view : light_field.views) {
+    const Eigen::Vector3d center_in_cam = view.cam_from_world * center;
+    if (center_in_cam.z() <= 0) return std::nullopt;
+    distances.push_back(center_in_cam.norm());
+    const CameraModel& camera = light_field.CameraOf(view);
+    const auto img = camera.ImgFromCam(center_in_cam);
+    see_it += img && camera.Contains(*img);
+    half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
+  }
+  if (2 * see_it < light_field.views.size()) return std::nullopt;  // a walk, not round anything
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return Subject{center, median(distances) * std::sin(median(half_angles))};
+}
+
+}  // namespace ulf

@@ -1,0 +1,112 @@
+// What a light field is: photographs with poses, and a sphere around the subject. Values only; the files are
+// light_field_io's business. (Thesis, section 2.1: a collection of photographs, poses, and the subject's
+// extent.)
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/geometry/sensor_window.h"
+#include "core/image/flat_field.h"
+#include "core/image/image.h"
+
+namespace ulf {
+
+// The bounding sphere of what is captured, in world units.
+struct Subject {
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  double radius = 0;
+  bool operator==(const Subject&) const = default;
+};
+
+// "x,y,z,r" in world units; throws UsageError.
+Subject ParseSubject(const std::string& text);
+
+// A recorded frame: image, camera, pose.
+struct View {
+  int id = 0;               // given once, in order of recording, never used again
+  std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
+  std::string master_path;  // what the camera gave beyond 8-bit sRGB; empty when there is nothing more
+  std::string mask_path;    // one channel, of the image's size, 0: not to be used; empty: all is used
+  // How the master's numbers are to be read; none where it is a file of its own kind (a camera's raw file).
+  std::optional<Transfer> master_transfer;
+  Mosaic master_mosaic = Mosaic::kNone;
+  int camera = 0;  // index into LightField::cameras
+  Rigid3 cam_from_world;
+  // As it was given when the view was recorded; later adjustments change the one above.
+  std::optional<Rigid3> recorded_cam_from_world;
+  double device_time_s = 0;
+  double host_time_s = 0;
+  double exposure_s = 0;  // 0: unknown
+  double gain = 1;        // linear
+  double black_level = 0;
+  std::optional<double> f_number;
+  double tracking_quality = 1;     // 0 to 1
+  std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
+
+  Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
+};
+
+// Where a view shows a point: pixels of its image as it is recorded, distortion included.
+struct ViewObservation {
+  int view_id = 0;
+  Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
+};
+
+struct ScenePoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> rgb{128, 128, 128};
+  double error_px = 0;                   // mean distance of its observations from its projections
+  std::vector<ViewObservation> track{};  // at most one a view; empty: not known
+};
+
+// What a capture is to cover: a cap of so many degrees of azimuth and elevation, and the share of it that is
+// enough.
+struct CoverageGoal {
+  Eigen::Vector2d cap_deg;
+  double share = 1;
+  bool operator==(const CoverageGoal&) const = default;
+};
+
+struct LightField {
+  std::filesystem::path root;
+  std::vector<CameraModel> cameras;
+  // By index into cameras, where one was measured: the photographs are as the camera made them, ReadViewImage
+  // divides by it.
+  std::map<int, FlatField> flat_fields;
+  std::vector<View> views;  // in order of id
+  std::optional<Subject> subject;
+  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
+  std::string units = "arbitrary";             // or "metres"
+  std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
+  int coverage_width_px = 640;
+  std::optional<CoverageGoal> goal;  // the last one that was given; none: the operator ends it
+  std::string device_uri;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs
+  std::string calibration_source;
+  std::uint64_t taken_back = 0;  // views that were recorded and are none of these any more
+  double capture_s = 0;
+  std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
+  std::vector<ScenePoint> points;
+  std::vector<std::string> doubts;  // in words: where the folder's files disagree, or are damaged
+
+  Eigen::Vector3d UpInWorld() const;
+  const CameraModel& CameraOf(const View& view) const {
+    return cameras[static_cast<std::size_t>(view.camera)];
+  }
+};
+
+// The point nearest to all optical axes with a radius from `width_share` of the median image width at the
+// median distance; none where the axes are nearly parallel or the point lies behind the cameras.
+std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
+
+}  // namespace ulf

@@ -1,0 +1,70 @@
+#include "core/light_field/points/point_io.h"
+
+#include <fmt/format.h>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/light_field/points/point_file.h"
+#include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_tracks.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPointFile = "points.ulf";
+constexpr const char* kPointPly = "points.ply";
+
+StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
+  try {
+    return PointsFromBytes(ReadWholeFile(file), light_field);
+  } catch (const Error& error) {
+    return {error.what(), {}, {}};
+  }
+}
+
+}  // namespace
+
+bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(ply, unknown)) return false;
+  try {
+    light_field.points = ReadPointPly(ply);
+  } catch (const Error& error) {
+    light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
+  }
+  return true;
+}
+
+void ReadPoints(LightField& light_field) {
+  const fs::path file = light_field.root / kPointFile, ply = light_field.root / kPointPly;
+  std::error_code unknown;
+  if (!fs::is_regular_file(file, unknown)) {
+    ReadPointPositions(ply, light_field);
+    return;
+  }
+  StoredPoints stored = StoredIn(file, light_field);
+  if (!stored.problem.empty()) {
+    light_field.doubts.push_back(
+        fmt::format("{}: {}; points.ply is taken, which does not say where views show the points (ulf refine "
+                    "measures that anew)",
+                    file.string(), stored.problem));
+    ReadPointPositions(ply, light_field);
+    return;
+  }
+  if (fs::is_regular_file(ply, unknown) && ReadWholeFile(ply) != PointPlyBytes(stored.points))
+    light_field.doubts.push_back(
+        fmt::format("{}: holds other points than points.ulf, which is taken; remove points.ulf to take it",
+                    ply.string()));
+  light_field.points = std::move(stored.points);
+  FitPointsOf(stored.moved, light_field);
+  MeasurePoints(light_field);
+}
+
+void WritePoints(const LightField& light_field) {
+  WriteFileAtomically(light_field.root / kPointFile, PointFileBytes(light_field));
+  WriteFileAtomically(light_field.root / kPointPly, PointPlyBytes(light_field.points));
+}
+
+}  // namespace ulf

@@ -1,0 +1,89 @@
+#include "core/light_field/view_files.h"
+
+#include <opencv2/imgcodecs.hpp>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/image/tiff_file.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTiff = ".tif";
+constexpr const char* kPng = ".png";
+
+// Content that keeps what it is made of.
+template <typename Bytes>
+FileContent Owning(std::shared_ptr<const Bytes> bytes) {
+  FileContent content = ContentOf({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  content.copy = [bytes, copy = std::move(content.copy)](std::uint64_t offset, std::span<char> out) {
+    copy(offset, out);
+  };
+  return content;
+}
+
+ViewFile FileOf(const EncodedImage& image) { return {image.extension, Owning(image.bytes)}; }
+
+ViewFile Png(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(kPng, pixels, bytes);
+  return {kPng, Owning(std::make_shared<const std::vector<unsigned char>>(std::move(bytes)))};
+}
+
+bool IsPlain8BitSrgb(const Image& image) {
+  return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
+}
+
+// The file of the camera's that is the photograph for every tool, if one is.
+std::optional<EncodedImage> CamerasOwn(const Frame& frame) {
+  if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
+    return frame.encoded;
+  if (!frame.image.empty()) return std::nullopt;
+  if (const auto& file = frame.encoded ? frame.encoded : frame.raw) return file;  // that could not be decoded
+  throw Error("a frame without pixels or a file cannot be kept");
+}
+
+}  // namespace
+
+ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures) {
+  ViewFiles files;
+  const std::optional<EncodedImage> own = CamerasOwn(frame);
+  if (frame.raw) {
+    files.master = FileOf(*frame.raw);
+  } else if (!IsPlain8BitSrgb(frame.image)) {
+    const Image master = keep_mosaics ? frame.image : Demosaiced(frame.image);
+    files.master = {kTiff, TiffContent(master.pixels)};
+    files.master_transfer = master.transfer;
+    files.master_mosaic = master.mosaic;
+  }
+  files.image_extension = own ? own->extension : kPng;
+  if (own)
+    files.image = FileOf(*own);
+  else if (pictures == MakePictures::kNow || !files.master_transfer)
+    files.image = Png(Srgb8(frame.image));
+  return files;
+}
+
+bool PictureFollowsFromMaster(const View& view) {
+  return view.master_transfer && fs::path(view.master_path).extension() == kTiff &&
+         fs::path(view.image_path).extension() == kPng;
+}
+
+Image PictureFromMaster(const fs::path& root, const View& view) {
+  const Image master{ReadImageFile((root / view.master_path).string()), *view.master_transfer,
+                     view.master_mosaic};
+  return {.pixels = Srgb8(master), .transfer = Transfer::kSrgb};
+}
+
+void WritePictureFromMaster(const fs::path& root, const View& view) {
+  const fs::path path = root / view.image_path;
+  if (fs::exists(path)) return;
+  FileBatch batch;
+  batch.Write(path, Png(PictureFromMaster(root, view).pixels).content);
+  batch.Commit();
+}
+
+}  // namespace ulf

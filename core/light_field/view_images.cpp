@@ -1,0 +1,122 @@
+// A view's pixels, from whichever of its files holds them (declared in light_field_io.h).
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+#include "core/base/error.h"
+#include "core/image/image_header.h"
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/view_files.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path& path) {
+  if (image.width() != camera.width || image.height() != camera.height)
+    throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
+                path.string(), image.width(), image.height(), camera.width, camera.height);
+}
+
+Transfer TransferOf(const fs::path& image) {
+  return image.extension() == ".exr" ? Transfer::kLinear : Transfer::kSrgb;
+}
+
+// Not a camera's raw file, which only a raw converter reads.
+bool HasReadableMaster(const LightField& light_field, const View& view) {
+  const fs::path master = view.master_path;
+  const std::string ending = master.extension().string();
+  return !master.empty() &&
+         (view.master_transfer || ending == ".exr" || ending == ".png" || ending == ".tif") &&
+         fs::is_regular_file(light_field.root / master);
+}
+
+Image FlatFieldDivided(const LightField& light_field, const View& view, const Image& image) {
+  const auto flat_field = light_field.flat_fields.find(view.camera);
+  if (flat_field == light_field.flat_fields.end()) return image;
+  return flat_field->second.Corrected(image, view.black_level);
+}
+
+bool HasAlpha(const fs::path& image) {
+  const auto header = ReadImageHeader(image.string());
+  return header && header->alpha;
+}
+
+}  // namespace
+
+Image ReadRecordedImage(const LightField& light_field, const View& view) {
+  const bool from_master = PictureFollowsFromMaster(view) && !fs::exists(light_field.root / view.image_path);
+  const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
+  const Image image = from_master ? PictureFromMaster(light_field.root, view)
+                                  : Image{ReadImageFile(path.string()), TransferOf(path)};
+  RequireSizeOf(light_field.CameraOf(view), image, path);
+  return image;
+}
+
+Image ReadViewMaster(const LightField& light_field, const View& view) {
+  if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
+  const fs::path path = light_field.root / view.master_path;
+  Image image{ReadImageFile(path.string()), view.master_transfer.value_or(TransferOf(path)),
+              view.master_mosaic};
+  if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
+    throw Error("{}: is to be a {} mosaic but has {} channels; restore it, or read the view's image",
+                path.string(), Name(image.mosaic), image.pixels.channels());
+  RequireSizeOf(light_field.CameraOf(view), image, path);
+  return image;
+}
+
+bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
+  if (HasReadableMaster(light_field, view)) return true;
+  const fs::path path = light_field.root / view.image_path;
+  const auto header = ReadImageHeader(path.string());
+  return TransferOf(path) == Transfer::kLinear || (header && header->bits > 8);
+}
+
+// A damaged master costs what it holds beyond the photograph, as a missing one does.
+static Image ReadMasterOrImage(const LightField& light_field, const View& view) {
+  if (!HasReadableMaster(light_field, view)) return ReadRecordedImage(light_field, view);
+  try {
+    return ReadViewMaster(light_field, view);
+  } catch (const Error& error) {
+    if (!fs::exists(light_field.root / view.image_path)) throw;
+    spdlog::warn("{}; its photograph of 8 bits is used", error.what());
+    return ReadRecordedImage(light_field, view);
+  }
+}
+
+Image ReadViewLight(const LightField& light_field, const View& view) {
+  return FlatFieldDivided(light_field, view, ReadMasterOrImage(light_field, view));
+}
+
+bool HasMask(const LightField& light_field, const View& view) {
+  return !view.mask_path.empty() || HasAlpha(light_field.root / view.image_path);
+}
+
+cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
+  cv::Mat mask;
+  const auto use = [&](const cv::Mat& shown, const fs::path& path) {
+    const CameraModel& camera = light_field.CameraOf(view);
+    if (shown.empty()) return;
+    if (shown.cols != camera.width || shown.rows != camera.height)
+      throw Error("{}: the mask is {}x{}, its camera says {}x{}; make it as large as the image",
+                  path.string(), shown.cols, shown.rows, camera.width, camera.height);
+    mask = mask.empty() ? shown : cv::Mat(mask & shown);
+  };
+  if (!view.mask_path.empty()) {
+    const fs::path path = light_field.root / view.mask_path;
+    cv::Mat levels = ReadImageFile(path.string());
+    if (levels.channels() > 1) cv::extractChannel(levels.clone(), levels, 0);
+    use(levels > 0, path);  // as in nerfstudio
+  }
+  const fs::path image = light_field.root / view.image_path;
+  if (HasAlpha(image)) use(ReadAlpha(image.string()), image);
+  return mask;
+}
+
+Image ReadViewImage(const LightField& light_field, const View& view) {
+  return FlatFieldDivided(light_field, view, ReadRecordedImage(light_field, view));
+}
+
+}  // namespace ulf

@@ -1,0 +1,76 @@
+#include "core/light_field/view_json.h"
+
+namespace ulf {
+
+nlohmann::json ViewToJson(const View& view) {
+  nlohmann::json keys = {{"id", view.id},
+                         {"device_time_s", view.device_time_s},
+                         {"host_time_s", view.host_time_s},
+                         {"exposure_s", view.exposure_s},
+                         {"gain", view.gain},
+                         {"black_level", view.black_level},
+                         {"tracking_quality", view.tracking_quality}};
+  if (!view.master_path.empty()) keys["master"] = view.master_path;
+  if (!view.mask_path.empty()) keys["mask"] = view.mask_path;
+  if (view.master_transfer)
+    keys["master_transfer"] = *view.master_transfer == Transfer::kLinear ? "linear" : "srgb";
+  if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
+  if (view.f_number) keys["f_number"] = *view.f_number;
+  if (view.bound_px) keys["bound_px"] = *view.bound_px;
+  return keys;
+}
+
+void ReadViewJson(const JsonPlace& place, View& view) {
+  view.id = place.Integer("id", view.id);
+  if (view.id < 1 || view.id > kMostViewId)
+    throw Error("{}: 'id' is {}; views are numbered from 1 to {}", place.where, view.id, kMostViewId);
+  view.master_path = place.Text("master", "");
+  view.mask_path = place.Text("mask", view.mask_path);
+  if (place.Has("master_transfer")) {
+    const std::string transfer = place.Text("master_transfer");
+    if (transfer != "linear" && transfer != "srgb")
+      throw Error("{}: 'master_transfer' must be linear or srgb, not '{}'", place.where, transfer);
+    view.master_transfer = transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  }
+  if (place.Has("master_mosaic")) {
+    const std::string pattern = place.Text("master_mosaic");
+    const auto mosaic = MosaicByName(pattern);
+    if (!mosaic || mosaic == Mosaic::kNone)
+      throw Error("{}: 'master_mosaic' must be RGGB, GRBG, GBRG or BGGR, not '{}'", place.where, pattern);
+    view.master_mosaic = *mosaic;
+  }
+  view.device_time_s = place.Number("device_time_s", 0);
+  view.host_time_s = place.Number("host_time_s", 0);
+  view.exposure_s = place.Number("exposure_s", 0);
+  view.gain = place.Number("gain", 1);
+  view.black_level = place.Number("black_level", 0);
+  if (place.Has("f_number")) view.f_number = place.Number("f_number");
+  view.tracking_quality = place.Number("tracking_quality", 1);
+  if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
+}
+
+std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
+  if (!place.object.is_object()) throw Error("{}: must be an object of counts", place.where);
+  std::map<std::string, std::uint64_t> reasons;
+  for (const auto& [reason, count] : place.object.items()) {
+    if (!count.is_number_unsigned())
+      throw Error("{}: '{}' must be a count, not {}", place.where, reason, count.dump().substr(0, 40));
+    reasons[reason] = count.get<std::uint64_t>();
+  }
+  return reasons;
+}
+
+nlohmann::json CoverageGoalToJson(const CoverageGoal& goal) {
+  return {{"cap_deg", {goal.cap_deg.x(), goal.cap_deg.y()}}, {"share", goal.share}};
+}
+
+CoverageGoal CoverageGoalFromJson(const JsonPlace& place) {
+  const std::vector<double> cap = place.Numbers("cap_deg", 2);
+  const double share = place.Number("share");
+  if (!(cap[0] > 0 && cap[0] <= 360 && cap[1] > 0 && cap[1] <= 180 && share > 0 && share <= 1))
+    throw Error("{}: a cap of {} x {} degrees, a share of {}: there is none; up to 360 x 180, and 1",
+                place.where, cap[0], cap[1], share);
+  return {{cap[0], cap[1]}, share};
+}
+
+}  // namespace ulf

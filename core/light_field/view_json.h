@@ -1,0 +1,28 @@
+// How a view was taken, as JSON: the same keys in the journal and under "ulf" in transforms.json.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/json_fields.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// id, master, mask, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain,
+// black_level, f_number, tracking_quality, bound_px; not where its image lies nor its pose.
+nlohmann::json ViewToJson(const View& view);
+
+inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
+
+// Sets what is there; what is not keeps its default. `view.master_path` and `view.mask_path` are as written:
+// check them before use.
+void ReadViewJson(const JsonPlace& place, View& view);
+
+// {"covered": 781, "recorded": 217}: why frames were recorded or not.
+std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
+
+// {"cap_deg":[width,height],"share":0 to 1}
+nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
+CoverageGoal CoverageGoalFromJson(const JsonPlace& place);
+
+}  // namespace ulf

@@ -1,0 +1,84 @@
+#include "coverage/bound/capture_prediction.h"
+#include "core/base/counted.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,
+                       double distance, double threshold_px) {
+  const CriterionView view = CriterionView::From(camera, {}, coverage_width_px);
+  return {.focal_px = std::max(view.fx, view.fy),
+          .distance = distance,
+          .radius = subject.radius,
+          .threshold_px = threshold_px};
+}
+
+ViewsEstimate ViewsEstimate::Of(const Cap& cap, double disc_radius, double share) {
+  const Cap reached{std::min(2 * M_PI, cap.width + 0.5 * disc_radius),
+                    std::min(M_PI, cap.height + 0.5 * disc_radius)};
+  const double usual =
+      std::max(1.0, share * reached.SolidAngle() / (std::sqrt(3.0) * disc_radius * disc_radius));
+  const double by_chance = std::sqrt(usual);
+  return {.usual = usual,
+          .fewest = std::max(1.0, 0.9 * usual - 0.5 * by_chance),
+          .most = 1.2 * usual + by_chance};
+}
+
+std::string InWords(const ViewsEstimate& views) {
+  // Two digits are as many as are known.
+  const auto rounded = [](double value) {
+    const double step = std::pow(10, std::max(0.0, std::floor(std::log10(std::max(1.0, value))) - 1));
+    return step * std::round(value / step);
+  };
+  return fmt::format("about {} ({:.0f} to {:.0f})", Counted(std::lround(rounded(views.usual)), "view"),
+                     rounded(views.fewest), rounded(views.most));
+}
+
+std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
+                                         double share) {
+  if (!(setup.distance > setup.radius)) return std::nullopt;
+  const auto disc_radius = DiscRadius(setup);
+  const auto window = DistanceWindow(setup);
+  if (!disc_radius || !window) return std::nullopt;
+  CapturePrediction prediction{.disc_radius = *disc_radius, .nearest = {}, .farthest = {}, .views = {}};
+  if (window->near) prediction.nearest = *window->near * setup.distance;
+  if (window->far) prediction.farthest = *window->far * setup.distance;
+  if (cap) prediction.views = ViewsEstimate::Of(*cap, *disc_radius, share);
+  return prediction;
+}
+
+std::optional<std::string> WhyTooFine(const CapturePrediction& prediction, const std::optional<Cap>& cap) {
+  constexpr double kMostViews = 100'000;
+  constexpr char kWayOut[] = "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
+  if (prediction.views && prediction.views->usual > kMostViews)
+    return fmt::format("{} for this cap: nobody takes so many; {}", InWords(*prediction.views), kWayOut);
+  const double finest = CoverageMap::FinestDiscRadius(cap.value_or(Cap::WholeSphere()));
+  if (prediction.disc_radius < finest)
+    return fmt::format(
+        "one view covers {:.2g}°, finer than the coverage map of such a cap can show ({:.2g}°): small gaps "
+        "will "
+        "not be seen; {}",
+        prediction.disc_radius * 180 / M_PI, finest * 180 / M_PI, kWayOut);
+  return std::nullopt;
+}
+
+std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric) {
+  const std::string from = metric ? " m from the subject's centre" : " units from the subject's centre";
+  std::string stay = "any distance will do";
+  if (prediction.nearest && prediction.farthest)
+    stay = fmt::format("stay {:.2f} to {:.2f}", *prediction.nearest, *prediction.farthest) + from;
+  else if (prediction.nearest)
+    stay = fmt::format("stay at least {:.2f}", *prediction.nearest) + from;
+  else if (prediction.farthest)
+    stay = fmt::format("stay at most {:.2f}", *prediction.farthest) + from;
+  const std::string covers = fmt::format("one covers {:.1f}° around it", prediction.disc_radius * 180 / M_PI);
+  return prediction.views ? fmt::format("{} at {:g} px within the cap, more for ways beyond it; {}; {}",
+                                        InWords(*prediction.views), threshold_px, covers, stay)
+                          : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, stay);
+}
+
+}  // namespace ulf

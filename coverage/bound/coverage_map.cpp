@@ -1,0 +1,435 @@
+#include "coverage/bound/coverage_map.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDirectionsPerDiscRadius = 5.3;  // of the independent measure
+// A bound on memory, reached only with thresholds barely above two pixels over the whole sphere.
+constexpr double kMostCells = 4e6;
+constexpr double kMostDirections = 4e5;
+
+// What one view covers of its own shell, or a stand-in where that is nothing or everything.
+double DiscRadiusFor(const CriterionView& camera, const Subject& subject, double distance,
+                     double threshold_px) {
+  constexpr double kSmallest = 1e-4, kLargest = 0.3;
+  if (distance <= subject.radius) return kSmallest;
+  const auto radius = DiscRadius({.focal_px = std::max(camera.fx, camera.fy),
+                                  .distance = distance,
+                                  .radius = subject.radius,
+                                  .threshold_px = threshold_px});
+  return std::clamp(radius.value_or(kSmallest), kSmallest, kLargest);
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Cap Cap::ParseDegrees(const std::string& text) {
+  double width_deg = 0, height_deg = 0;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lfx%lf%n", &width_deg, &height_deg, &used) != 2 ||
+      static_cast<std::size_t>(used) != text.size() || !(width_deg > 0 && width_deg <= 360) ||
+      !(height_deg > 0 && height_deg <= 180))
+    throw UsageError("'{}' is not a cap; write width x height in degrees, up to 360x180, for example 60x40",
+                     text);
+  return FromDegrees({width_deg, height_deg});
+}
+
+CapGoal CapGoal::Parse(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  CapGoal goal{Cap::ParseDegrees(text.substr(0, colon)), {}};
+  if (colon == std::string::npos) return goal;
+  const std::string share = text.substr(colon + 1);
+  double value = 0;
+  int used = 0;
+  if (std::sscanf(share.c_str(), "%lf%n", &value, &used) == 1) {
+    const std::string rest = share.substr(static_cast<std::size_t>(used));
+    if (rest == "%") value /= 100;
+    if ((rest.empty() || rest == "%") && value > 0 && value <= 1) goal.share = value;
+  }
+  if (!goal.share) throw UsageError("{}: '{}' is not a share; write 0.95 or 95%", text, share);
+  return goal;
+}
+
+Cap Cap::FromDegrees(const Eigen::Vector2d& width_and_height) {
+  return {width_and_height.x() * M_PI / 180, width_and_height.y() * M_PI / 180};
+}
+
+Eigen::Vector2d Cap::Degrees() const { return Eigen::Vector2d{width, height} * (180 / M_PI); }
+
+Cap Cap::WholeSphere() { return {2 * M_PI, M_PI}; }
+
+double Cap::SolidAngle() const { return width * 2 * std::sin(height / 2); }
+
+CapFrame::CapFrame(const Vector3d& first_direction, const Vector3d& up_in_world)
+    : forward_(first_direction.normalized()) {
+  // Right for who stands at the first view and looks at the subject.
+  right_ = (-forward_).cross(up_in_world);
+  if (right_.norm() < 1e-9 * up_in_world.norm()) right_ = forward_.unitOrthogonal();
+  right_.normalize();
+  up_ = right_.cross(-forward_);
+}
+
+CapFrame::Angles CapFrame::Of(const Vector3d& direction) const {
+  return {std::atan2(direction.dot(right_), direction.dot(forward_)),
+          std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
+}
+
+Vector3d CapFrame::Direction(double azimuth, double elevation) const {
+  return std::cos(elevation) * (std::cos(azimuth) * forward_ + std::sin(azimuth) * right_) +
+         std::sin(elevation) * up_;
+}
+
+bool CapFrame::Holds(const Cap& cap, const Vector3d& direction) const {
+  const Angles angles = Of(direction);
+  return std::abs(angles.azimuth) <= cap.width / 2 && std::abs(angles.elevation) <= cap.height / 2;
+}
+
+void RecordedViews::Add(const CriterionView& view) {
+  views_.push_back(view);
+  directions_.push_back((view.center_in_world - subject_.center_in_world).normalized());
+}
+
+CoveringView RecordedViews::Best(const CriterionView& candidate) const {
+  CoveringView best;
+  if (views_.empty()) return best;
+  const Vector3d direction = (candidate.center_in_world - subject_.center_in_world).normalized();
+  double min_squared_cosine = 0;
+  const auto consider = [&](std::size_t i) {
+    const double bound = BoundPx(views_[i], candidate, subject_, {.give_up_px = best.bound_px});
+    if (bound >= best.bound_px) return;
+    best = {bound, static_cast<int>(i)};
+    const double sine = std::min(1.0, MaxCoveringSine(candidate, subject_, bound));
+    min_squared_cosine = 1 - sine * sine;
+  };
+  std::size_t nearest = 0;
+  double nearest_cosine = -2;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const double cosine = direction.dot(directions_[i]);
+    if (cosine > nearest_cosine) nearest_cosine = cosine, nearest = i;
+  }
+  consider(nearest);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const double cosine = direction.dot(directions_[i]);
+    if (i != nearest && cosine * cosine >= min_squared_cosine) consider(i);
+  }
+  return best;
+}
+
+bool RecordedViews::Covers(const CriterionView& candidate, double threshold_px) const {
+  const Vector3d direction = (candidate.center_in_world - subject_.center_in_world).normalized();
+  const double sine = std::min(1.0, MaxCoveringSine(candidate, subject_, threshold_px));
+  const double min_squared_cosine = 1 - sine * sine;
+  const double give_up_px = std::nextafter(threshold_px, std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const double cosine = direction.dot(directions_[i]);
+    if (cosine * cosine < min_squared_cosine) continue;
+    if (BoundPx(views_[i], candidate, subject_, {.give_up_px = give_up_px}) <= threshold_px) return true;
+  }
+  return false;
+}
+
+double RecordedViews::MedianDistance() const {
+  if (views_.empty()) return 0;
+  std::vector<double> distances;
+  for (const CriterionView& view : views_)
+    distances.push_back((view.center_in_world - subject_.center_in_world).norm());
+  return Median(std::move(distances));
+}
+
+Vector3d RecordedViews::MeanUp() const {
+  Vector3d sum = Vector3d::Zero();
+  for (const CriterionView& view : views_) sum -= view.cam_from_world.row(1);
+  return sum.norm() > 1e-9 ? Vector3d(sum.normalized()) : Vector3d(-Vector3d::UnitY());
+}
+
+CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& options)
+    : subject_(subject), options_(options), recorded_(subject) {}
+
+void CoverageMap::Add(const CriterionView& view) {
+  recorded_.Add(view);
+  if (GridIsStale())
+    Rebuild();
+  else
+    Paint(static_cast<int>(views().size()) - 1);
+}
+
+void CoverageMap::SetViews(std::span<const CriterionView> views) {
+  recorded_ = RecordedViews(subject_);
+  for (const CriterionView& view : views) recorded_.Add(view);
+  if (!views.empty()) return Rebuild();
+  frame_.reset();
+  rows_.clear();
+  cells_.clear();
+  total_sr_ = painted_sr_ = 0;
+  open_cells_ = 0;
+}
+
+double CoverageMap::FinestDiscRadius(const Cap& cap) { return 3 * std::sqrt(cap.SolidAngle() / kMostCells); }
+
+double CoverageMap::CoveredShare() const {
+  if (cells_.empty()) return 0;
+  // The sum over cells is off by its rounding.
+  constexpr double kNearlyAll = 1 - 1e-9;
+  return open_cells_ == 0 ? 1 : std::min(kNearlyAll, painted_sr_ / total_sr_);
+}
+
+bool CoverageMap::GridIsStale() const {
+  constexpr double kDistanceChange = 0.01;
+  constexpr double kUpCosine = 0.99996;  // of half a degree
+  if (!frame_) return true;
+  if (std::abs(recorded_.MedianDistance() / reference_distance_ - 1) > kDistanceChange) return true;
+  if (options_.up_in_world) return false;
+  const CapFrame now((views()[0].center_in_world - subject_.center_in_world).normalized(),
+                     recorded_.MeanUp());
+  return now.Up().dot(frame_->Up()) < kUpCosine;
+}
+
+void CoverageMap::Rebuild() {
+  const CriterionView& first = views()[0];
+  frame_.emplace((first.center_in_world - subject_.center_in_world).normalized(),
+                 options_.up_in_world.value_or(recorded_.MeanUp()));
+  reference_distance_ = recorded_.MedianDistance();
+  const Cap cap = extent();
+  spacing_ = DiscRadiusFor(first, subject_, reference_distance_, options_.threshold_px) /
+             options_.cells_per_disc_radius;
+  spacing_ = std::max(spacing_, std::sqrt(cap.SolidAngle() / kMostCells));
+  const int row_count = std::max(1, static_cast<int>(std::ceil(cap.height / spacing_)));
+  row_height_ = cap.height / row_count;
+  rows_.clear();
+  std::size_t cell_count = 0;
+  total_sr_ = painted_sr_ = 0;
+  for (int i = 0; i < row_count; ++i) {
+    const double low = -cap.height / 2 + i * row_height_;
+    const double middle = low + row_height_ / 2;
+    Row row{.elevation = middle, .cell_sr = 0, .columns = 0, .first_cell = cell_count};
+    row.columns = std::max(1, static_cast<int>(std::ceil(cap.width * std::cos(middle) / spacing_)));
+    row.cell_sr = cap.width * (std::sin(low + row_height_) - std::sin(low)) / row.columns;
+    total_sr_ += row.cell_sr * row.columns;
+    cell_count += static_cast<std::size_t>(row.columns);
+    rows_.push_back(row);
+  }
+  cells_.assign(cell_count, {std::numeric_limits<float>::infinity(), -1});
+  open_cells_ = cell_count;
+  for (std::size_t i = 0; i < views().size(); ++i) Paint(static_cast<int>(i));
+}
+
+CriterionView CoverageMap::Hypothetical(const Vector3d& direction) const {
+  return views()[0].AimedAt(subject_.center_in_world,
+                            subject_.center_in_world + reference_distance_ * direction, frame_->Up());
+}
+
+void CoverageMap::Paint(int view_index) {
+  const Vector3d offset =
+      views()[static_cast<std::size_t>(view_index)].center_in_world - subject_.center_in_world;
+  if (!(offset.norm() > 0)) return;
+  const CapFrame::Angles at = frame_->Of(offset.normalized());
+  const double sine = MaxCoveringSine(Hypothetical(offset.normalized()), subject_, options_.threshold_px);
+  const double reach = sine >= 1 ? M_PI : std::asin(sine);
+  const double min_cosine = std::cos(std::min(M_PI, reach));
+  // How far the disc reaches in azimuth: everywhere once it holds a pole.
+  const double half_width = std::abs(at.elevation) + reach >= M_PI / 2 - 1e-9
+                                ? M_PI
+                                : std::asin(std::min(1.0, std::sin(reach) / std::cos(at.elevation)));
+  const double bottom = -extent().height / 2;
+  const int last_row = static_cast<int>(rows_.size()) - 1;
+  const int from = std::clamp(static_cast<int>((at.elevation - reach - bottom) / row_height_), 0, last_row);
+  const int to = std::clamp(static_cast<int>((at.elevation + reach - bottom) / row_height_), 0, last_row);
+  for (int i = from; i <= to; ++i)
+    PaintRow(rows_[static_cast<std::size_t>(i)], view_index, at.azimuth, half_width, min_cosine);
+}
+
+void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, double half_width,
+                           double min_cosine) {
+  const CriterionView& view = views()[static_cast<std::size_t>(view_index)];
+  const Vector3d direction = (view.center_in_world - subject_.center_in_world).normalized();
+  const double cell_width = extent().width / row.columns;
+  const double left = -extent().width / 2;
+  for (const double turn : {-2 * M_PI, 0.0, 2 * M_PI}) {  // the disc may reach across the back
+    const double from_azimuth = std::max(azimuth + turn - half_width, left);
+    const double to_azimuth = std::min(azimuth + turn + half_width, left + extent().width);
+    if (from_azimuth > to_azimuth) continue;
+    const int from = std::clamp(static_cast<int>((from_azimuth - left) / cell_width), 0, row.columns - 1);
+    const int to = std::clamp(static_cast<int>((to_azimuth - left) / cell_width), 0, row.columns - 1);
+    for (int column = from; column <= to; ++column) {
+      Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+      if (cell.view == view_index) continue;
+      const Vector3d cell_direction = frame_->Direction(left + (column + 0.5) * cell_width, row.elevation);
+      if (cell_direction.dot(direction) < min_cosine) continue;
+      const double limit = std::min<double>(cell.bound_px, options_.threshold_px + 1e-9);
+      const double bound = BoundPx(view, Hypothetical(cell_direction), subject_, {.give_up_px = limit});
+      if (bound >= limit) continue;
+      if (cell.view < 0) painted_sr_ += row.cell_sr, --open_cells_;
+      cell = {static_cast<float>(bound), view_index};
+    }
+  }
+}
+
+std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
+  if (!frame_ || !frame_->Holds(extent(), direction)) return std::nullopt;
+  const CapFrame::Angles angles = frame_->Of(direction);
+  const int last_row = static_cast<int>(rows_.size()) - 1;
+  const int row_index =
+      std::clamp(static_cast<int>((angles.elevation + extent().height / 2) / row_height_), 0, last_row);
+  const Row& row = rows_[static_cast<std::size_t>(row_index)];
+  const int column =
+      std::clamp(static_cast<int>((angles.azimuth + extent().width / 2) / extent().width * row.columns), 0,
+                 row.columns - 1);
+  const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+  return CoveringView{cell.bound_px, cell.view};
+}
+
+void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) const {
+  for (const Row& row : rows_)
+    for (int column = 0; column < row.columns; ++column) {
+      const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+      look({DirectionOf(row, column), row.cell_sr, {cell.bound_px, cell.view}});
+    }
+}
+
+std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) const {
+  std::vector<PaintedRun> runs;
+  const double left = -extent().width / 2;
+  for (const Row& row : rows_) {
+    const double cell_width = extent().width / row.columns;
+    int first = 0;  // of the run that is being gathered
+    for (int column = 1; column <= row.columns; ++column) {
+      const int view = cells_[row.first_cell + static_cast<std::size_t>(first)].view;
+      const bool goes_on = column < row.columns && (column + 1 - first) * cell_width <= widest &&
+                           cells_[row.first_cell + static_cast<std::size_t>(column)].view == view;
+      if (goes_on) continue;
+      if (view >= 0)
+        runs.push_back({left + first * cell_width, left + column * cell_width,
+                        row.elevation - row_height_ / 2, row.elevation + row_height_ / 2, view});
+      first = column;
+    }
+  }
+  return runs;
+}
+
+Vector3d CoverageMap::DirectionOf(const Row& row, int column) const {
+  return frame_->Direction(extent().width * ((column + 0.5) / row.columns - 0.5), row.elevation);
+}
+
+void CoverageMap::ForEachNeighbour(std::size_t row, int column,
+                                   const std::function<void(std::size_t, int)>& look) const {
+  const int columns = rows_[row].columns;
+  const bool round = extent().width >= 2 * M_PI - 1e-9;
+  for (const int step : {-1, 1}) {
+    const int beside = column + step;
+    if (beside >= 0 && beside < columns)
+      look(row, beside);
+    else if (round)
+      look(row, (beside + columns) % columns);
+    if (step < 0 ? row == 0 : row + 1 == rows_.size()) continue;
+    // Rows have different numbers of columns: all that reach over this one.
+    const std::size_t next = step < 0 ? row - 1 : row + 1;
+    const double per_column = static_cast<double>(rows_[next].columns) / columns;
+    const int last = rows_[next].columns - 1;
+    const int from = std::clamp(static_cast<int>(column * per_column + 1e-9), 0, last);
+    const int to = std::clamp(static_cast<int>((column + 1) * per_column - 1e-9), 0, last);
+    for (int k = from; k <= to; ++k) look(next, k);
+  }
+}
+
+CoverageHole CoverageMap::HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const {
+  std::vector<std::pair<std::size_t, int>> open, frontier{{row, column}};
+  const auto take = [&](std::size_t r, int c) {
+    const std::size_t cell = rows_[r].first_cell + static_cast<std::size_t>(c);
+    if (seen[cell] || cells_[cell].view >= 0) return;
+    seen[cell] = true;
+    frontier.push_back({r, c});
+  };
+  seen[rows_[row].first_cell + static_cast<std::size_t>(column)] = true;
+  CoverageHole hole{.solid_angle_sr = 0, .direction = DirectionOf(rows_[row], column)};
+  Vector3d sum = Vector3d::Zero();
+  while (!frontier.empty()) {
+    const auto [r, c] = frontier.back();
+    frontier.pop_back();
+    open.push_back({r, c});
+    hole.solid_angle_sr += rows_[r].cell_sr;
+    sum += rows_[r].cell_sr * DirectionOf(rows_[r], c);
+    ForEachNeighbour(r, c, take);
+  }
+  for (const auto& [r, c] : open)
+    if (const Vector3d direction = DirectionOf(rows_[r], c); direction.dot(sum) > hole.direction.dot(sum))
+      hole.direction = direction;
+  return hole;
+}
+
+std::vector<CoverageHole> CoverageMap::Holes() const {
+  std::vector<CoverageHole> holes;
+  std::vector<bool> seen(cells_.size());
+  for (std::size_t row = 0; row < rows_.size(); ++row)
+    for (int column = 0; column < rows_[row].columns; ++column)
+      if (const std::size_t cell = rows_[row].first_cell + static_cast<std::size_t>(column);
+          !seen[cell] && cells_[cell].view < 0)
+        holes.push_back(HoleFrom(row, column, seen));
+  std::stable_sort(holes.begin(), holes.end(), [](const CoverageHole& a, const CoverageHole& b) {
+    return a.solid_angle_sr > b.solid_angle_sr;
+  });
+  return holes;
+}
+
+CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,
+                                const CoverageMapOptions& options) {
+  CoverageMeasure measure;
+  if (views.empty()) return measure;
+  RecordedViews recorded(subject);
+  for (const CriterionView& view : views) recorded.Add(view);
+  measure.reference_distance = recorded.MedianDistance();
+  const CapFrame frame((views[0].center_in_world - subject.center_in_world).normalized(),
+                       options.up_in_world.value_or(recorded.MeanUp()));
+  const double disc_radius =
+      DiscRadiusFor(views[0], subject, measure.reference_distance, options.threshold_px);
+  const double wanted = cap.SolidAngle() * std::pow(kDirectionsPerDiscRadius / disc_radius, 2);
+  measure.directions = static_cast<std::size_t>(std::clamp(wanted, 2000.0, kMostDirections));
+
+  // A golden-ratio lattice over azimuth and the sine of elevation: even in solid angle, and no row or column
+  // of it lies on the map's.
+  constexpr double kGolden = 0.6180339887498949;
+  const double highest = std::sin(cap.height / 2);
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < measure.directions; ++i) {
+    const double along = static_cast<double>(i) * kGolden;
+    const double azimuth = cap.width * (along - std::floor(along) - 0.5);
+    const double sine =
+        highest * (2 * (static_cast<double>(i) + 0.5) / static_cast<double>(measure.directions) - 1);
+    const Vector3d direction = frame.Direction(azimuth, std::asin(sine));
+    const CriterionView candidate =
+        views[0].AimedAt(subject.center_in_world,
+                         subject.center_in_world + measure.reference_distance * direction, frame.Up());
+    covered += recorded.Covers(candidate, options.threshold_px);
+  }
+  measure.covered = static_cast<double>(covered) / static_cast<double>(measure.directions);
+  return measure;
+}
+
+CoverageMeasure MeasureCoverage(const LightField& light_field, const Subject& subject, const Cap& cap,
+                                double threshold_px) {
+  return MeasureCoverage(CriterionViews(light_field), subject, cap,
+                         {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
+}
+
+std::vector<CriterionView> CriterionViews(const LightField& light_field) {
+  std::vector<CriterionView> views;
+  for (const View& view : light_field.views)
+    views.push_back(
+        CriterionView::From(light_field.CameraOf(view), view.cam_from_world, light_field.coverage_width_px));
+  return views;
+}
+
+}  // namespace ulf

@@ -1,0 +1,198 @@
+// Which directions around the subject are covered by the recorded views, and whether a new view is.
+//
+// A direction is covered when the viewpoint in it, at the median recorded distance, aimed at the subject,
+// with the capture's own camera, has a bound (criterion.h) within the threshold from some recorded view. The
+// map keeps a grid of directions finer than a third of the radius that one view covers, and paints it around
+// each new view.
+//
+// Directions are unit vectors from the subject's centre, in world coordinates. The cap that a capture is
+// asked for lies around the direction of the first recorded view, in that view's own horizon: azimuth and
+// elevation both are 0 there, and elevation grows towards `up`, so that 60 x 40 degrees is 0.716 sr wherever
+// the first view stands.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+#include "coverage/bound/criterion.h"
+
+namespace ulf {
+
+// Azimuth within width / 2, elevation within height / 2 of the first recorded direction; radians.
+struct Cap {
+  double width = 0;
+  double height = 0;
+  static Cap ParseDegrees(const std::string& text);  // "60x40"; throws UsageError
+  static Cap FromDegrees(const Eigen::Vector2d& width_and_height);
+  static Cap WholeSphere();
+  Eigen::Vector2d Degrees() const;
+  double SolidAngle() const;
+};
+
+// "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it that is wanted, none where it is not said.
+// Throws UsageError.
+struct CapGoal {
+  Cap cap;
+  std::optional<double> share;
+  static CapGoal Parse(const std::string& text);
+};
+
+// Azimuth and elevation about a direction.
+class CapFrame {
+ public:
+  CapFrame(const Eigen::Vector3d& first_direction, const Eigen::Vector3d& up_in_world);
+  struct Angles {
+    double azimuth;    // -pi to pi, growing to the right for who looks at the subject with `up` upwards
+    double elevation;  // -pi/2 to pi/2
+  };
+  Angles Of(const Eigen::Vector3d& direction) const;
+  Eigen::Vector3d Direction(double azimuth, double elevation) const;
+  bool Holds(const Cap& cap, const Eigen::Vector3d& direction) const;
+  const Eigen::Vector3d& Up() const { return up_; }
+
+ private:
+  Eigen::Vector3d forward_, right_, up_;
+};
+
+// The smallest bound and the recorded view that has it; index -1: no view can cover.
+struct CoveringView {
+  double bound_px = std::numeric_limits<double>::infinity();
+  int index = -1;
+};
+
+// Recorded views around one subject, and the exact smallest bound among them: views too far in angle to beat
+// the best so far are passed over by one product each.
+class RecordedViews {
+ public:
+  explicit RecordedViews(const Subject& subject) : subject_(subject) {}
+  void Add(const CriterionView& view);
+  const std::vector<CriterionView>& views() const { return views_; }
+  CoveringView Best(const CriterionView& candidate) const;
+  // As soon as one is within the threshold: enough to know that the candidate is covered.
+  bool Covers(const CriterionView& candidate, double threshold_px) const;
+  double MedianDistance() const;  // from the subject's centre; 0 without views
+  Eigen::Vector3d MeanUp() const;
+
+ private:
+  Subject subject_;
+  std::vector<CriterionView> views_;
+  std::vector<Eigen::Vector3d> directions_;
+};
+
+struct CoverageMapOptions {
+  std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
+  std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
+  double threshold_px = 7;
+  double cells_per_disc_radius = 4;  // finer for pictures
+};
+
+// What is not covered in one piece.
+struct CoverageHole {
+  double solid_angle_sr = 0;
+  Eigen::Vector3d direction;  // of the open place nearest to its middle
+};
+
+class CoverageMap {
+ public:
+  CoverageMap(const Subject& subject, const CoverageMapOptions& options);
+
+  // Paints around `view`. Where the views' median distance or mean up has moved on, everything is painted
+  // anew.
+  void Add(const CriterionView& view);
+  // Other poses for the same views, in order: everything is painted anew.
+  void SetViews(std::span<const CriterionView> views);
+
+  CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
+  bool Covers(const CriterionView& candidate) const {
+    return recorded_.Covers(candidate, options_.threshold_px);
+  }
+
+  // The share of the cap's solid angle that is painted.
+  // 1 only where every cell is.
+  double CoveredShare() const;
+  // Which view paints a direction; index -1 for unpainted. None outside the cap.
+  std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
+  // The grid's cells, row by row.
+  struct CellView {
+    Eigen::Vector3d direction;  // of its middle
+    double solid_angle_sr = 0;
+    CoveringView covering;  // index -1: not covered
+  };
+  void ForEachCell(const std::function<void(const CellView&)>& look) const;
+  // The largest first.
+  std::vector<CoverageHole> Holes() const;
+
+  // What is painted, for drawing: neighbouring cells of a row that one view paints, in runs no wider than
+  // `widest` of azimuth (or one cell). Azimuths and elevations about frame().
+  struct PaintedRun {
+    double left, right, bottom, top;
+    int view;
+  };
+  std::vector<PaintedRun> PaintedRuns(double widest) const;
+
+  const Subject& subject() const { return subject_; }
+  const CoverageMapOptions& options() const { return options_; }
+  const std::vector<CriterionView>& views() const { return recorded_.views(); }
+  const std::optional<CapFrame>& frame() const { return frame_; }  // none before the first view
+  double reference_distance() const { return reference_distance_; }
+  double spacing() const { return spacing_; }  // of the grid, radians
+  // Of a view: what covers less is painted on a grid coarser than a third of it, for the grid's size is
+  // limited.
+  static double FinestDiscRadius(const Cap& cap);
+  Cap extent() const { return options_.cap.value_or(Cap::WholeSphere()); }
+
+ private:
+  struct Row {
+    double elevation;
+    double cell_sr;
+    int columns;
+    std::size_t first_cell;
+  };
+  struct Cell {
+    float bound_px;
+    std::int32_t view;  // -1: not painted
+  };
+  bool GridIsStale() const;
+  // Cells that share an edge with this one.
+  void ForEachNeighbour(std::size_t row, int column,
+                        const std::function<void(std::size_t row, int column)>& look) const;
+  CoverageHole HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const;
+  Eigen::Vector3d DirectionOf(const Row& row, int column) const;
+  void Rebuild();
+  void Paint(int view_index);
+  void PaintRow(const Row& row, int view_index, double azimuth, double half_width, double min_cosine);
+  CriterionView Hypothetical(const Eigen::Vector3d& direction) const;
+
+  Subject subject_;
+  CoverageMapOptions options_;
+  RecordedViews recorded_;
+  std::optional<CapFrame> frame_;
+  double reference_distance_ = 0;
+  double spacing_ = 0, row_height_ = 0;
+  std::vector<Row> rows_;
+  std::vector<Cell> cells_;
+  double painted_sr_ = 0, total_sr_ = 0;
+  std::size_t open_cells_ = 0;
+};
+
+// The same share measured apart from the map: on a finer set of directions of its own, against all views.
+struct CoverageMeasure {
+  double covered = 0;
+  std::size_t directions = 0;
+  double reference_distance = 0;
+};
+CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,
+                                const CoverageMapOptions& options);
+// Of a light field with a subject; the threshold and the coverage image are the options'.
+CoverageMeasure MeasureCoverage(const LightField& light_field, const Subject& subject, const Cap& cap,
+                                double threshold_px);
+
+std::vector<CriterionView> CriterionViews(const LightField& light_field);
+
+}  // namespace ulf

@@ -1,0 +1,107 @@
+// The coverage bound: how far, in pixels of a new view, a recorded view may misplace what it shows of the
+// subject when nothing is known of the subject but its bounding sphere. (Thesis, chapter 4, figure 4-1.)
+//
+// A pixel of the recorded view s is the cone of rays through the circle of one pixel spacing around it. Cut
+// with the sphere, the cone leaves a region in which the pixel's surface point lies; the region's image in
+// the new view n is the set of its possible reprojections, and the longest distance within that image is the
+// pixel's error. The bound is that error at the worst pixel, not at the central one: the central pixel is
+// blind to radial motion.
+//
+// The worst pixel lies in the epipolar plane through the sphere's centre O, so that everything happens in
+// that plane: both cameras become one-dimensional projective cameras, the cone two rays, the region a
+// quadrilateral with two arcs. The region is convex, hence its image ends at a corner or at a point of n's
+// silhouette; all are looked at. Both poses count as they are: a camera that does not aim at O stretches what
+// it sees off its axis.
+//
+// What is infinite: the bound of a pair in which s cannot see the sphere (behind it, out of its frame) or in
+// which part of the region has no image in n (n inside the sphere, O behind n). Infinite means: cannot cover.
+//
+// Frame: world coordinates, any unit. Pixels: those of the coverage image, without distortion. The bound is
+// not symmetric, and of a view with itself it is 2 px, so that a threshold must exceed that. No call
+// allocates.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// A camera and where it stands, in pixels of the coverage image.
+struct CriterionView {
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d cam_from_world = Eigen::Matrix3d::Identity();  // rotation
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  double width = 0, height = 0;  // the frame
+
+  // `camera` without its distortion, resized to `coverage_width_px`.
+  static CriterionView From(const CameraModel& camera, const Rigid3& cam_from_world, int coverage_width_px);
+  // A camera at `center_in_world` that aims at `target_in_world`, with this view's intrinsics.
+  CriterionView AimedAt(const Eigen::Vector3d& target_in_world, const Eigen::Vector3d& center_in_world,
+                        const Eigen::Vector3d& up_in_world) const;
+};
+
+// How the worst pixel is found. All but the first are for study (docs/speed_and_accuracy.md): what they miss,
+// a capture would take for covered.
+enum class BoundSearch {
+  kAsNeeded,      // kParabola where its guess holds, else kScan; other planes where they matter
+  kCentralPixel,  // the thesis's, not searched at all
+  kGuess,         // the closed form's
+  kParabola,      // two parabola steps from there
+  kScan,          // 33 pixels and a golden section
+};
+
+struct CriterionOptions {
+  // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
+  // known.
+  double near_limit = 0;
+  // As soon as the bound is known to reach this, the search ends and what was found, at least this much, is
+  // returned.
+  double give_up_px = std::numeric_limits<double>::infinity();
+  BoundSearch search = BoundSearch::kAsNeeded;
+};
+
+// The bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.
+double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
+               const CriterionOptions& options = {});
+
+// The same at the pixel whose image coordinate along the epipolar line, counted from the centre's image
+// towards the candidate's side, is `pixel_px`; 0 is the thesis's central pixel. For study and tests.
+double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
+                      double pixel_px, const CriterionOptions& options = {});
+
+// No camera farther than this angle (seen from the centre) from the candidate can cover it: its sine. Above
+// 1: any may.
+double MaxCoveringSine(const CriterionView& candidate, const Subject& subject, double threshold_px);
+
+// What a capture is asked for, before there are views: a camera of `focal_px` (in the coverage image) at
+// `distance` from the centre of a sphere of `radius`.
+struct CriterionSetup {
+  double focal_px = 0;
+  double distance = 0;
+  double radius = 0;
+  double threshold_px = 7;
+};
+
+// The bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at
+// `distance_ratio` times that.
+double AimedBoundPx(const CriterionSetup& setup, double angle, double distance_ratio);
+
+// How far around a recorded view the candidates at `distance_ratio` times its distance are covered: the angle
+// seen from the centre, radians. None where not even the same direction is; pi where every direction is.
+std::optional<double> DiscRadius(const CriterionSetup& setup, double distance_ratio = 1);
+
+// How much nearer and farther than the recorded view a candidate in the same direction may be: ratios of new
+// distance to recorded distance at the first crossing of the threshold on each side. None: no limit on that
+// side.
+struct DistanceLimits {
+  std::optional<double> near;
+  std::optional<double> far;
+};
+std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup);
+
+}  // namespace ulf

@@ -1,0 +1,167 @@
+#include "coverage/bound/open_directions.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kCellWidth = 0.5, kCellHeight = 0.25;  // disc radii
+constexpr double kMostCells = 2e5;
+constexpr std::size_t kFewestCellsInTurn = 100, kMostCellsInTurn = 1500;
+constexpr double kCallsForAll = 16;  // while that stays within the numbers above
+constexpr double kBeyondViews = 3;   // without a cap: disc radii around what is recorded
+constexpr double kNearlyFull = 0.97;
+
+double DiscRadiusOf(const CoverageMap& map) { return map.spacing() * map.options().cells_per_disc_radius; }
+
+}  // namespace
+
+void OpenDirections::Follow(const CoverageMap& map) {
+  const bool other =
+      !frame_ || subject_ != map.subject() || cap_.has_value() != map.options().cap.has_value() ||
+      std::abs(DiscRadiusOf(map) / disc_radius_ - 1) > 0.05 || map.views().size() < known_views_;
+  if (other) {
+    subject_ = map.subject();
+    cap_ = map.options().cap;
+    disc_radius_ = DiscRadiusOf(map);
+    left_ = width_ = bottom_ = height_ = 0;
+  }
+  frame_ = map.frame();
+  if (GrowsWith(map) || other) return Lay(map);
+  for (; known_views_ < map.views().size(); ++known_views_) LookAround(map, map.views()[known_views_]);
+  const std::size_t in_turn =
+      std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / kCallsForAll),
+                 kFewestCellsInTurn, kMostCellsInTurn);
+  for (std::size_t i = 0; i < std::min(in_turn, open_.size()); ++i, ++next_cell_) {
+    next_cell_ %= open_.size();
+    const auto rows = static_cast<std::size_t>(rows_);
+    Look(map, static_cast<int>(next_cell_ / rows), static_cast<int>(next_cell_ % rows));
+  }
+}
+
+// True when the grid has to be laid anew.
+bool OpenDirections::GrowsWith(const CoverageMap& map) {
+  if (cap_) {
+    left_ = -cap_->width / 2, width_ = cap_->width;
+    bottom_ = -cap_->height / 2, height_ = cap_->height;
+    return false;  // Follow() sees a new one
+  }
+  const double margin = kBeyondViews * disc_radius_;
+  double left = left_, right = left_ + width_, bottom = bottom_, top = bottom_ + height_;
+  if (width_ > 0 && open_sr_ < (1 - kNearlyFull) * total_sr_)
+    left -= margin, right += margin, bottom -= margin, top += margin;
+  if (width_ == 0) left = -2 * margin, right = 2 * margin, bottom = -margin, top = margin;
+  for (std::size_t i = width_ == 0 ? 0 : known_views_; i < map.views().size(); ++i) {
+    const Vector3d offset = map.views()[i].center_in_world - subject_.center_in_world;
+    if (!(offset.norm() > 0)) continue;
+    const CapFrame::Angles at = frame_->Of(offset.normalized());
+    const double wide = margin / std::max(0.1, std::cos(at.elevation));
+    if (at.azimuth < left) left = at.azimuth - wide;
+    if (at.azimuth > right) right = at.azimuth + wide;
+    if (at.elevation < bottom) bottom = at.elevation - margin;
+    if (at.elevation > top) top = at.elevation + margin;
+  }
+  constexpr double kNearlyRound = 1.7 * M_PI;
+  if (right - left > kNearlyRound) left = -M_PI, right = M_PI;
+  bottom = std::max(bottom, -M_PI / 2), top = std::min(top, M_PI / 2);
+  const bool grown =
+      left != left_ || right != left_ + width_ || bottom != bottom_ || top != bottom_ + height_;
+  left_ = left, width_ = right - left, bottom_ = bottom, height_ = top - bottom;
+  return grown;
+}
+
+void OpenDirections::Lay(const CoverageMap& map) {
+  const double cells = width_ * height_ / (kCellWidth * kCellHeight * disc_radius_ * disc_radius_);
+  const double coarser = std::max(1.0, std::sqrt(cells / kMostCells));
+  columns_ = std::max(1, static_cast<int>(std::ceil(width_ / (coarser * kCellWidth * disc_radius_))));
+  rows_ = std::max(1, static_cast<int>(std::ceil(height_ / (coarser * kCellHeight * disc_radius_))));
+  open_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
+  total_sr_ = open_sr_ = 0;
+  for (int row = 0; row < rows_; ++row) total_sr_ += columns_ * CellSr(row);
+  for (int column = 0; column < columns_; ++column)
+    for (int row = 0; row < rows_; ++row) Look(map, column, row);
+  known_views_ = map.views().size();
+  next_cell_ = 0;
+}
+
+double OpenDirections::CellSr(int row) const {
+  const double low = bottom_ + row * height_ / rows_;
+  return column_width() * (std::sin(low + height_ / rows_) - std::sin(low));
+}
+
+void OpenDirections::Look(const CoverageMap& map, int column, int row) {
+  const Vector3d direction = frame_->Direction(Azimuth(column), bottom_ + (row + 0.5) * height_ / rows_);
+  const auto covering = map.At(direction);
+  const std::uint8_t open = covering && covering->index < 0 ? 1 : 0;
+  std::uint8_t& cell = open_[Index(column, row)];
+  if (open != cell) open_sr_ += open ? CellSr(row) : -CellSr(row);
+  cell = open;
+}
+
+void OpenDirections::LookAround(const CoverageMap& map, const CriterionView& view) {
+  const Vector3d offset = view.center_in_world - subject_.center_in_world;
+  if (!(offset.norm() > 0)) return;
+  const CapFrame::Angles at = frame_->Of(offset.normalized());
+  const double reach = 1.2 * disc_radius_;
+  const double wide = reach / std::max(0.02, std::cos(at.elevation));
+  const int columns = std::min(columns_ / 2, static_cast<int>(wide / column_width())) + 1;
+  const int middle = ColumnOf(at.azimuth);
+  for (int step = -columns; step <= columns; ++step)
+    if (const auto column = Wrapped(middle + step))
+      for (int row = std::max(0, RowOf(at.elevation - reach));
+           row <= std::min(rows_ - 1, RowOf(at.elevation + reach)); ++row)
+        Look(map, *column, row);
+}
+
+int OpenDirections::ColumnOf(double azimuth) const {
+  return static_cast<int>(std::floor((azimuth - left_) / column_width()));
+}
+
+int OpenDirections::RowOf(double elevation) const {
+  return static_cast<int>(std::floor((elevation - bottom_) / height_ * rows_));
+}
+
+std::optional<int> OpenDirections::Wrapped(int column) const {
+  if (width_ > 2 * M_PI - 1e-9) return (column % columns_ + columns_) % columns_;
+  if (column < 0 || column >= columns_) return std::nullopt;
+  return column;
+}
+
+std::vector<OpenDirections::Run> OpenDirections::Runs(int column) const {
+  std::vector<Run> runs;
+  const double step = height_ / rows_;
+  for (int row = 0; row < rows_; ++row) {
+    if (!open_[Index(column, row)]) continue;
+    const int first = row;
+    while (row + 1 < rows_ && open_[Index(column, row + 1)]) ++row;
+    runs.push_back({bottom_ + first * step, bottom_ + (row + 1) * step});
+  }
+  return runs;
+}
+
+double OpenDirections::Gain(double azimuth, double elevation) const {
+  const double reach = 0.9 * disc_radius_;
+  const double cosine = std::max(0.02, std::cos(elevation));
+  const int columns = std::min(columns_ / 2, static_cast<int>(reach / cosine / column_width()) + 1);
+  const int middle = ColumnOf(azimuth);
+  double open = 0, inside = 0;
+  for (int step = -columns; step <= columns; ++step) {
+    const auto column = Wrapped(middle + step);
+    if (!column) continue;
+    const double across =
+        ((middle + step - (azimuth - left_) / column_width()) + 0.5) * column_width() * cosine;
+    if (std::abs(across) > reach) continue;
+    const double half = std::sqrt(reach * reach - across * across);
+    for (int row = std::max(0, RowOf(elevation - half)); row <= std::min(rows_ - 1, RowOf(elevation + half));
+         ++row) {
+      inside += CellSr(row);
+      if (open_[Index(*column, row)]) open += CellSr(row);
+    }
+  }
+  return open / (0.5 * std::max(inside, M_PI * reach * reach) + 0.5 * inside + 1e-300);
+}
+
+}  // namespace ulf

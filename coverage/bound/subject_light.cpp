@@ -1,0 +1,63 @@
+#include "coverage/bound/subject_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+// A pixel's brightest channel as it is stored, 0 to 1.
+float Brightness(const Image& image, int x, int y) {
+  const cv::Mat& pixels = image.pixels;
+  const int channels = pixels.channels();
+  float brightest = 0;
+  for (int c = 0; c < channels; ++c) {
+    const int i = x * channels + c;
+    float value;
+    if (pixels.depth() == CV_8U)
+      value = static_cast<float>(pixels.ptr<std::uint8_t>(y)[i]) / 255.0f;
+    else if (pixels.depth() == CV_16U)
+      value = static_cast<float>(pixels.ptr<std::uint16_t>(y)[i]) / 65535.0f;
+    else
+      value = pixels.ptr<float>(y)[i];
+    brightest = std::max(brightest, value);
+  }
+  return brightest;
+}
+
+}  // namespace
+
+std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Eigen::Vector2d>& outline) {
+  Eigen::Vector2d low = outline[0], high = outline[0];
+  for (const Eigen::Vector2d& corner : outline) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+  }
+  constexpr float kClipped = 0.995f;
+  constexpr int kSamplesAcross = 40;
+  const double step = std::max(1.0, (high - low).maxCoeff() / kSamplesAcross);
+  const Eigen::Vector2d middle = 0.5 * (low + high), half = 0.5 * (high - low);
+  const bool linear = image.transfer == Transfer::kLinear;
+  std::vector<float> values;
+  std::size_t clipped = 0;
+  double sum = 0;
+  for (double v = low.y(); v < high.y(); v += step)
+    for (double u = low.x(); u < high.x(); u += step) {
+      const Eigen::Vector2d from_middle = (Eigen::Vector2d(u, v) - middle).cwiseQuotient(half);
+      if (from_middle.squaredNorm() > 1) continue;
+      const int x = std::clamp(static_cast<int>(u), 0, image.width() - 1);
+      const int y = std::clamp(static_cast<int>(v), 0, image.height() - 1);
+      values.push_back(Brightness(image, x, y));
+      clipped += (linear ? SrgbFromLinear(values.back()) : values.back()) >= kClipped;
+      sum += linear ? values.back() : LinearFromSrgb(values.back());
+    }
+  if (values.empty()) return std::nullopt;
+  const auto bright = values.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), bright, values.end());
+  const auto count = static_cast<double>(values.size());
+  return SubjectLight{.clipped_share = static_cast<double>(clipped) / count,
+                      .brightest_tenth = linear ? SrgbFromLinear(*bright) : *bright,
+                      .mean_linear = sum / count};
+}
+
+}  // namespace ulf

@@ -1,0 +1,22 @@
+// How bright the subject's image is, from a coarse grid of pixels inside its outline.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace ulf {
+
+// Of each pixel's brightest channel.
+struct SubjectLight {
+  double clipped_share = 0;
+  double brightest_tenth = 0;  // where it begins, display-encoded, 0 to 1
+  double mean_linear = 0;
+};
+
+// None where the outline holds no pixel.
+std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Eigen::Vector2d>& outline);
+
+}  // namespace ulf

@@ -1,0 +1,107 @@
+#include "coverage/bound/view_decision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "coverage/bound/sphere_outline.h"
+#include "coverage/bound/subject_light.h"
+
+namespace ulf {
+namespace {
+
+struct ReasonTexts {
+  const char* name;
+  const char* words;
+};
+// In the order of Reason.
+constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
+    {"recorded", "recorded"},
+    {"covered", "covered already"},
+    {"outside_rectangle", "subject outside the safety rectangle"},
+    {"behind", "subject behind the camera"},
+    {"inside_sphere", "camera inside the subject"},
+    {"tracking", "position or subject not known yet"},
+    {"blur", "blurred"},
+    {"exposure", "badly exposed"},
+    {"unsettled", "exposure still changing"},
+    {"speed", "too fast"},
+    {"spool", "disk too slow"},
+    {"disk", "disk full"},
+    {"still", "photograph being taken"},
+    {"paused", "recording paused"},
+}};
+
+bool IsWellExposed(const SubjectLight& light, const DecisionLimits& limits) {
+  return light.clipped_share <= limits.max_clipped_share && light.brightest_tenth >= limits.min_brightest;
+}
+
+double MotionBlurPx(const FrameToDecide& input) {
+  if (input.frame_period_s <= 0 || input.frame.exposure_s <= 0) return 0;
+  const double scale = static_cast<double>(input.coverage_width_px) / input.camera.width;
+  return input.track.speed_px * scale * input.frame.exposure_s / input.frame_period_s;
+}
+
+// What is wrong with the picture of a place that is wanted; kRecorded: nothing.
+Reason OfThePicture(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
+                    const DecisionLimits& limits) {
+  const auto light = LightInside(input.frame.image, outline);
+  if (light && !IsWellExposed(*light, limits)) return Reason::kExposure;
+  if (!input.exposure_settled) return Reason::kUnsettled;
+  if (MotionBlurPx(input) > limits.max_motion_blur_px) return Reason::kSpeed;
+  if (input.track.sharpness < limits.min_sharpness) return Reason::kBlur;
+  return Reason::kRecorded;
+}
+
+}  // namespace
+
+const char* Name(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].name; }
+const char* InWords(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].words; }
+
+std::string InWords(const std::string& name) {
+  const auto known =
+      std::find_if(kTexts.begin(), kTexts.end(), [&](const auto& text) { return name == text.name; });
+  return known == kTexts.end() ? name : known->words;
+}
+
+double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {
+  return focal_px * center_sigma * radius / (distance * (distance - radius));
+}
+
+Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
+  const Track& track = input.track;
+  const bool tracked = track.state == TrackState::kTracking && !track.skipped && track.cam_from_world;
+  if (!tracked || !map) return {Reason::kTracking, {}};
+
+  const Rigid3& cam_from_world = *track.cam_from_world;
+  const Subject& subject = map->subject();
+  const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
+  if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere, {}};
+  const CriterionView candidate = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px);
+  if (track.center_sigma && PoseErrorPx(*track.center_sigma, candidate.fx, center_in_cam.norm(),
+                                        subject.radius) > limits.max_pose_error_px)
+    return {Reason::kTracking, {}};
+  if (center_in_cam.z() <= 0) return {Reason::kBehind, {}};
+  const auto outline = SphereOutline(input.camera, cam_from_world, subject);
+  if (!outline || !SafetyRectangle::Of(input.camera, limits.rectangle_share).Holds(*outline))
+    return {Reason::kOutsideRectangle, {}};
+
+  const CoveringView best = map->Best(candidate);
+  const std::optional<double> bound_px =
+      std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
+  if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};
+
+  return {OfThePicture(input, *outline, limits), bound_px};
+}
+
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
+  constexpr double kSureEnough = 0.5;  // of the quality: an error of a hundredth of the distance
+  const Track& track = input.track;
+  if (track.state != TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
+  if (track.center_sigma && track.quality < kSureEnough) return {};
+  if (shown_already) return {Reason::kCovered, {}};
+  const double width = input.camera.width, height = input.camera.height;
+  return {OfThePicture(input, {{0, 0}, {width, height}}, limits), {}};
+}
+
+}  // namespace ulf

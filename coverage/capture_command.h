@@ -1,7 +1,0 @@
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen);
-}

@@ -1,8 +1,0 @@
-// All subcommands, in the order in which the help lists them.
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddCommands(CLI::App& app, ChosenCommand& chosen);
-}

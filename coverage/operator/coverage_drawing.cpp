@@ -1,0 +1,280 @@
+#include "coverage/operator/coverage_drawing.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <variant>
+#include <vector>
+
+#include "core/base/counted.h"
+#include "coverage/operator/overlay.h"
+#include "coverage/operator/palette.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+const cv::Scalar kWhite(255, 255, 255), kInk(45, 45, 45), kCamera(40, 30, 235);
+constexpr int kSubpixelBits = 4;
+
+cv::Point Subpixel(const Vector2d& img) {
+  // OpenCV draws with pixel centres at integers.
+  const double scale = 1 << kSubpixelBits;
+  return {static_cast<int>(std::lround((img.x() - 0.5) * scale)),
+          static_cast<int>(std::lround((img.y() - 0.5) * scale))};
+}
+
+void Line(cv::Mat& image, const Vector2d& a, const Vector2d& b, const cv::Scalar& color, int thickness = 1) {
+  cv::line(image, Subpixel(a), Subpixel(b), color, thickness, cv::LINE_AA, kSubpixelBits);
+}
+
+// A disc with smooth edges at any size; OpenCV's small circles are crosses.
+void Disc(cv::Mat& image, const Vector2d& at, double radius, const cv::Scalar& color) {
+  const cv::Vec3f paint(static_cast<float>(color[0]), static_cast<float>(color[1]),
+                        static_cast<float>(color[2]));
+  const cv::Rect box =
+      cv::Rect(cv::Point(static_cast<int>(at.x() - radius - 1), static_cast<int>(at.y() - radius - 1)),
+               cv::Point(static_cast<int>(at.x() + radius + 2), static_cast<int>(at.y() + radius + 2))) &
+      cv::Rect({}, image.size());
+  for (int y = box.y; y < box.br().y; ++y)
+    for (int x = box.x; x < box.br().x; ++x) {
+      const double distance = std::hypot(x + 0.5 - at.x(), y + 0.5 - at.y());
+      const auto opacity = static_cast<float>(std::clamp(radius + 0.5 - distance, 0.0, 1.0));
+      auto& pixel = image.at<cv::Vec3b>(y, x);
+      pixel = cv::Vec3b((1 - opacity) * cv::Vec3f(pixel) + opacity * paint);
+    }
+}
+
+void Text(cv::Mat& image, const std::string& text, const Vector2d& at, double size, const cv::Scalar& color,
+          double align = 0) {
+  int baseline = 0;
+  const cv::Size extent = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline);
+  cv::putText(image, text, {static_cast<int>(at.x() - align * extent.width), static_cast<int>(at.y())},
+              cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
+}
+
+cv::Vec3f Paint(const Rgba& color) {
+  return {static_cast<float>(color.b), static_cast<float>(color.g), static_cast<float>(color.r)};
+}
+
+Vector3d DirectionOf(const CoverageMap& map, const Vector3d& position_in_world) {
+  return (position_in_world - map.subject().center_in_world).normalized();
+}
+
+// ---- the chart
+
+struct Chart {
+  double left, right, bottom, top;  // radians
+  cv::Rect2d area;                  // pixels
+  Vector2d ImgOf(double azimuth, double elevation) const {
+    return {area.x + (azimuth - left) / (right - left) * area.width,
+            area.y + (top - elevation) / (top - bottom) * area.height};
+  }
+};
+
+Chart LayOut(const CoverageMap& map, int width) {
+  double half_width = 0, half_height = 0;
+  if (map.options().cap) {
+    half_width = 0.5 * map.options().cap->width;
+    half_height = 0.5 * map.options().cap->height;
+  } else {
+    for (const CriterionView& view : map.views()) {
+      const CapFrame::Angles angles = map.frame()->Of(DirectionOf(map, view.center_in_world));
+      half_width = std::max(half_width, std::abs(angles.azimuth));
+      half_height = std::max(half_height, std::abs(angles.elevation));
+    }
+  }
+  const double margin = std::max(4 * M_PI / 180, 0.12 * half_height);
+  half_width = std::min(M_PI, half_width + margin);
+  half_height = std::min(M_PI / 2, std::max(half_height + margin, 0.25 * half_width));
+  const double pixels = width - 76;
+  return {-half_width, half_width, -half_height, half_height,
+          cv::Rect2d(52, 40, pixels, std::round(pixels * half_height / half_width))};
+}
+
+void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, const DistanceColors& colors) {
+  const cv::Vec3f outside(232, 232, 232), uncovered(196, 196, 196);
+  constexpr int kSamples = 2;  // a side: smooth edges
+  for (int y = 0; y < static_cast<int>(chart.area.height); ++y)
+    for (int x = 0; x < static_cast<int>(chart.area.width); ++x) {
+      cv::Vec3f sum(0, 0, 0);
+      for (int k = 0; k < kSamples * kSamples; ++k) {
+        const double u = x + (k % kSamples + 0.5) / kSamples, v = y + (k / kSamples + 0.5) / kSamples;
+        const double azimuth = chart.left + u / chart.area.width * (chart.right - chart.left);
+        const double elevation = chart.top - v / chart.area.height * (chart.top - chart.bottom);
+        const auto paint = map.At(map.frame()->Direction(azimuth, elevation));
+        sum += !paint             ? outside
+               : paint->index < 0 ? uncovered
+                                  : Paint(colors.Of(map.views()[static_cast<std::size_t>(paint->index)]));
+      }
+      canvas.at<cv::Vec3b>(static_cast<int>(chart.area.y) + y, static_cast<int>(chart.area.x) + x) =
+          sum / float{kSamples * kSamples};
+    }
+}
+
+void DrawGraticule(cv::Mat& canvas, const Chart& chart) {
+  const double span_deg = (chart.right - chart.left) * 180 / M_PI;
+  const double step_deg = span_deg > 200 ? 45 : span_deg > 90 ? 20 : span_deg > 25 ? 10 : 5;
+  const double step = step_deg * M_PI / 180;
+  const cv::Scalar line(168, 168, 168);
+  for (int i = static_cast<int>(std::ceil(chart.left / step)); i * step <= chart.right; ++i) {
+    Line(canvas, chart.ImgOf(i * step, chart.bottom), chart.ImgOf(i * step, chart.top), line);
+    Text(canvas, fmt::format("{:g}", i * step_deg), chart.ImgOf(i * step, chart.bottom) + Vector2d(0, 16),
+         0.4, kInk, 0.5);
+  }
+  for (int i = static_cast<int>(std::ceil(chart.bottom / step)); i * step <= chart.top; ++i) {
+    Line(canvas, chart.ImgOf(chart.left, i * step), chart.ImgOf(chart.right, i * step), line);
+    Text(canvas, fmt::format("{:g}", i * step_deg), chart.ImgOf(chart.left, i * step) + Vector2d(-6, 4), 0.4,
+         kInk, 1);
+  }
+}
+
+void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
+  const double x = 0.5 * cap.width, y = 0.5 * cap.height;
+  const Vector2d corners[] = {chart.ImgOf(-x, y), chart.ImgOf(x, y), chart.ImgOf(x, -y), chart.ImgOf(-x, -y)};
+  for (int i = 0; i < 4; ++i) Line(canvas, corners[i], corners[(i + 1) % 4], kInk, 2);
+}
+
+void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
+  const double y = chart.area.y + chart.area.height + 38;
+  double x = chart.area.x;
+  const Palette& palette = Palette::Standard();
+  const auto patch = [&](const cv::Vec3f& color, const std::string& text) {
+    cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
+                  cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
+    Text(canvas, text, {x + 20, y}, 0.42, kInk);
+    int baseline = 0;
+    x += 20 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
+  };
+  const std::string against = against_current ? "than now" : "than the median";
+  patch(Paint(palette.same), "recorded at the same distance");
+  patch(Paint(palette.farther), "farther " + against);
+  patch(Paint(palette.nearer), "nearer");
+  patch(cv::Vec3f(196, 196, 196), "not covered");
+  Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
+  Text(canvas, "recorded view", {x + 12, y}, 0.42, kInk);
+  if (!against_current) return;
+  Disc(canvas, {x + 120, y - 4}, 5, kCamera);
+  Text(canvas, "camera", {x + 130, y}, 0.42, kInk);
+}
+
+// ---- the sphere over the live image
+
+cv::Scalar Bgr(const Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
+
+// Draws shapes of one opacity on a copy, which is then laid over the image.
+class ShapePainter {
+ public:
+  ShapePainter(cv::Mat& image, double scale) : image_(image), scale_(scale) {}
+  ~ShapePainter() { LayDown(); }
+  ShapePainter(const ShapePainter&) = delete;
+  ShapePainter& operator=(const ShapePainter&) = delete;
+
+  void operator()(const Polyline& line) {
+    cv::Mat& layer = Layer(line.color);
+    const int thickness = std::max(1, static_cast<int>(std::lround(line.width * scale_)));
+    for (std::size_t i = 0; i + (line.closed ? 0 : 1) < line.img.size(); ++i)
+      Line(layer, line.img[i], line.img[(i + 1) % line.img.size()], Bgr(line.color), thickness);
+  }
+  void operator()(const Polygon& polygon) { Fill(polygon.img, polygon.color, cv::LINE_AA); }
+  void operator()(const Patch& patch) { Fill({patch.img.begin(), patch.img.end()}, patch.color, cv::LINE_8); }
+  void operator()(const Spot& spot) {
+    Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color));
+  }
+  void operator()(const Label&) {}  // words are for the display
+
+ private:
+  void Fill(const std::vector<Vector2d>& img, const Rgba& color, int kind) {
+    std::vector<cv::Point> corners;
+    for (const Vector2d& corner : img) corners.push_back(Subpixel(corner));
+    cv::fillConvexPoly(Layer(color), corners, Bgr(color), kind, kSubpixelBits);
+  }
+  cv::Mat& Layer(const Rgba& color) {
+    if (layer_.empty() || color.a != opacity_) {
+      LayDown();
+      layer_ = image_.clone();
+      opacity_ = color.a;
+    }
+    return layer_;
+  }
+  void LayDown() {
+    if (!layer_.empty()) cv::addWeighted(layer_, opacity_ / 255.0, image_, 1 - opacity_ / 255.0, 0, image_);
+    layer_.release();
+  }
+
+  cv::Mat& image_;
+  double scale_;
+  cv::Mat layer_;
+  std::uint8_t opacity_ = 255;
+};
+
+}  // namespace
+
+CoverageMap RefinedForPictures(const CoverageMap& map) {
+  CoverageMapOptions options = map.options();
+  options.cells_per_disc_radius = 16;
+  CoverageMap refined(map.subject(), options);
+  refined.SetViews(map.views());
+  return refined;
+}
+
+cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture) {
+  if (!map.frame()) {
+    cv::Mat empty(picture.width / 2, picture.width, CV_8UC3, cv::Scalar::all(250));
+    Text(empty, "nothing recorded yet", {0.5 * picture.width, 0.25 * picture.width}, 0.6, kInk, 0.5);
+    return empty;
+  }
+  const Chart chart = LayOut(map, picture.width);
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + 54, picture.width, CV_8UC3, cv::Scalar::all(250));
+  std::optional<Vector3d> camera_in_world;
+  if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
+  const double distance =
+      camera_in_world ? (*camera_in_world - map.subject().center_in_world).norm() : map.reference_distance();
+  PaintChart(canvas, chart, map, DistanceColors(map, distance, Palette::Standard()));
+  DrawGraticule(canvas, chart);
+  if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
+  for (const CriterionView& view : map.views()) {
+    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
+    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
+  }
+  if (camera_in_world) {
+    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, *camera_in_world));
+    Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 6.5, kWhite);
+    Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 5, kCamera);
+  }
+  std::string caption = picture.caption;
+  if (caption.empty()) {
+    caption =
+        fmt::format("{}, within {:g} px", Counted(map.views().size(), "view"), map.options().threshold_px);
+    if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
+  }
+  Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
+  DrawLegend(canvas, chart, camera_in_world.has_value());
+  return canvas;
+}
+
+cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
+                    const CoverageMap& map, double rectangle_share) {
+  CaptureState state;
+  state.camera = camera;
+  state.tracking = TrackState::kTracking;
+  state.cam_from_world = cam_from_world;
+  state.subject = map.subject();
+  state.rectangle_share = rectangle_share;
+  state.coverage = {std::shared_ptr<const CoverageMap>(), &map};
+  cv::Mat image = live.clone();
+  {
+    ShapePainter painter(image, std::max(1.0, camera.width / 1280.0));
+    for (const OverlayShape& shape : MakeOverlay(state)) std::visit(painter, shape);
+  }
+  return image;
+}
+
+}  // namespace ulf

@@ -1,0 +1,35 @@
+// The coverage map as pictures: a chart of directions, and the painted sphere over the camera's own image
+// (thesis, figure 3-1). Drawn on the CPU with OpenCV.
+//
+// Colours tell the recorded view's distance against the current one: green the same, red farther, blue
+// nearer; full red and full blue are where the current distance would leave the criterion's distance window.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "coverage/bound/coverage_map.h"
+
+namespace ulf {
+
+struct CoverageMapPicture {
+  int width = 960;
+  std::optional<Rigid3> cam_from_world;  // the current camera; none: distances are told against the median
+  std::string caption;                   // one line above the chart
+};
+
+// The same map on a grid fine enough for a picture. Takes some tenths of a second.
+CoverageMap RefinedForPictures(const CoverageMap& map);
+
+// Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
+// was recorded, without one) and a margin.
+cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture = {});
+
+// `live`: 8-bit B, G, R, as the camera sees it, taken from `cam_from_world`. The safety rectangle is white
+// while it holds the sphere, red otherwise.
+cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
+                    const CoverageMap& map, double rectangle_share = 0.8);
+
+}  // namespace ulf

@@ -1,0 +1,97 @@
+#include "coverage/session/cap_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace ulf {
+namespace {
+
+constexpr double kStep = 2 * M_PI / 180;  // less is a hand's trembling
+constexpr double kWorthGaining = 0.002;   // of the cap
+
+// Twice there and back again along both sides, which finds every hole of a cap that can be reached.
+double WayWithoutHope(const Cap& cap) { return std::max(2 * (cap.width + cap.height), M_PI / 2); }
+
+std::string OpenInWords(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0); }
+
+std::string Where(const CoverageMap& map) {
+  const std::vector<CoverageHole> holes = map.Holes();
+  if (holes.empty() || !map.frame()) return "";
+  const CapFrame::Angles at = map.frame()->Of(holes[0].direction);
+  const auto side = [](double radians, const char* positive, const char* negative) {
+    return fmt::format("{:.0f}° {}", std::abs(radians) * 180 / M_PI, radians < 0 ? negative : positive);
+  };
+  return fmt::format(", mostly {} and {} of the first view", side(at.azimuth, "right", "left"),
+                     side(at.elevation, "up", "down"));
+}
+
+}  // namespace
+
+// The map says where it is worth measuring; the measure decides.
+std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
+  if (!map.frame()) return std::nullopt;
+  constexpr int kSizes = 50;
+  std::vector<double> painted(kSizes, 0), whole(kSizes, 0);  // by the smallest size that holds a cell
+  map.ForEachCell([&](const CoverageMap::CellView& cell) {
+    const CapFrame::Angles at = map.frame()->Of(cell.direction);
+    const double size = std::max(2 * std::abs(at.azimuth) / map.extent().width,
+                                 2 * std::abs(at.elevation) / map.extent().height);
+    const auto index = static_cast<std::size_t>(std::clamp(size * kSizes, 0.0, kSizes - 1.0));
+    whole[index] += cell.solid_angle_sr;
+    if (cell.covering.index >= 0) painted[index] += cell.solid_angle_sr;
+  });
+  for (int i = 1; i < kSizes; ++i) {
+    painted[static_cast<std::size_t>(i)] += painted[static_cast<std::size_t>(i) - 1];
+    whole[static_cast<std::size_t>(i)] += whole[static_cast<std::size_t>(i) - 1];
+  }
+  const Eigen::Vector2d asked_deg = map.extent().Degrees();
+  for (int i = kSizes - 1; i >= 0; --i) {
+    if (painted[static_cast<std::size_t>(i)] < share * whole[static_cast<std::size_t>(i)]) continue;
+    const Eigen::Vector2d degrees = ((i + 1.0) / kSizes * asked_deg).array().floor();
+    if (degrees.minCoeff() < 1) return std::nullopt;
+    const Cap cap = Cap::FromDegrees(degrees);
+    if (MeasureCoverage(map.views(), map.subject(), cap, map.options()).covered >= share) return cap;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
+                                           bool would_record) {
+  if (!map.options().cap || map.views().empty()) return std::nullopt;
+  const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
+  const double covered = map.CoveredShare();
+  if (covered >= share_ || covered > most_covered_ + kWorthGaining ||
+      covered < most_covered_ - kWorthGaining) {  // taken back, or a subject placed anew: begun again
+    most_covered_ = covered;
+    from_ = direction;
+    way_ = 0;
+    said_ = false;
+    return std::nullopt;
+  }
+  if (!would_record) {
+    from_ = direction;
+    return std::nullopt;
+  }
+  const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
+  if (!from_ || step >= kStep) {
+    from_ = direction;
+    way_ += step;
+  }
+  const Cap& cap = *map.options().cap;
+  if (said_ || way_ < WayWithoutHope(cap)) return std::nullopt;
+  said_ = true;
+  const std::optional<Cap> there = LargestCovered(map, share_);
+  std::string smaller = "ask for a smaller cap";
+  if (there) {
+    const Eigen::Vector2d degrees = there->Degrees();
+    smaller = fmt::format("resume with --until-covered {:.0f}x{:.0f}, which is covered to {:g} %",
+                          degrees.x(), degrees.y(), 100 * share_);
+  }
+  return fmt::format("no new coverage in the last {:.0f}° of movement; {} still open{}. Finish now, or {}",
+                     way_ * 180 / M_PI, OpenInWords(1 - covered), Where(map), smaller);
+}
+
+}  // namespace ulf

@@ -1,0 +1,82 @@
+#include "coverage/session/capture_gaps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "coverage/bound/view_decision.h"
+
+namespace ulf {
+namespace {
+
+// What is over within moments (a slow disk that catches up, a blink of the tracker) is not worth a word.
+constexpr double kShortest_s = 0.5;
+
+}  // namespace
+
+void CaptureGaps::Close(std::optional<Open>& gap, double to_s) {
+  if (gap) spool_.NoteGap(gap->from_s, to_s, gap->reason);
+  gap.reset();
+}
+
+// Written down so that a review can show it; before the first pose nothing is missing yet.
+void CaptureGaps::Tracking(bool tracked, double now_s) {
+  tracked_before_ |= tracked;
+  if (!tracked && tracked_before_ && !tracking_) tracking_ = Open{now_s, Name(Reason::kTracking)};
+  if (!tracked || !tracking_) return;
+  if (now_s - tracking_->from_s < kShortest_s) tracking_.reset();
+  Close(tracking_, now_s);
+}
+
+void CaptureGaps::DeviceFaulted(double since_s, const std::string& reason) {
+  if (!device_) device_ = Open{since_s, "device: " + reason};
+}
+
+// A camera may stop for seconds and go on by itself: no fault to its driver, a gap all the same.
+void CaptureGaps::FrameCame(double device_time_s, bool device_is_live, double frame_period_s) {
+  if (last_frame_s_ && device_is_live && frame_period_s > 0 &&
+      device_time_s - *last_frame_s_ > std::max(kShortest_s, 10 * frame_period_s))
+    DeviceFaulted(*last_frame_s_, "no frames");
+  Close(device_, device_time_s);
+  last_frame_s_ = device_time_s;
+}
+
+void CaptureGaps::Disk(const std::optional<SpoolPause>& pause, double now_s) {
+  if (!pause) return EndDisk(now_s, false);
+  if (!disk_) disk_ = Open{now_s, pause->words};
+  if (disk_->said || now_s - disk_->from_s < kShortest_s) return;
+  disk_->said = true;
+  say_("recording paused, tracking goes on: " + pause->words);
+}
+
+void CaptureGaps::EndDisk(double now_s, bool ended) {
+  if (!disk_) return;
+  const double length_s = now_s - disk_->from_s;
+  if (length_s >= kShortest_s) {
+    ++pauses_;
+    paused_s_ += length_s;
+    spool_.NoteGap(disk_->from_s, now_s, "recording paused: " + disk_->reason);
+    if (disk_->said)
+      say_(ended ? fmt::format("recording was still paused when the capture ended, after {:.1f} s", length_s)
+                 : fmt::format("recording goes on after {:.1f} s", length_s));
+  }
+  disk_.reset();
+}
+
+void CaptureGaps::Recording(bool on, double now_s) {
+  if (on) return Close(asked_, now_s);
+  if (!asked_) asked_ = Open{now_s, "recording paused: as asked"};
+}
+
+void CaptureGaps::End(std::optional<double> now_s) {
+  // No frame tells how long the device has been gone: this machine's clock does.
+  if (device_)
+    Close(device_,
+          device_->from_s +
+              std::chrono::duration<double>(std::chrono::steady_clock::now() - device_->began).count());
+  if (!now_s) return;
+  Close(asked_, *now_s);
+  EndDisk(*now_s, true);
+}
+
+}  // namespace ulf

@@ -1,0 +1,47 @@
+#include "coverage/session/capture_meters.h"
+
+#include <limits>
+
+#include "core/base/atomic_file.h"
+
+namespace ulf {
+namespace {
+
+bool IsDue(std::optional<std::chrono::steady_clock::time_point>& asked) {
+  const auto now = std::chrono::steady_clock::now();
+  if (asked && now - *asked < std::chrono::seconds(1)) return false;
+  asked = now;
+  return true;
+}
+
+}  // namespace
+
+void CaptureMeters::FrameAt(double device_time_s) {
+  constexpr double kOver_s = 1;
+  if (!times_s_.empty() && device_time_s < times_s_.back()) times_s_.clear();  // a clock that began anew
+  times_s_.push_back(device_time_s);
+  while (times_s_.size() > 2 && device_time_s - times_s_.front() > kOver_s) times_s_.pop_front();
+}
+
+std::optional<double> CaptureMeters::FramesPerS() const {
+  if (times_s_.size() < 2 || !(times_s_.back() > times_s_.front())) return std::nullopt;
+  return static_cast<double>(times_s_.size() - 1) / (times_s_.back() - times_s_.front());
+}
+
+std::uint64_t CaptureMeters::Dropped(const Device& device) {
+  if (IsDue(asked_device_)) {
+    const DeviceStatistics statistics = device.Statistics();
+    dropped_ = statistics.dropped + statistics.missing + statistics.incomplete;
+  }
+  return dropped_;
+}
+
+std::optional<std::uint64_t> CaptureMeters::DiskLeftBytes(const std::filesystem::path& dir) {
+  if (IsDue(asked_disk_)) {
+    disk_left_bytes_ = FreeBytes(dir);
+    if (*disk_left_bytes_ == std::numeric_limits<std::uint64_t>::max()) disk_left_bytes_.reset();
+  }
+  return disk_left_bytes_;
+}
+
+}  // namespace ulf

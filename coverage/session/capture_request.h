@@ -1,0 +1,60 @@
+// What a person asks of a running capture, whichever door it comes through: a key of the operator display, a
+// line on standard input, a test. The session takes requests between two frames, in order, and says what
+// became of each.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// Views are taken out of the light field: their photographs go to unposed/, the coverage map is painted
+// without them.
+struct TakeBackLast {
+  int count = 1;
+};
+struct TakeBackViews {
+  std::vector<int> ids;
+};
+// A subject in world units, or anew: around what is in the middle of the picture, at the mean depth of the
+// tracked points there (or at `depth` along the optical axis), its sphere's image as wide as `width_share` of
+// the picture.
+struct PlaceSubject {
+  Subject subject;
+};
+struct FindSubject {
+  std::optional<double> depth;        // world units
+  std::optional<double> width_share;  // none: as the capture was asked
+};
+struct SetRecording {
+  bool on = true;  // off: tracked and shown, but not recorded
+};
+struct FinishCapture {};
+
+using CaptureRequest =
+    std::variant<TakeBackLast, TakeBackViews, PlaceSubject, FindSubject, SetRecording, FinishCapture>;
+
+// From a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
+// "subject depth 0.9 size 0.3", "pause", "record", "finish". Throws UsageError that lists these.
+CaptureRequest ParseCaptureRequest(const std::string& line);
+
+// Between the threads of who asks and of the session.
+class CaptureRequests {
+ public:
+  // How many have been asked for with this one: CaptureState::requests_answered gets there.
+  std::uint64_t Ask(CaptureRequest request);
+  std::vector<CaptureRequest> Take();
+
+ private:
+  std::mutex mutex_;
+  std::vector<CaptureRequest> asked_;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace ulf

@@ -1,0 +1,464 @@
+#include "coverage/session/capture_session.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <exception>
+#include <iterator>
+#include <utility>
+#include <variant>
+
+#include "core/base/counted.h"
+#include "core/base/host_time.h"
+#include "core/base/quantile.h"
+#include "coverage/bound/sphere_outline.h"
+#include "coverage/session/cap_watch.h"
+#include "coverage/session/capture_gaps.h"
+#include "coverage/session/capture_meters.h"
+#include "coverage/session/capture_outlook.h"
+#include "coverage/session/record/capture_record.h"
+#include "coverage/session/record/capture_recorder.h"
+#include "coverage/session/subject/capture_subject.h"
+#include "tracking/tracker/track_words.h"
+
+namespace ulf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
+
+class Session {
+ public:
+  Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
+          ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
+          std::vector<Frame> first);
+  CaptureSummary Run();
+
+ private:
+  // The latest frame that got as far as a decision, and what became of it.
+  struct Looked {
+    Image live;
+    Track track;
+    Decision decision;
+    Guidance guidance;
+  };
+  std::optional<StoppedBecause> Enough() const;
+  std::optional<Frame> NextFrame();
+  std::optional<StoppedBecause> TakeFrame();
+  void NoteTime(const Frame& frame);
+  std::optional<StoppedBecause> TakeStill(const Frame& still);
+  void WatchTheCap(const Track& track, const Decision& decision);
+
+  void SayWhatToExpect();
+  void CheckBeforeFirstView(const Frame& frame);
+  std::optional<double> PoseErrorNow() const;
+
+  void AnswerRequests();
+  void Answer(const TakeBackLast& asked);
+  void Answer(const TakeBackViews& asked);
+  void Answer(const PlaceSubject& asked);
+  void Answer(const FindSubject& asked);
+  void Answer(const SetRecording& asked);
+  void Answer(const FinishCapture& asked);
+
+  void TakeEvents();
+  void Say(const std::string& text);
+  std::string DeviceProblem() const;
+  SharedCaptureState State();
+  void Show(const std::function<void(const SharedCaptureState&)>& look);
+
+  void Close();
+
+  Device& device_;
+  const CameraModel camera_;  // of the frames that are tracked
+  PoseSource& poses_;
+  const CaptureOptions options_;
+  const CameraModel recorded_camera_;
+  const CaptureHooks& hooks_;
+  std::deque<Frame> first_;  // before the device is asked
+  const std::filesystem::path root_;
+  CaptureRecord record_;
+  CaptureOutlook outlook_;
+  CaptureSubject subject_;
+  CaptureGaps gaps_;
+  CaptureMeters meters_;
+  CaptureRecorder recorder_;
+
+  CapWatch cap_watch_{options_.until_share};
+  CaptureSummary summary_;
+  std::vector<double> ms_track_;
+  std::optional<double> first_time_s_, last_time_s_;
+  double frame_period_s_ = 0;
+  int map_revision_ = 0;  // of the tracker, as last seen
+  bool poses_due_ = false;
+  std::uint64_t requests_answered_ = 0;
+  bool finish_asked_ = false;
+  std::optional<StoppedBecause> ended_;
+  Looked looked_;
+  Guide guide_;
+  std::vector<std::string> said_;  // of late
+  std::uint64_t times_said_ = 0;
+  double ended_after_s_ = 0;  // by this machine's clock
+};
+
+Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
+                 ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
+                 std::vector<Frame> first)
+    : device_(device),
+      camera_(camera),
+      poses_(poses),
+      options_(options),
+      recorded_camera_(options.still_camera.value_or(camera)),
+      hooks_(hooks),
+      first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
+      root_(writer.Contents().root),
+      record_(std::move(writer),
+              {.camera = recorded_camera_,
+               .coverage_width_px = options.coverage_width_px,
+               .map = {.cap = options.cap, .threshold_px = options.threshold_px},
+               .spool_views = options.spool_views,
+               .deterministic = options.deterministic},
+              [this](const std::string& text) { Say(text); }),
+      outlook_([this](const std::string& text) { Say(text); }),
+      subject_(record_, outlook_, poses_, camera_,
+               {.size = options.subject_size,
+                .rectangle_share = options.limits.rectangle_share,
+                .stable_frames = options.stable_frames},
+               [this](const std::string& text) { Say(text); }),
+      gaps_(record_.spool(), [this](const std::string& text) { Say(text); }),
+      recorder_(device_, poses_, record_, std::move(light),
+                {.camera = camera_,
+                 .still_camera = options.still_camera,
+                 .without_subject = options.without_subject,
+                 .limits = options.limits,
+                 .stable_frames = options.stable_frames,
+                 .coverage_width_px = options.coverage_width_px,
+                 .deterministic = options.deterministic}) {}
+
+void Session::SayWhatToExpect() {
+  if (!record_.map() || !outlook_.IsDue() || !looked_.track.cam_from_world) return;
+  const Subject& subject = record_.map()->subject();
+  const double distance = (*looked_.track.cam_from_world * subject.center_in_world).norm();
+  outlook_.Expect(
+      SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
+      options_.cap, options_.until_share, poses_.IsMetric());
+}
+
+void Session::CheckBeforeFirstView(const Frame& frame) {
+  if (!record_.views().empty() || (outlook_.IsDue() && !options_.without_subject)) return;
+  const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
+                              (static_cast<double>(camera_.width) * camera_.height);
+  outlook_.Check({.calibrated = options_.calibrated,
+                  .calibration_source = options_.calibration_source,
+                  .held = device_.Held(),
+                  .prediction = {},
+                  .cap = options_.cap,
+                  .without_subject = options_.without_subject.has_value(),
+                  .bytes_per_view = static_cast<std::uint64_t>(
+                      of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
+                  .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                  .has_pose = looked_.track.cam_from_world.has_value(),
+                  .pose_error_px = PoseErrorNow(),
+                  .most_pose_error_px = options_.limits.max_pose_error_px});
+}
+
+std::optional<double> Session::PoseErrorNow() const {
+  const Track& track = looked_.track;
+  if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
+  const Subject& subject = record_.map()->subject();
+  return PoseErrorPx(*track.center_sigma,
+                     CriterionView::From(recorded_camera_, {}, options_.coverage_width_px).fx,
+                     (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
+}
+
+void Session::WatchTheCap(const Track& track, const Decision& decision) {
+  if (!record_.map() || !track.cam_from_world) return;
+  const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
+  const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
+                                         would_record && recorder_.IsRecording());
+  if (hopeless) Say(*hopeless);
+}
+
+std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
+  if (hooks_.keep_frame) hooks_.keep_frame(still);
+  recorder_.TakeStill(still);
+  Show(hooks_.while_waiting);
+  return record_.CapIsCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
+                                                            : std::nullopt;
+}
+
+void Session::Say(const std::string& text) {
+  constexpr std::size_t kReadAtOnce = 3;
+  said_.push_back(text);
+  if (said_.size() > kReadAtOnce) said_.erase(said_.begin());
+  ++times_said_;
+  if (hooks_.say) hooks_.say(text);
+}
+
+void Session::TakeEvents() {
+  for (const DeviceEvent& event : device_.TakeEvents()) {
+    ++summary_.events[Name(event.kind)];
+    Say(event.text);
+    if (event.kind == DeviceEventKind::kFaulted && last_time_s_)
+      gaps_.DeviceFaulted(*last_time_s_, event.text);
+  }
+}
+
+void Session::AnswerRequests() {
+  if (!hooks_.requests) return;
+  for (const CaptureRequest& request : hooks_.requests->Take()) {
+    std::visit([this](const auto& asked) { Answer(asked); }, request);
+    ++requests_answered_;
+  }
+}
+
+void Session::Answer(const TakeBackLast& asked) {
+  const std::size_t there = record_.views().Ids().size();
+  if (asked.count > 1 && static_cast<std::size_t>(asked.count) > there)
+    return Say(fmt::format("nothing was taken back: {} asked for, there are {}; ask for as many or fewer",
+                           Counted(static_cast<std::size_t>(asked.count), "view"), there));
+  summary_.taken_back += record_.TakeBack(record_.views().LastIds(asked.count));
+}
+
+void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
+
+void Session::Answer(const PlaceSubject& asked) {
+  if (options_.without_subject) return Say(kNoSubjectToPlace);
+  subject_.Place(asked.subject, looked_.track.cam_from_world);
+}
+
+void Session::Answer(const FindSubject& asked) {
+  if (options_.without_subject) return Say(kNoSubjectToPlace);
+  subject_.Find(asked, looked_.track.cam_from_world);
+}
+
+void Session::Answer(const SetRecording& asked) {
+  recorder_.SetRecording(asked.on);
+  if (last_time_s_) gaps_.Recording(asked.on, *last_time_s_);
+  Say(asked.on ? "recording" : "recording paused, tracking goes on");
+}
+
+void Session::Answer(const FinishCapture&) {
+  finish_asked_ = true;
+  Say("finishing, as asked");
+}
+
+std::string Session::DeviceProblem() const {
+  const DeviceState state = device_.State();
+  if (state != DeviceState::kFaulted && state != DeviceState::kReconnecting) return {};
+  return fmt::format("{}: {}", Name(state), device_.Info().problem);
+}
+
+SharedCaptureState Session::State() {
+  auto state = std::make_shared<CaptureState>();
+  state->frames = summary_.frames;
+  state->device_time_s = last_time_s_.value_or(0);
+  state->frames_per_s = meters_.FramesPerS();
+  state->dropped = meters_.Dropped(device_);
+  state->disk_left_bytes = meters_.DiskLeftBytes(root_);
+
+  const Track& track = looked_.track;
+  state->live = looked_.live;
+  state->camera = camera_;
+  state->takes_stills = options_.still_camera.has_value();
+  state->tracking = track.state;
+  if (track.state != TrackState::kTracking) state->tracking_words = InWords(track);
+  state->cam_from_world = track.cam_from_world;
+  state->quality = track.quality;
+  state->start = track.start;
+  if (track.cam_from_world) state->points = poses_.VisiblePoints();
+
+  state->without_subject = options_.without_subject.has_value();
+  state->finding_subject = subject_.Finding();
+  record_.Describe(*state);
+  outlook_.Describe(*state);
+  state->rectangle_share = options_.limits.rectangle_share;
+  state->newest_view = recorder_.newest_view();
+  state->light_field = root_;
+  state->guidance = looked_.guidance;
+  state->subject_moved = subject_.Moved();
+
+  state->decision = looked_.decision;
+  state->recording = recorder_.IsRecording();
+  state->recorded_view = recorder_.newest_id();
+  state->device_problem = DeviceProblem();
+  if (!state->device_problem.empty())
+    state->why_waiting = "waiting for the device, " + state->device_problem;
+  else if (const std::string disk = gaps_.DiskReason(); !disk.empty())
+    state->why_waiting = "recording paused: " + disk;
+  state->exposure_locked = device_.Held().exposure;
+  state->said = said_;
+  state->times_said = times_said_;
+  state->requests_answered = requests_answered_;
+  state->ended = ended_;
+  return state;
+}
+
+void Session::Show(const std::function<void(const SharedCaptureState&)>& look) {
+  if (!look) return;
+  look(State());
+  recorder_.ForgetNewestId();
+}
+
+std::optional<StoppedBecause> Session::Enough() const {
+  if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
+  if (finish_asked_) return StoppedBecause::kClosed;
+  if (record_.spool().Failure()) return StoppedBecause::kDisk;
+  if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kFrames;
+  if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
+    return StoppedBecause::kSeconds;
+  return std::nullopt;
+}
+
+std::optional<Frame> Session::NextFrame() {
+  if (first_.empty()) return device_.Next(std::chrono::milliseconds(100));
+  std::optional<Frame> frame(std::move(first_.front()));
+  first_.pop_front();
+  return frame;
+}
+
+void Session::NoteTime(const Frame& frame) {
+  gaps_.FrameCame(frame.device_time_s, device_.IsLive(), frame_period_s_);
+  if (last_time_s_) {
+    // The shortest recent time between frames: a dropped one must not look like a slow camera.
+    const double step_s = frame.device_time_s - *last_time_s_;
+    if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
+  }
+  last_time_s_ = frame.device_time_s;
+  if (!first_time_s_) first_time_s_ = last_time_s_;
+  meters_.FrameAt(frame.device_time_s);
+}
+
+std::optional<StoppedBecause> Session::TakeFrame() {
+  const std::optional<Frame> frame = NextFrame();
+  TakeEvents();
+  if (!frame) {
+    Show(hooks_.while_waiting);
+    if (device_.State() == DeviceState::kEnded) return StoppedBecause::kEnded;
+    if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
+    return std::nullopt;
+  }
+  if (frame->kind == FrameKind::kStill) return TakeStill(*frame);
+  if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
+  ++summary_.frames;
+  if (hooks_.keep_frame) hooks_.keep_frame(*frame);
+  NoteTime(*frame);
+
+  const auto start = Clock::now();
+  const Track track = poses_.Step(*frame);
+  ms_track_.push_back(1000 * SecondsSince(start));
+  looked_ = {frame->image, track, {}, {}};
+  gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
+  if (!options_.without_subject) subject_.FindFirst(track);
+  SayWhatToExpect();
+  CheckBeforeFirstView(*frame);
+  subject_.Watch(track, *last_time_s_);
+  looked_.decision = recorder_.Take(*frame, track, frame_period_s_);
+  WatchTheCap(track, looked_.decision);
+  gaps_.Disk(record_.spool().Pause(), *last_time_s_);
+  // A closed loop moves views at once by what drift had come to.
+  poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
+                summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
+  if (poses_due_) poses_due_ = !record_.CorrectPoses(poses_, false);
+  if (hooks_.after_frame) {
+    std::optional<CriterionView> here;
+    if (track.cam_from_world)
+      here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
+    looked_.guidance = guide_.After(record_.map(), here, *last_time_s_);
+    Show(hooks_.after_frame);
+  }
+  // Not only where this frame was recorded: poses are corrected, subjects placed, light fields resumed.
+  if (record_.CapIsCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
+  return std::nullopt;
+}
+
+void Session::Close() {
+  try {
+    poses_.Finish();
+  } catch (const std::exception& error) {
+    spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
+  }
+  const TrackerStatistics known = poses_.Statistics();
+  summary_.calibration = known.calibration;
+  summary_.rolling_shutter = known.rolling_shutter;
+  record_.CorrectPoses(poses_, true);
+  gaps_.End(last_time_s_);
+  summary_.pauses = gaps_.pauses();
+  summary_.paused_s = gaps_.paused_s();
+  if (const std::size_t following = record_.spool().PicturesWaiting(); following > 10)
+    Say(fmt::format("everything recorded is on disk; {} of images/ to be made",
+                    Counted(following, "photograph")));
+  std::map<std::string, std::uint64_t> reasons;
+  for (const Reason reason : kReasons)
+    reasons[Name(reason)] = recorder_.reasons()[static_cast<std::size_t>(reason)];
+  const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
+  const ClosedRecord closed =
+      record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points());
+  summary_.recorded = closed.recorded;
+  summary_.unwritten = closed.unwritten;
+  summary_.set_aside = closed.set_aside;
+  if (options_.still_camera) summary_.stills.recorded = summary_.recorded;
+  if (closed.problem.empty()) return;
+  summary_.stopped_because = StoppedBecause::kDisk;
+  summary_.problem = closed.problem;
+}
+
+CaptureSummary Session::Run() {
+  if (const auto subject = options_.subject ? options_.subject : record_.ResumedSubject())
+    subject_.Set(*subject);
+  const auto started = Clock::now();
+  std::exception_ptr failure;
+  try {
+    while (!ended_) {
+      AnswerRequests();
+      ended_ = Enough();
+      if (!ended_) ended_ = TakeFrame();
+    }
+    Show(hooks_.while_waiting);
+  } catch (...) {
+    failure = std::current_exception();  // whatever broke: what was recorded is closed first
+    ended_ = StoppedBecause::kDeviceLost;
+  }
+  ended_after_s_ = options_.deterministic ? 0 : SecondsSince(started);
+  try {
+    device_.Stop();
+    // Photographs that were on their way, or came before the end was asked for.
+    for (const Frame& frame : std::exchange(first_, {}))
+      if (frame.kind == FrameKind::kStill) TakeStill(frame);
+    recorder_.RecordHeld();
+    while (const auto frame =
+               options_.still_camera ? device_.Next(std::chrono::milliseconds(0)) : std::nullopt)
+      if (frame->kind == FrameKind::kStill) TakeStill(*frame);
+  } catch (...) {
+    if (!failure) failure = std::current_exception();
+  }
+  summary_.stills = recorder_.stills();
+  summary_.stopped_because = *ended_;
+  Close();
+  if (failure) std::rethrow_exception(failure);
+  summary_.device = device_.Statistics();
+  summary_.ms_track_median = Median(ms_track_);
+  summary_.ms_decide_median = Median(recorder_.ms_decide());
+  summary_.reasons = recorder_.reasons();
+  summary_.last_recorded = recorder_.newest_view();
+  summary_.subject = record_.subject();
+  summary_.subject_was_found = subject_.FoundByItself();
+  summary_.map = record_.SharedMap();
+  return std::move(summary_);
+}
+
+}  // namespace
+
+CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
+                          LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
+                          std::vector<Frame> first) {
+  ExposureMatch light(writer.Contents());
+  return Session(device, camera, poses, std::move(writer), std::move(light), options, hooks, std::move(first))
+      .Run();
+}
+
+}  // namespace ulf

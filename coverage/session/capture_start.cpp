@@ -1,0 +1,268 @@
+#include "coverage/session/capture_start.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <map>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device/replay_device.h"
+#include "acquisition/simulator/simulated_device.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/stop_signal.h"
+#include "coverage/session/record/kept_photographs.h"
+#include "coverage/session/record/map_cache.h"
+
+namespace ulf {
+namespace fs = std::filesystem;
+
+bool TakeFirstFrames(Device& device, const std::string& uri, const std::function<bool()>& stop,
+                     std::vector<Frame>& taken) {
+  constexpr std::chrono::seconds kPatience(10);
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (std::chrono::steady_clock::now() < until && !stop()) {
+    auto frame = device.Next(std::chrono::milliseconds(200));
+    for (const DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
+    if (!frame && IsOver(device.State())) break;
+    if (!frame) continue;
+    const bool live = frame->kind == FrameKind::kLive;
+    if (live && frame->status != FrameStatus::kComplete) continue;  // the device counts them
+    taken.push_back(std::move(*frame));
+    if (live) return true;
+  }
+  if (stop()) return false;
+  throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
+}
+
+void KeepPhotographs(Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
+                     const fs::path& dir) {
+  std::vector<Frame> photographs;
+  for (const Frame& frame : taken)
+    if (frame.kind == FrameKind::kStill) photographs.push_back(frame);
+  try {
+    device.Stop();
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());  // what is in hand is kept all the same
+  }
+  try {
+    while (auto frame = device.TakesStills() ? device.Next(std::chrono::milliseconds(0)) : std::nullopt)
+      if (frame->kind == FrameKind::kStill) photographs.push_back(std::move(*frame));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+  }
+  if (photographs.empty() || !device.IsLive()) return;  // a recording still has its own
+  std::map<fs::path, std::size_t> kept_in;
+  std::size_t lost = 0;
+  std::string problem;
+  for (const Frame& photograph : photographs) {
+    fs::path folder;
+    const auto keep_in = [&](const fs::path& where, const auto& write) {
+      if (!folder.empty()) return;
+      try {
+        write();
+        folder = where;
+      } catch (const std::exception& error) {
+        problem = error.what();
+      }
+    };
+    if (writer) keep_in(dir / "unposed", [&] { writer->KeepUnposed(photograph); });
+    keep_in(FolderBeside(dir), [&] { KeepBeside(FolderBeside(dir), photograph); });
+    ++(folder.empty() ? lost : kept_in[folder]);
+  }
+  for (const auto& [folder, count] : kept_in)
+    fmt::print(stderr, "{} had come already: kept in {}\n", Counted(count, "photograph"), folder.string());
+  if (lost > 0)
+    fmt::print(stderr, "{} had come already and cannot be kept: {}\n", Counted(lost, "photograph"), problem);
+}
+
+namespace {
+
+// With known poses there are no tracked points to find the subject by: a replayed light field has one.
+std::optional<Subject> SubjectOfReplay(const std::string& uri) {
+  const DeviceUri parsed = DeviceUri::Parse(uri);
+  const fs::path dir = parsed.path;
+  if (parsed.scheme != "replay" ||
+      !(fs::exists(dir / "journal.jsonl") || fs::exists(dir / "transforms.json")))
+    return std::nullopt;
+  const LightField light_field = ReadLightField(dir);
+  return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
+}
+
+CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
+  const CameraModel& camera = light_field.cameras.at(0);
+  if (camera.width != frame.image.width() || camera.height != frame.image.height())
+    throw Error(
+        "{}: was captured at {}x{}, the device now gives {}x{}; set it back or begin a new light field",
+        light_field.root.string(), camera.width, camera.height, frame.image.width(), frame.image.height());
+  return camera;
+}
+
+std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
+  const auto found = light_field.flat_fields.find(0);
+  return found == light_field.flat_fields.end() ? std::nullopt : std::optional(found->second);
+}
+
+void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
+  if (args.no_subject) {
+    if (light_field.subject)
+      throw UsageError("{}: was captured round a subject; leave out --no-subject, or begin a new folder",
+                       args.dir);
+    return;
+  }
+  if (!light_field.subject && !light_field.views.empty() && args.subject == "auto")
+    spdlog::info("{}: has no subject yet, this session looks for one (--no-subject: goes on without)",
+                 args.dir);
+  if (!args.threshold_px && args.quality.empty() && light_field.threshold_px)
+    options->threshold_px = *light_field.threshold_px;
+  if (light_field.threshold_px && options->threshold_px != *light_field.threshold_px)
+    throw UsageError("{}: was begun with a threshold of {} px; leave out --threshold-px and --quality",
+                     args.dir, *light_field.threshold_px);
+  if (args.coverage_width_px && *args.coverage_width_px != light_field.coverage_width_px)
+    throw UsageError("{}: was begun with --coverage-width {}; leave it out", args.dir,
+                     light_field.coverage_width_px);
+  options->coverage_width_px = light_field.coverage_width_px;
+  if (args.until_covered.empty() && light_field.goal) {
+    options->cap = Cap::FromDegrees(light_field.goal->cap_deg);
+    options->until_share = light_field.goal->share;
+    spdlog::info(
+        "{}: goes on until {:g} % of {:g} x {:g} degrees are covered (--until-covered none: until stopped)",
+        args.dir, 100 * light_field.goal->share, light_field.goal->cap_deg.x(),
+        light_field.goal->cap_deg.y());
+  }
+}
+
+// Poses of one camera and intrinsics of another make no light field.
+void RequireSameCamera(const std::string& dir, const LightField& recorded, const DeviceInfo& info) {
+  if (recorded.device_serial.empty() || info.serial.empty() || recorded.device_serial == info.serial) return;
+  throw Error(
+      "{}: was recorded with {} (serial number {}), this is {} ({}); go on with that camera, or begin a new "
+      "light field with this one",
+      dir, recorded.device_model.empty() ? "another camera" : recorded.device_model, recorded.device_serial,
+      info.model, info.serial);
+}
+
+// False when a signal came before the first frame: then nothing has been written.
+bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
+  if (args.resume) {
+    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
+    TakeOver(args, prepared.writer->Contents(), options);
+    if (!options->subject) options->subject = prepared.writer->Contents().subject;
+  }
+  if (args.poses.AreGiven() && !options->subject) {
+    if (args.poses.ComeWithFrames()) options->subject = SubjectOfReplay(args.uri);
+    if (!options->subject)
+      throw UsageError(
+          "--poses {}: there are no tracked points to find the subject by; give --subject x,y,z,r",
+          args.poses.Text());
+  }
+  const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
+  if (args.resume && own_world && prepared.writer->Contents().units != "metres")
+    throw UsageError(
+        "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
+        args.poses.Text());
+  if (args.resume && args.poses.WorldIsChosenAnew())
+    throw UsageError(
+        "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
+        "with --poses features, or name the marker that was the first (the end of that session said which): "
+        "--poses {}:NUMBER",
+        args.dir, args.poses.Text());
+  if (args.person.empty()) {
+    prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+  } else {
+    const DeviceUri uri = DeviceUri::Parse(args.uri);
+    prepared.person = OperatorBefore(uri, args.person);
+    prepared.device = OpenSimulatedDevice(uri, prepared.person);
+  }
+  prepared.device->Start();
+  if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
+  const Frame& first = prepared.first.back();
+
+  CaptureHeader header;
+  const bool stills = prepared.device->TakesStills();
+  const auto use = [&header](const ResolvedCalibration& calibration) {
+    for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
+    header.calibration_source = calibration.source;
+    header.flat_field = calibration.flat_field;
+    return calibration.camera;
+  };
+  RecordingHeader& recording = prepared.recording = RecordingHeader::Of(*prepared.device);
+  if (args.resume) {
+    RequireSameCamera(args.dir, prepared.writer->Contents(), prepared.device->Info());
+    header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
+  }
+  if (args.resume && !stills)
+    prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
+  else
+    prepared.camera =
+        use(ResolveCalibration(*prepared.device, args.intrinsics, first.image.width(), first.image.height()));
+  options->calibration_source =
+      args.resume && !stills ? prepared.writer->Contents().calibration_source : header.calibration_source;
+  if (!options->calibration_source.empty())
+    options->calibrated = options->calibration_source != kFocalLengthGiven;
+  recording.camera = prepared.camera;
+  recording.flat_field = header.flat_field;
+  if (stills) {
+    options->still_camera = args.resume ? prepared.writer->Contents().cameras.at(0)
+                                        : use(ResolveStillCamera(*prepared.device, args.intrinsics));
+    recording.still_camera = options->still_camera;
+    recording.still_flat_field =
+        args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
+  }
+  const DeviceInfo info = prepared.device->Info();
+  if (args.no_subject && stills)
+    throw UsageError(
+        "--no-subject: {} is asked for photographs where the coverage of a subject needs them; leave out "
+        "--no-subject, or take the photographs by hand and track a video of the same place",
+        info.uri);
+  if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
+    throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
+                     info.uri);
+  prepared.poses = args.poses.Open(prepared.camera,
+                                   {.tracker = {.deterministic = args.deterministic,
+                                                .max_side_px = args.tracking_side_px,
+                                                .wait_for_mapper = !prepared.device->IsLive(),
+                                                .readout_s = args.readout.readout_s,
+                                                .compensate_found_readout = args.readout.compensate_found},
+                                    .subject = options->subject,
+                                    .metric = info.bus == "simulated",
+                                    .stop = StopOnSignal::Asked});
+  if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
+    RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
+  if (!prepared.writer) {
+    header.camera = options->still_camera.value_or(prepared.camera);
+    header.device_uri = info.uri;
+    header.device_serial = info.serial;
+    header.device_maker = info.maker;
+    header.device_model = info.model;
+    if (!stills) header.window = prepared.device->Window();
+    header.units = prepared.poses->IsMetric() ? "metres" : "arbitrary";
+    if (!args.no_subject) header.threshold_px = options->threshold_px;
+    header.coverage_width_px = options->coverage_width_px;
+    prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
+  }
+  if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
+  prepared.writer->KeepMosaics(args.raw);
+  if (args.raw && first.image.mosaic == Mosaic::kNone)
+    spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
+  return true;
+}
+
+}  // namespace
+
+bool PrepareCapture(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
+  bool ready = false;
+  const auto keep = [&] {
+    if (prepared.device) KeepPhotographs(*prepared.device, prepared.first, prepared.writer.get(), args.dir);
+  };
+  try {
+    ready = Prepare(args, options, prepared);
+  } catch (...) {
+    keep();
+    throw;
+  }
+  if (!ready) keep();
+  return ready;
+}
+
+}  // namespace ulf

@@ -1,0 +1,118 @@
+// All there is to see of a running capture after a frame: what the operator display draws, and all that
+// whoever looks at it knows. A value: once published it never changes, and images and the map are shared, not
+// copied.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/image/frame.h"
+#include "core/light_field/light_field.h"
+#include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/bound/guidance.h"
+#include "coverage/bound/view_decision.h"
+#include "coverage/session/preflight.h"
+#include "tracking/tracker/tracker.h"
+
+namespace ulf {
+
+enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
+const char* Name(StoppedBecause why);  // as in --json
+
+// A view as it was recorded: its pose is the one of that moment.
+struct RecordedView {
+  int id = 0;
+  Frame frame;
+  CameraModel camera;  // of the frame: a photograph's is not the live picture's
+  Rigid3 cam_from_world;
+};
+
+struct CaptureState {
+  std::uint64_t frames = 0;
+  double device_time_s = 0;
+  std::optional<double> frames_per_s;
+  std::uint64_t dropped = 0;  // by the device and on the way, since the start
+
+  // The live frame, with the camera's distortion.
+  Image live;
+  CameraModel camera;
+  bool takes_stills = false;  // photographs are recorded in place of live frames
+
+  TrackState tracking = TrackState::kInitializing;
+  std::string tracking_words;  // what to do while there is no pose; empty while there is one
+  std::optional<Rigid3> cam_from_world;
+  double quality = 0;
+  std::optional<StartProgress> start;
+  std::vector<VisiblePoint> points;  // found in this frame
+
+  bool without_subject = false;  // posed photographs are asked for, no subject is looked for
+  bool finding_subject = false;  // what is in the middle will be it: its distance is being found
+  std::optional<Subject> subject;
+  bool subject_moved = false;                   // tracked points on it no longer agree with the rest
+  double rectangle_share = 0.8;                 // of width and height
+  std::shared_ptr<const CoverageMap> coverage;  // null without a subject
+  std::vector<int> view_ids;                    // growing, in the order of coverage->views()
+  // The last one of this session; null before. Not in view_ids once it has been taken back.
+  std::shared_ptr<const RecordedView> newest_view;
+  std::filesystem::path light_field;  // its folder, where every other view is or will soon be
+  std::optional<double> covered;      // share of the cap; none without one
+  // Directions that were covered until poses were corrected or views taken back, and are not now.
+  std::vector<Eigen::Vector3d> reopened;
+  Guidance guidance;
+  // For the subject as it was placed: disc, distances, views; none before.
+  std::optional<CapturePrediction> prediction;
+  std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
+
+  Decision decision;                 // of this frame, with its reason
+  bool recording = true;             // false: paused by request
+  std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
+  std::string why_waiting;           // for the device or the disk, in words; empty: for nothing
+  std::string device_problem;        // empty: none
+  std::optional<std::uint64_t> disk_left_bytes;
+  std::optional<bool> exposure_locked;  // none: cannot be known
+  std::vector<PreflightItem> preflight;
+  // What the capture had to say, the newest last: as many lines as can be read at once, of `times_said`.
+  std::vector<std::string> said;
+  std::uint64_t times_said = 0;
+  std::uint64_t requests_answered = 0;
+  std::optional<StoppedBecause> ended;  // what is recorded is being closed
+};
+
+// To the viewpoint to fill next, for who has no display: "8° right, 3° up, 5 % nearer", as the camera
+// is held. Empty where nothing is to be said, or less than a degree.
+std::string WayInWords(const CaptureState& state);
+
+// The newest state, from the session's thread to whoever draws. Older ones are dropped: whatever must not be
+// missed stands in every later state, too.
+class CaptureFeed {
+ public:
+  void Publish(std::shared_ptr<const CaptureState> state) {
+    const std::lock_guard lock(mutex_);
+    if (!closed_) state_ = std::move(state);
+  }
+  // Nobody looks any more: what is published is dropped.
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    state_.reset();
+  }
+  std::shared_ptr<const CaptureState> Newest() const {  // null before the first frame
+    const std::lock_guard lock(mutex_);
+    return state_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  bool closed_ = false;
+  std::shared_ptr<const CaptureState> state_;
+};
+
+}  // namespace ulf

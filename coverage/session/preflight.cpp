@@ -1,0 +1,70 @@
+#include "coverage/session/preflight.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/base/counted.h"
+
+namespace ulf {
+namespace {
+
+PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
+  if (!held) return {name, {}, "the camera does not tell; set it by hand before the capture"};
+  return {name, held,
+          *held ? "held"
+                : "changes by itself between pictures: switch its automatic off (ulf features, or the URI)"};
+}
+
+PreflightItem Disk(const PreflightInput& input) {
+  if (!input.disk_left_bytes) return {"disk", {}, "its room is not known"};
+  const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
+  const double view_gb = 1e-9 * static_cast<double>(input.bytes_per_view);
+  if (!input.prediction || !input.prediction->views)
+    return {"disk",
+            {},
+            fmt::format("{:.1f} GB free, room for at least {}", left_gb,
+                        Counted(view_gb > 0 ? std::lround(std::floor(left_gb / view_gb)) : 0, "view"))};
+  const double needed_gb = input.prediction->views->most * view_gb;
+  return {"disk", needed_gb <= left_gb,
+          fmt::format("{:.1f} GB free, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
+                      needed_gb, needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
+}
+
+}  // namespace
+
+std::vector<PreflightItem> Preflight(const PreflightInput& input) {
+  std::vector<PreflightItem> items;
+  if (!input.calibrated)
+    items.push_back({"calibration", {}, "not known"});
+  else
+    items.push_back({"calibration", input.calibrated,
+                     *input.calibrated
+                         ? input.calibration_source
+                         : "a focal length alone, the lens's distortion is not known: calibrate "
+                           "the camera (ulf board, ulf calibrate)"});
+  items.push_back(Automatic("exposure", input.held.exposure));
+  items.push_back(Automatic("white balance", input.held.white_balance));
+  items.push_back(Automatic("focus", input.held.focus));
+  items.push_back(Disk(input));
+  if (input.prediction)
+    if (const auto doubt = WhyTooFine(*input.prediction, input.cap))
+      items.push_back({"views", false, *doubt});
+  if (!input.has_pose) {
+    items.push_back({"tracking", false, "the camera's place is not known: see what is said about tracking"});
+    return items;
+  }
+  if (!input.pose_error_px) {
+    items.push_back(
+        {"tracking", true, input.without_subject ? "the camera's place is known" : "poses are given"});
+    return items;
+  }
+  const bool healthy = *input.pose_error_px <= input.most_pose_error_px;
+  items.push_back({"tracking", healthy,
+                   fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px){}",
+                               *input.pose_error_px, input.most_pose_error_px,
+                               healthy ? "" : ": move slowly, sideways, with more texture in view")});
+  return items;
+}
+
+}  // namespace ulf

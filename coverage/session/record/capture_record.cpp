@@ -1,0 +1,189 @@
+#include "coverage/session/record/capture_record.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "core/base/counted.h"
+
+namespace ulf {
+namespace {
+
+bool Same(const Rigid3& a, const Rigid3& b) {
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
+}
+
+// "3 views (15, 16, 17)"
+std::string ViewsInWords(const std::vector<int>& ids) {
+  std::string text;
+  for (const int id : ids) text += fmt::format("{}{}", text.empty() ? "" : ", ", id);
+  return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
+}
+
+// A map that was made anew from recorded views does not know what those showed of it: the earlier session's
+// points stay then, all of them, and of the map's own those that this session's views show. A map that was
+// kept knows both.
+std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std::vector<ScenePoint> now,
+                                    int first_new_id) {
+  const auto is_tracked = [](const ScenePoint& point) { return point.track.size() > 1; };
+  const auto shown_earlier = [&](const ScenePoint& point) {
+    return std::any_of(point.track.begin(), point.track.end(),
+                       [&](const ViewObservation& seen) { return seen.view_id < first_new_id; });
+  };
+  if (std::none_of(earlier.begin(), earlier.end(), is_tracked) ||
+      std::any_of(now.begin(), now.end(), shown_earlier))
+    return now;
+  std::erase_if(now, [&](const ScenePoint& point) { return !is_tracked(point); });
+  now.insert(now.end(), earlier.begin(), earlier.end());
+  return now;
+}
+
+}  // namespace
+
+CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
+                             std::function<void(const std::string&)> say)
+    : options_(options),
+      say_(std::move(say)),
+      first_new_id_(writer.NextViewId()),
+      earlier_s_(writer.Contents().capture_s),
+      earlier_reasons_(writer.Contents().reasons),
+      resumed_subject_(writer.Contents().subject),
+      views_(writer.Contents()),
+      spool_(std::move(writer), options.spool_views, !options.deterministic) {}
+
+void CaptureRecord::SetSubject(const Subject& subject) {
+  subject_ = subject;
+  if (resumed_subject_ != subject) spool_.SetSubject(subject);
+  resumed_subject_.reset();
+  map_ = std::make_shared<CoverageMap>(subject, options_.map);
+  map_->SetViews(views_.ForCriterion(options_.camera, options_.coverage_width_px));
+  reopened_.Forget();
+  measured_ = false;
+}
+
+// Once nobody else holds the map nobody can come to; holding it once more here makes what they read happen
+// before what is written.
+CoverageMap& CaptureRecord::MapToChange() {
+  if (map_.use_count() > 1)
+    map_ = std::make_shared<CoverageMap>(*map_);
+  else
+    static_cast<void>(std::shared_ptr<CoverageMap>(map_));
+  return *map_;
+}
+
+double CaptureRecord::Repaint() {
+  if (!map_) return 0;
+  auto repainted = std::make_shared<CoverageMap>(map_->subject(), map_->options());
+  repainted->SetViews(views_.ForCriterion(options_.camera, options_.coverage_width_px));
+  const double fell_open = reopened_.Note(*map_, *repainted);
+  map_ = std::move(repainted);
+  return fell_open;
+}
+
+std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track, std::optional<double> bound_px,
+                                      PoseSource& poses) {
+  View view;
+  view.cam_from_world = *track.cam_from_world;
+  view.tracking_quality = track.quality;
+  view.bound_px = bound_px;
+  const std::optional<int> id =
+      frame.kind == FrameKind::kStill ? spool_.AddView(frame, view) : spool_.TryAddView(frame, view);
+  if (!id) return std::nullopt;
+  poses.NoteView(*id, track);
+  if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
+  views_.Add({*id, track.anchor, view.cam_from_world});
+  if (!map_) return id;
+  MapToChange().Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
+  reopened_.DropCovered(*map_);
+  measured_ = false;
+  return id;
+}
+
+std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
+  std::vector<int> taken;
+  for (const int id : ids) {
+    if (views_.Remove(id)) {
+      spool_.RemoveView(id);
+      taken.push_back(id);
+    } else if (std::find(taken.begin(), taken.end(), id) == taken.end()) {
+      say_(fmt::format("there is no view {} to take back", id));
+    }
+  }
+  if (taken.empty()) {
+    if (ids.empty()) say_("there is no view to take back");
+    return 0;
+  }
+  std::sort(taken.begin(), taken.end());
+  const double fell_open = Repaint();
+  measured_ = false;
+  say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
+                   map_ ? fmt::format("; this reopened {:.1f} % {}", 100 * fell_open, OfWhat()) : ""));
+  return taken.size();
+}
+
+bool CaptureRecord::CorrectPoses(const PoseSource& poses, bool last) {
+  if (views_.empty()) return true;
+  const std::map<int, Rigid3> now = views_.PosesNow(poses);
+  const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
+  constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
+  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
+  if (!last && !spool_.TryUpdatePoses(now)) return false;
+  views_.MoveTo(now);
+  const double fell_open = Repaint();
+  constexpr double kWorthAWord = 0.005;
+  if (fell_open >= kWorthAWord)
+    say_(fmt::format("pose correction reopened {:.1f} % {}", 100 * fell_open, OfWhat()));
+  return true;
+}
+
+bool CaptureRecord::CapIsCovered(double share, const PoseSource& poses) {
+  if (!options_.map.cap || !map_ || measured_ || map_->CoveredShare() < share) return false;
+  measured_ = true;
+  CorrectPoses(poses, false);
+  if (map_->CoveredShare() == 1) return true;
+  return MeasureCoverage(map_->views(), map_->subject(), *options_.map.cap, map_->options()).covered >= share;
+}
+
+ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
+                                  std::vector<ScenePoint> points) {
+  ClosedRecord closed;
+  LightFieldWriter writer = spool_.Finish();
+  closed.unwritten = spool_.Unwritten();
+  closed.set_aside = spool_.SetAside();
+  for (const View& view : writer.Contents().views) closed.recorded += view.id >= first_new_id_;
+  if (const auto failure = spool_.Failure()) {
+    closed.problem = *failure;
+    return closed;
+  }
+  std::map<int, Rigid3> final_poses;
+  for (const HeldView& held : views_.views()) final_poses[held.id] = held.cam_from_world;
+  for (const View& view : writer.Contents().views)
+    if (const auto found = final_poses.find(view.id);
+        found != final_poses.end() && Same(view.cam_from_world, found->second))
+      final_poses.erase(found);
+  std::map<std::string, std::uint64_t> all_reasons = earlier_reasons_;
+  for (const auto& [name, count] : reasons) all_reasons[name] += count;
+  try {
+    writer.UpdatePoses(final_poses);
+    points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
+    if (!points.empty()) writer.SetPoints(std::move(points));
+    writer.Close(earlier_s_ + capture_s, all_reasons);
+  } catch (const std::exception& error) {
+    closed.problem = error.what();
+  }
+  return closed;
+}
+
+void CaptureRecord::Describe(CaptureState& state) const {
+  state.subject = subject_;
+  state.coverage = map_;
+  state.view_ids = views_.Ids();
+  if (options_.map.cap) state.covered = map_ ? map_->CoveredShare() : 0;
+  state.reopened = reopened_.directions();
+}
+
+}  // namespace ulf

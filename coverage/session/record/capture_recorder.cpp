@@ -1,0 +1,132 @@
+#include "coverage/session/record/capture_recorder.h"
+
+#include <chrono>
+#include <utility>
+
+#include "core/base/host_time.h"
+
+namespace ulf {
+CaptureRecorder::CaptureRecorder(Device& device, PoseSource& poses, CaptureRecord& record,
+                                 ExposureMatch light, const Options& options)
+    : device_(device),
+      poses_(poses),
+      record_(record),
+      options_(options),
+      recorded_camera_(options.still_camera.value_or(options.camera)),
+      light_(std::move(light)) {
+  if (options.without_subject) walk_.emplace(options.camera, *options.without_subject);
+  if (options.still_camera)
+    stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
+}
+
+bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const Track& track) {
+  if (!record_.map() || !track.cam_from_world) return true;
+  return exposure_.Settled(frame, options_.camera, *track.cam_from_world, record_.map()->subject(),
+                           device_.Held().exposure);
+}
+
+double CaptureRecorder::DistanceToSubject(const Track& track) const {
+  return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
+}
+
+bool CaptureRecorder::Record(const Frame& frame, const Track& track, const Decision& decision,
+                             double distance) {
+  Frame kept = frame;  // its pixels are shared: no device writes into them again
+  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
+  if (light_is_matched)
+    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, distance, record_.views());
+  newest_id_ = record_.Add(kept, track, decision.bound_px, poses_);
+  if (!newest_id_) return false;
+  if (light_is_matched) light_.Keep(*newest_id_);
+  newest_view_ = std::make_shared<RecordedView>(
+      RecordedView{*newest_id_, std::move(kept), recorded_camera_, *track.cam_from_world});
+  return true;
+}
+
+Reason CaptureRecorder::ReasonOfTheDisk() const {
+  const auto pause = record_.spool().Pause();
+  return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
+}
+
+void CaptureRecorder::RecordHeld() {
+  if (const auto held = walk_ ? walk_->TakeHeld() : std::nullopt) RecordAndCount(*held);
+}
+
+void CaptureRecorder::RecordAndCount(const HeldFrame& held) {
+  const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}, held.depth);
+  Count(recorded ? Reason::kRecorded : ReasonOfTheDisk());
+}
+
+void CaptureRecorder::SetRecording(bool on) {
+  if (!on) RecordHeld();
+  recording_ = on;
+}
+
+// A frame that is held is counted when it is known what becomes of it.
+Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const Track& track, double frame_period_s) {
+  const auto start = std::chrono::steady_clock::now();
+  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+  PosedPhotographs::Step step;
+  if (record_.views().empty() &&
+      tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
+    if (walk_->TakeHeld()) Count(Reason::kTracking);
+  } else {
+    const FrameToDecide input{.frame = frame,
+                              .track = track,
+                              .camera = options_.camera,
+                              .frame_period_s = frame_period_s,
+                              .coverage_width_px = options_.coverage_width_px};
+    if (recording_)
+      step = walk_->After(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+    else
+      step.decision = walk_->Judge(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+  }
+  ms_decide_.push_back(1000 * SecondsSince(start));
+  if (step.record) RecordAndCount(*step.record);
+  if (step.replaced) Count(Reason::kCovered);
+  if (step.decision.reason == Reason::kRecorded && !recording_) step.decision.reason = Reason::kPaused;
+  if (step.decision.reason != Reason::kRecorded) Count(step.decision.reason);
+  return step.decision;
+}
+
+Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const Track& track, double frame_period_s) {
+  const auto start = std::chrono::steady_clock::now();
+  const bool exposure_settled = ExposureIsSettled(frame, track);
+  Decision decision = Decide({.frame = frame,
+                              .track = track,
+                              .camera = options_.camera,
+                              .frame_period_s = frame_period_s,
+                              .coverage_width_px = options_.coverage_width_px,
+                              .exposure_settled = exposure_settled},
+                             record_.map(), options_.limits);
+  ms_decide_.push_back(1000 * SecondsSince(start));
+  if (stills_) stills_->Follow(frame, track);
+  if (decision.reason == Reason::kRecorded) {
+    if (!recording_) {
+      decision.reason = Reason::kPaused;
+    } else if (stills_) {
+      decision.reason = record_.spool().Pause() ? ReasonOfTheDisk() : Reason::kStill;
+      if (decision.reason == Reason::kStill) stills_->Ask();
+    } else if (!Record(frame, track, decision, DistanceToSubject(track))) {
+      decision.reason = ReasonOfTheDisk();
+    }
+  }
+  Count(decision.reason);
+  return decision;
+}
+
+Decision CaptureRecorder::Take(const Frame& frame, const Track& track, double frame_period_s) {
+  newest_id_.reset();
+  return walk_ ? DecideOnWalk(frame, track, frame_period_s) : DecideOnSubject(frame, track, frame_period_s);
+}
+
+void CaptureRecorder::TakeStill(const Frame& still) {
+  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map()) : StillVerdict{};
+  if (verdict.decision.reason == Reason::kRecorded)
+    Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
+  else
+    record_.spool().KeepUnposed(still);
+}
+
+}  // namespace ulf

@@ -1,0 +1,88 @@
+// Decides of every tracked frame whether it becomes a view, hands those that do to the record, and counts why
+// the others did not. With a still camera it asks for photographs instead; without a subject it records by
+// parallax (posed_photographs.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "acquisition/device/device.h"
+#include "core/geometry/camera_model.h"
+#include "coverage/bound/view_decision.h"
+#include "coverage/session/record/capture_record.h"
+#include "coverage/session/record/exposure_match.h"
+#include "coverage/session/record/exposure_watch.h"
+#include "coverage/session/record/posed_photographs.h"
+#include "coverage/session/record/still_capture.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf {
+
+class CaptureRecorder {
+ public:
+  struct Options {
+    CameraModel camera;                                // of the frames that are tracked
+    std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
+    std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
+    DecisionLimits limits;
+    int stable_frames = 10;  // tracked in a row before a first view without a subject
+    int coverage_width_px = 640;
+    bool deterministic = false;  // host times are the device's
+  };
+  using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
+
+  // `device`, `poses` and `record` outlive it. `light` knows the views of an earlier session.
+  CaptureRecorder(Device& device, PoseSource& poses, CaptureRecord& record, ExposureMatch light,
+                  const Options& options);
+
+  // `frame_period_s`: between the device's frames; 0 while it is not known.
+  Decision Take(const Frame& frame, const Track& track, double frame_period_s);
+  // A photograph that came, asked for or not: recorded, or kept in unposed/.
+  void TakeStill(const Frame& still);
+  // The frame that waits to be compared with its neighbours, at the end.
+  void RecordHeld();
+
+  // A frame that waits is recorded before a pause: it was wanted before.
+  void SetRecording(bool on);
+  bool IsRecording() const { return recording_; }
+
+  // The view that the last call recorded; none once it was forgotten.
+  std::optional<int> newest_id() const { return newest_id_; }
+  void ForgetNewestId() { newest_id_.reset(); }
+  std::shared_ptr<const RecordedView> newest_view() const { return newest_view_; }  // null: none yet
+  const ReasonCounts& reasons() const { return reasons_; }
+  StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
+  const std::vector<double>& ms_decide() const { return ms_decide_; }
+
+ private:
+  Decision DecideOnSubject(const Frame& frame, const Track& track, double frame_period_s);
+  Decision DecideOnWalk(const Frame& frame, const Track& track, double frame_period_s);
+  // `distance`: of what is looked at.
+  bool Record(const Frame& frame, const Track& track, const Decision& decision, double distance);
+  void RecordAndCount(const HeldFrame& held);
+  bool ExposureIsSettled(const Frame& frame, const Track& track);
+  double DistanceToSubject(const Track& track) const;
+  Reason ReasonOfTheDisk() const;
+  void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }
+
+  Device& device_;
+  PoseSource& poses_;
+  CaptureRecord& record_;
+  const Options options_;
+  const CameraModel recorded_camera_;
+  ExposureMatch light_;
+  ExposureWatch exposure_;
+  std::optional<StillCapture> stills_;
+  std::optional<PosedPhotographs> walk_;
+  int tracked_in_a_row_ = 0;
+  bool recording_ = true;
+  std::optional<int> newest_id_;
+  std::shared_ptr<const RecordedView> newest_view_;
+  ReasonCounts reasons_{};
+  std::vector<double> ms_decide_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,157 @@
+#include "coverage/session/record/exposure_match.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
+
+#include "core/base/quantile.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+constexpr int kSmallWidth = 48;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+constexpr int kBlack = 10, kClipped = 247;  // of 255, display-encoded
+
+// Linear light of few pixels, NaN where it is clipped or nearly black.
+cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
+  cv::Mat linear;
+  if (transfer == Transfer::kLinear) {
+    pixels.convertTo(linear, CV_32F, 1 / FullScale(pixels.depth()));
+    const float low = LinearFromSrgb(kBlack / 255.0f), high = LinearFromSrgb(kClipped / 255.0f);
+    for (int y = 0; y < linear.rows; ++y)
+      for (float *value = linear.ptr<float>(y), *end = value + linear.cols * linear.channels(); value < end;
+           ++value)
+        if (*value < low || *value > high) *value = kUnknown;
+    return linear;
+  }
+  cv::Mat encoded, table(1, 256, CV_32F);
+  pixels.convertTo(encoded, CV_8U, 255 / FullScale(pixels.depth()));
+  for (int i = 0; i < 256; ++i)
+    table.at<float>(i) =
+        i < kBlack || i > kClipped ? kUnknown : LinearFromSrgb(static_cast<float>(i) / 255.0f);
+  cv::LUT(encoded, table, linear);
+  return linear;
+}
+
+// Between pixel centres; NaN beside what is not known.
+float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
+  const double u = std::clamp(img.x() - 0.5, 0.0, light.cols - 1.0),
+               v = std::clamp(img.y() - 0.5, 0.0, light.rows - 1.0);
+  const int x = std::min(static_cast<int>(u), light.cols - 2),
+            y = std::min(static_cast<int>(v), light.rows - 2);
+  if (x < 0 || y < 0) return light.at<float>(0, 0);
+  const auto right = static_cast<float>(u - x), down = static_cast<float>(v - y);
+  return (1 - down) * ((1 - right) * light.at<float>(y, x) + right * light.at<float>(y, x + 1)) +
+         down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
+}
+
+}  // namespace
+
+cv::Mat SmallLight(const Image& image) {
+  // Clipped pixels are found at a size at which they are still seen.
+  constexpr int kFiner = 4;
+  const int width = std::min(kSmallWidth, image.width());
+  const int height = std::max(1, width * image.height() / image.width());
+  cv::Mat reduced;
+  cv::resize(image.pixels, reduced, {kFiner * width, kFiner * height}, 0, 0, cv::INTER_AREA);
+  const cv::Mat known = KnownLight(reduced, image.transfer);
+  const int channels = known.channels();
+  cv::Mat light(height, width, CV_32F);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      float sum = 0;  // unknown where one of them is
+      for (int v = 0; v < kFiner; ++v) {
+        const float* value = known.ptr<float>(kFiner * y + v) + kFiner * x * channels;
+        for (int i = 0; i < kFiner * channels; ++i) sum += value[i];
+      }
+      light.at<float>(y, x) = sum / static_cast<float>(kFiner * kFiner * channels);
+    }
+  return light;
+}
+
+std::optional<double> LogLightRatio(const cv::Mat& now, const Rigid3& now_from_world, const cv::Mat& before,
+                                    const Rigid3& before_from_world, const CameraModel& camera,
+                                    double depth) {
+  constexpr double kLeastShared = 0.2;  // of the picture
+  const CameraModel small = camera.ScaledTo(now.cols, now.rows);
+  const Rigid3 before_from_now = before_from_world * now_from_world.Inverse();
+  std::vector<double> ratios;
+  for (int y = 0; y < now.rows; ++y)
+    for (int x = 0; x < now.cols; ++x) {
+      const float here = now.at<float>(y, x);
+      if (!(here > 0)) continue;
+      const auto ray = small.RayFromImg({x + 0.5, y + 0.5});
+      if (!ray || !(ray->z() > 0)) continue;
+      const auto img = small.ImgFromCam(before_from_now * Eigen::Vector3d(*ray * (depth / ray->z())));
+      if (!img || !small.Contains(*img)) continue;
+      const float there = Between(before, *img);
+      if (there > 0) ratios.push_back(std::log(here / there));
+    }
+  if (static_cast<double>(ratios.size()) < kLeastShared * now.cols * now.rows) return std::nullopt;
+  // A hand before the lens, a lamp that was switched on: no exposure does that.
+  constexpr double kAgree = 0.3;  // of the logarithm, median deviation
+  const double median = Median(ratios);
+  std::vector<double> deviations;
+  for (const double ratio : ratios) deviations.push_back(std::abs(ratio - median));
+  if (Median(std::move(deviations)) > kAgree) return std::nullopt;
+  return median;
+}
+
+ExposureMatch::ExposureMatch(const LightField& resumed) : resumed_(resumed) {
+  resumed_.points.clear();
+  for (const View& view : resumed_.views)
+    if (view.exposure_s <= 0 && view.gain > 0) kept_[view.id] = {std::log(view.gain), {}};
+}
+
+double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
+                             double depth, const HeldViews& views) {
+  constexpr std::size_t kNeighbours = 6, kMostRead = 2;
+  light_ = SmallLight(image);
+  log_gain_ = 0;
+  std::vector<std::pair<double, const HeldView*>> nearest;
+  for (const HeldView& view : views.views()) {
+    if (!kept_.contains(view.id)) continue;
+    const Rigid3 moved = cam_from_world * view.cam_from_world.Inverse();
+    nearest.emplace_back(moved.translation.norm() / depth + RotationAngle(moved.rotation), &view);
+  }
+  const std::size_t count = std::min(kNeighbours, nearest.size());
+  std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count), nearest.end());
+  nearest.resize(count);
+  double sum = 0;
+  std::size_t shared = 0, read = 0;
+  for (const auto& [apart, view] : nearest) {
+    Kept& kept = kept_.at(view->id);
+    if (kept.light.empty()) {
+      if (++read > kMostRead) continue;
+      try {
+        const auto recorded = std::find_if(resumed_.views.begin(), resumed_.views.end(),
+                                           [id = view->id](const View& other) { return other.id == id; });
+        kept.light = SmallLight(ReadRecordedImage(resumed_, *recorded));
+      } catch (const std::exception&) {  // whoever reads the light field says what is wrong with it
+        continue;
+      }
+    }
+    if (kept.light.size() != light_.size()) continue;
+    if (const auto ratio =
+            LogLightRatio(light_, cam_from_world, kept.light, view->cam_from_world, camera, depth)) {
+      sum += kept.log_gain + *ratio;
+      ++shared;
+    }
+  }
+  if (shared > 0)
+    log_gain_ = sum / static_cast<double>(shared);
+  else if (!nearest.empty())
+    log_gain_ = kept_.at(nearest.front().second->id).log_gain;
+  return std::exp(log_gain_);
+}
+
+void ExposureMatch::Keep(int id) { kept_[id] = {log_gain_, std::exchange(light_, {})}; }
+
+}  // namespace ulf

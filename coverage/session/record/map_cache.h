@@ -1,0 +1,20 @@
+// Going on with a capture: the tracker's map again, from the file under the light field's cache/ that the
+// last session left, or from the recorded views with their poses. The file only makes it faster: one that is
+// missing, damaged, of another version, or of other views or poses is not used.
+#pragma once
+
+#include "core/light_field/light_field.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf {
+
+std::filesystem::path MapCacheOf(const LightField& light_field);
+
+// Throws Error when the views show too little in common. Says on stderr when there was a file that does not
+// fit.
+void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, PoseSource& poses);
+
+// Leaves the map for the next session; says on stderr when the disk refuses.
+void SaveMapCache(const LightField& light_field, const CameraModel& tracked, const PoseSource& poses);
+
+}  // namespace ulf

@@ -1,0 +1,191 @@
+#include "coverage/session/record/still_capture.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/base/shell_word.h"
+
+namespace ulf {
+
+namespace {
+
+// How far apart two poses are for somebody who looks at a subject `distance` away: an angle.
+double AngleBetween(const Rigid3& a, const Rigid3& b, double distance) {
+  return std::hypot(RotationAngle(a.rotation * b.rotation.conjugate()),
+                    (a.OriginInSource() - b.OriginInSource()).norm() / distance);
+}
+
+Rigid3 Between(const Rigid3& a, const Rigid3& b, double share) {
+  const Eigen::Quaterniond rotation = a.rotation.slerp(share, b.rotation);
+  const Eigen::Vector3d center = (1 - share) * a.OriginInSource() + share * b.OriginInSource();
+  return {rotation, -(rotation * center)};
+}
+
+}  // namespace
+
+std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
+                                       double distance) {
+  constexpr double kStepS = 0.002, kTellsApartS = 0.05;
+  constexpr double kPoseErrorRad = 0.002;  // of a photograph against live frames
+  struct Sample {
+    double time_s, angle;
+  };
+  std::vector<Sample> samples;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    const LivePose &a = trajectory[i - 1], &b = trajectory[i];
+    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / kStepS), 1, 1000);
+    for (int k = i == 1 ? 0 : 1; k <= steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      samples.push_back(
+          {a.time_s + share * (b.time_s - a.time_s),
+           AngleBetween(Between(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
+    }
+  }
+  if (samples.empty()) return std::nullopt;
+  const auto nearest = std::min_element(samples.begin(), samples.end(),
+                                        [](const Sample& a, const Sample& b) { return a.angle < b.angle; });
+  if (nearest == samples.begin() || nearest + 1 == samples.end()) return std::nullopt;
+  for (const Sample& sample : samples)
+    if (std::abs(sample.time_s - nearest->time_s) > kTellsApartS &&
+        sample.angle < nearest->angle + kPoseErrorRad)
+      return std::nullopt;
+  return nearest->time_s;
+}
+
+StillCapture::StillCapture(Device& device, const CameraModel& camera, const PoseSource& poses,
+                           const DecisionLimits& limits, int coverage_width_px)
+    : device_(device),
+      camera_(camera),
+      poses_(poses),
+      limits_(limits),
+      coverage_width_px_(coverage_width_px) {}
+
+void StillCapture::Follow(const Frame& live, const Track& track) {
+  if (!track.cam_from_world) return;
+  live_.push_back({live.device_time_s, *track.cam_from_world,
+                   track.speed_px * camera_.width / std::max(1, live.image.width())});
+  while (live.device_time_s - live_.front().time_s > kRememberedS) live_.pop_front();
+  MeasureLags();
+}
+
+// Live view stops for a photograph: what it saw after it has to be waited for.
+void StillCapture::MeasureLags() {
+  constexpr double kLiveViewGoesOnS = 0.5, kLongestS = 5;
+  while (!unmeasured_.empty() && live_.back().time_s > unmeasured_.front().judged_s + kLiveViewGoesOnS) {
+    const Unmeasured still = unmeasured_.front();
+    unmeasured_.pop_front();
+    std::vector<LivePose> since;
+    for (const LivePose& pose : live_)
+      if (pose.time_s > still.requested_s - kLiveViewGoesOnS && pose.time_s < still.requested_s + kLongestS)
+        since.push_back(pose);
+    const auto taken_s = TimeOnTrajectory(since, still.cam_from_world, still.distance);
+    if (!taken_s) continue;
+    lags_s_.push_back(*taken_s - still.requested_s);
+    counts_.lags = lags_s_.size();
+    counts_.lag_s = Median(lags_s_);
+  }
+}
+
+// Where the device was told a lag, its time has it already.
+double StillCapture::ExpectedTime(const Frame& still) const {
+  const bool told = !still.requested_s || still.device_time_s != *still.requested_s;
+  return told ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);
+}
+
+void StillCapture::Ask() {
+  if (device_.RequestStill() == StillRequest::kAsked) ++counts_.asked;
+}
+
+std::optional<Rigid3> StillCapture::LivePoseAt(double time_s) const {
+  const LivePose* nearest = nullptr;
+  for (const LivePose& pose : live_)
+    if (!nearest || std::abs(pose.time_s - time_s) < std::abs(nearest->time_s - time_s)) nearest = &pose;
+  return nearest ? std::optional(nearest->cam_from_world) : std::nullopt;
+}
+
+// Over several frames: live view's times are those of its arrival, which comes in fits.
+double StillCapture::SpeedPxPerS() const {
+  constexpr std::size_t kFrames = 8;
+  if (live_.size() < 2) return 0;
+  const std::size_t first = live_.size() - std::min(live_.size(), kFrames);
+  double moved_px = 0;
+  for (std::size_t i = first + 1; i < live_.size(); ++i) moved_px += live_[i].speed_px;
+  const double seconds = live_.back().time_s - live_[first].time_s;
+  return seconds > 0 ? moved_px / seconds : 0;
+}
+
+bool StillCapture::HasTheSize(const Frame& still) {
+  if (still.image.width() == camera_.width && still.image.height() == camera_.height) return true;
+  if (!said_size_)
+    spdlog::warn(
+        "a photograph is {}x{}, the calibration's still mode is for {}x{}: such photographs are kept in "
+        "unposed/; set the camera's image size back, or calibrate with --mode still",
+        still.image.width(), still.image.height(), camera_.width, camera_.height);
+  said_size_ = true;
+  return false;
+}
+
+StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
+  ++counts_.arrived;
+  StillVerdict verdict;
+  if (still.status == FrameStatus::kComplete && HasTheSize(still))
+    verdict.track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
+  if (!verdict.track) {
+    ++counts_.without_pose;
+    return verdict;
+  }
+  if (still.requested_s && map && !live_.empty())
+    unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
+                           *verdict.track->cam_from_world,
+                           (*verdict.track->cam_from_world * map->subject().center_in_world).norm()});
+  // It was exposed while the live image moved at this speed.
+  verdict.track->speed_px = SpeedPxPerS();
+  verdict.decision = Decide({.frame = still,
+                             .track = *verdict.track,
+                             .camera = camera_,
+                             .frame_period_s = 1,
+                             .coverage_width_px = coverage_width_px_},
+                            map, limits_);
+  ++(verdict.decision.reason == Reason::kRecorded ? counts_.recorded : counts_.not_needed);
+  return verdict;
+}
+
+ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArgs& args) {
+  try {
+    // Live view's focal length in pixels says nothing of the photographs.
+    return ResolveCalibration(device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0,
+                              "still");
+  } catch (const Error& error) {
+    throw Error(
+        "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
+        error.what(), ShellWord(device.Info().uri));
+  }
+}
+
+Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera) {
+  // Reduced first, so that the resampling below skips no pixels.
+  const double share = std::min(1.0, camera.MeanFocalPx() / photograph_camera.MeanFocalPx());
+  const CameraModel reduced =
+      photograph_camera.ScaledTo(static_cast<int>(std::lround(share * photograph_camera.width)),
+                                 static_cast<int>(std::lround(share * photograph_camera.height)));
+  cv::Mat small;
+  cv::resize(photograph.pixels, small, {reduced.width, reduced.height}, 0, 0, cv::INTER_AREA);
+  cv::Mat map(camera.height, camera.width, CV_32FC2, cv::Scalar(-1e6, -1e6));
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u)
+      if (const auto ray = camera.RayFromImg({u + 0.5, v + 0.5}))
+        if (const auto img = reduced.ImgFromCam(*ray))
+          map.at<cv::Vec2f>(v, u) = {static_cast<float>(img->x() - 0.5), static_cast<float>(img->y() - 0.5)};
+  Image seen = photograph;
+  cv::remap(small, seen.pixels, map, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return seen;
+}
+
+}  // namespace ulf

@@ -1,0 +1,406 @@
+#include "coverage/session/record/view_spool.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/signal_stack.h"
+#include "coverage/session/record/kept_photographs.h"
+
+namespace ulf {
+namespace {
+
+// For the journal's next lines and the derived files of a light field.
+constexpr std::uint64_t kClosingBytes = 256 << 10;
+constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
+constexpr std::uint64_t kClosingBytesPerSeenPoint = 64;  // of a view, in points.ulf and COLMAP's text
+// That go to the disk together, so that its waits, a few milliseconds each, are shared.
+constexpr std::size_t kViewsTogether = 8;
+constexpr int kPictureNiceness = 10;
+// Nothing tells when room appears on a disk: it is asked for.
+constexpr std::chrono::milliseconds kRetryAfter(300);
+
+// What moves a pixel of the subject by less than a hundredth need not be written down.
+bool Differ(const Rigid3& a, const Rigid3& b) {
+  const Rigid3 b_from_a = b * a.Inverse();
+  return RotationAngle(b_from_a.rotation) > 1e-5 ||
+         b_from_a.translation.norm() > 1e-5 * (1 + a.translation.norm());
+}
+
+// At most: the photograph as it is in memory, and the master.
+std::uint64_t PictureBytes(const Frame& frame) { return 3 * frame.image.pixels.total(); }
+std::uint64_t BytesInMemory(const Frame& frame) {
+  return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
+         (frame.raw ? frame.raw->bytes->size() : 0);
+}
+
+std::size_t Processors() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 4); }
+
+double Megabytes(std::uint64_t bytes) { return 1e-6 * static_cast<double>(bytes); }
+
+}  // namespace
+
+ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded)
+    : writer_(std::move(writer)), root_(writer_.Contents().root), capacity_(capacity), threaded_(threaded) {
+  for (const View& view : writer_.Contents().views) journaled_[view.id] = view.cam_from_world;
+  views_on_disk_ = journaled_.size();
+  next_id_ = writer_.NextViewId();
+  if (!threaded_) return;
+  threads_.emplace_back([this] { Loop(); });
+  for (std::size_t i = 0; i < Processors(); ++i) {
+    threads_.emplace_back([this] { EncodeLoop(); });
+    threads_.emplace_back([this] { PictureLoop(); });
+  }
+}
+
+ViewSpool::~ViewSpool() {
+  {
+    const std::lock_guard lock(mutex_);
+    finishing_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
+}
+
+ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::string& problem) {
+  try {
+    write();
+    return Outcome::kWritten;
+  } catch (const DiskFullError& error) {
+    problem = error.what();
+    const std::lock_guard lock(mutex_);
+    no_room_ = problem;
+    return Outcome::kNoRoom;
+  } catch (const std::exception& error) {
+    problem = error.what();
+    return Outcome::kFailed;
+  }
+}
+
+// One line, one frame for unposed/, or views. Several views that fail together may do so for one of them.
+ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
+  const Task& first = tasks.front();
+  std::string problem;
+  const Outcome outcome = Try(
+      [&] {
+        if (first.view) return WriteViews(tasks);
+        if (first.unposed) return writer_.KeepUnposed(*first.unposed);
+        first.write_line(writer_);
+      },
+      problem);
+  const std::lock_guard lock(mutex_);
+  if (outcome == Outcome::kWritten) no_room_.reset();
+  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = problem;
+  return outcome;
+}
+
+void ViewSpool::WriteViews(std::span<const Task> tasks) {
+  std::vector<LightFieldWriter::NewView> added;
+  for (const Task& task : tasks) {
+    if (!threaded_ && task.view->state == PendingView::kWaiting) {
+      task.view->view.files = writer_.Files(task.view->view.frame, MakePictures::kNow);
+      task.view->state = PendingView::kEncoded;
+    }
+    if (task.view->problem) std::rethrow_exception(task.view->problem);
+    added.push_back(task.view->view);
+  }
+  const std::vector<View> views = writer_.AddViews(added);
+  views_on_disk_ += views.size();
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    journaled_[views[i].id] = views[i].cam_from_world;
+    if (!added[i].files.image) pictures_.push_back(views[i]);
+  }
+}
+
+// After a failure: false when a frame found no place at all.
+bool ViewSpool::Rescue(const Task& task) {
+  if (!task.IsFrame()) return true;
+  const Frame& frame = task.view ? task.view->view.frame : *task.unposed;
+  std::string problem;
+  std::filesystem::path folder = root_ / "unposed";
+  if (Try([&] { writer_.KeepUnposed(frame); }, problem) != Outcome::kWritten) {
+    folder = FolderBeside(root_);
+    if (Try([&] { KeepBeside(folder, frame); }, problem) != Outcome::kWritten) return false;
+  } else if (task.unposed) {
+    return true;  // where it was to go
+  }
+  const std::lock_guard lock(mutex_);
+  ++set_aside_[folder];
+  return true;
+}
+
+// With the first task.
+void ViewSpool::Done(bool written) {
+  if (tasks_.front().IsFrame()) {
+    --views_waiting_;
+    if (!written) ++unwritten_;
+  }
+  tasks_.pop_front();
+}
+
+// Tasks at the front that can be written in one go; 0: the first is still being encoded.
+std::size_t ViewSpool::NextTogether(std::size_t most_views) const {
+  if (!tasks_.empty() && !tasks_.front().view) return 1;
+  std::size_t count = 0;
+  while (count < tasks_.size() && count < most_views && tasks_[count].view &&
+         tasks_[count].view->state == PendingView::kEncoded)
+    ++count;
+  return count;
+}
+
+void ViewSpool::Loop() {
+  HaveSignalStack();
+  std::unique_lock lock(mutex_);
+  for (std::size_t most = kViewsTogether;;) {
+    changed_.wait(lock, [&] { return (finishing_ && tasks_.empty()) || NextTogether(most) > 0; });
+    if (tasks_.empty()) break;
+    std::size_t count = NextTogether(most);
+    if (!failure_) {
+      const std::vector<Task> tasks(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(count));
+      lock.unlock();
+      const Outcome outcome = Write(tasks);
+      lock.lock();
+      if (outcome != Outcome::kWritten && count > 1) {
+        most = 1;  // there may be room for one; and one may be all that is amiss
+        continue;
+      }
+      if (outcome == Outcome::kNoRoom && !finishing_) {
+        changed_.wait_for(lock, kRetryAfter, [&] { return finishing_; });
+        continue;  // the same again
+      }
+      if (outcome == Outcome::kNoRoom) failure_ = no_room_;
+      if (outcome == Outcome::kWritten) most = kViewsTogether;
+    }
+    bool written = true;
+    if (failure_) {
+      const Task task = tasks_.front();
+      count = 1;
+      lock.unlock();
+      written = Rescue(task);
+      lock.lock();
+    }
+    for (std::size_t i = 0; i < count; ++i) Done(written);
+    if (tasks_.size() <= capacity_ / 2) behind_ = false;
+    changed_.notify_all();
+  }
+  all_written_ = true;
+  changed_.notify_all();
+}
+
+// Whatever the disk says, for as long as there are views that wait for it.
+void ViewSpool::EncodeLoop() {
+  HaveSignalStack();
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    std::shared_ptr<PendingView> next;
+    const auto find = [&] {
+      const auto found = std::find_if(tasks_.begin(), tasks_.end(), [](const Task& task) {
+        return task.view && task.view->state == PendingView::kWaiting;
+      });
+      if (found != tasks_.end()) next = found->view;
+      return next != nullptr;
+    };
+    changed_.wait(lock, [&] { return find() || finishing_; });
+    if (!next) return;
+    next->state = PendingView::kBeingEncoded;
+    lock.unlock();
+    try {
+      next->view.files = writer_.Files(next->view.frame, MakePictures::kLater);
+    } catch (...) {
+      next->problem = std::current_exception();
+    }
+    lock.lock();
+    next->state = PendingView::kEncoded;
+    changed_.notify_all();
+  }
+}
+
+void ViewSpool::PictureLoop() {
+  HaveSignalStack();
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kPictureNiceness);  // of this thread alone
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return !pictures_.empty() || all_written_; });
+    if (pictures_.empty()) return;
+    const View view = std::move(pictures_.front());
+    pictures_.pop_front();
+    pictures_being_made_.push_back(view.id);
+    lock.unlock();
+    std::string problem;
+    const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); }, problem);
+    lock.lock();
+    std::erase(pictures_being_made_, view.id);
+    if (outcome == Outcome::kWritten) {
+      no_room_.reset();
+    } else if (outcome == Outcome::kFailed) {
+      if (pictures_not_made_++ == 0) spdlog::warn("{}; recording goes on", problem);
+    } else {
+      pictures_.push_front(view);
+      if (all_written_) return;
+      changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
+    }
+    changed_.notify_all();
+  }
+}
+
+std::uint64_t ViewSpool::MostBytes(const Frame& frame) { return BytesInMemory(frame); }
+
+std::size_t ViewSpool::ViewsWaiting() const {
+  const std::lock_guard lock(mutex_);
+  return views_waiting_;
+}
+
+std::size_t ViewSpool::PicturesWaiting() const {
+  const std::lock_guard lock(mutex_);
+  return pictures_.size() + pictures_being_made_.size();
+}
+
+// What did not fit before comes first. False: the last task had no room and was not taken.
+bool ViewSpool::WriteHere(bool only_if_room) {
+  while (!tasks_.empty()) {
+    const Outcome outcome = failure_ ? Outcome::kFailed : Write({&tasks_.front(), 1});
+    if (outcome == Outcome::kNoRoom && !finishing_) {
+      if (!only_if_room) return true;  // kept
+      views_waiting_ -= tasks_.back().IsFrame();
+      tasks_.pop_back();
+      return false;
+    }
+    if (outcome == Outcome::kNoRoom) failure_ = no_room_;
+    Done(!failure_ || Rescue(tasks_.front()));
+  }
+  return true;
+}
+
+bool ViewSpool::Submit(Task task, bool only_if_room) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (threaded_ && tasks_.size() >= capacity_) {
+      behind_ = true;
+      if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
+    }
+    views_waiting_ += task.IsFrame();
+    tasks_.push_back(std::move(task));
+  }
+  if (!threaded_) return WriteHere(only_if_room);
+  changed_.notify_all();
+  return true;
+}
+
+std::uint64_t ViewSpool::NeededBytes(std::uint64_t views) const {
+  return views * largest_view_bytes_ +
+         (pictures_.size() + pictures_being_made_.size()) * largest_picture_bytes_ + kClosingBytes +
+         (kClosingBytesPerView + kClosingBytesPerSeenPoint * most_seen_points_) * (views_on_disk_ + views);
+}
+
+std::optional<SpoolPause> ViewSpool::Pause() {
+  std::unique_lock lock(mutex_);
+  if (failure_) return std::nullopt;
+  const std::uint64_t free = FreeBytes(root_), needed = NeededBytes(views_waiting_ + 1);
+  if (no_room_ || free < needed)
+    return SpoolPause{
+        true, fmt::format("disk full ({:.1f} MB free, {:.1f} needed); free some space on the disk of {}",
+                          Megabytes(free), Megabytes(std::max(needed, free + 1)), root_.string())};
+  if (behind_)
+    return SpoolPause{false, fmt::format("disk slow ({} to be written)", Counted(views_waiting_, "view"))};
+  return std::nullopt;
+}
+
+ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
+  largest_view_bytes_ = std::max<std::uint64_t>(largest_view_bytes_, BytesInMemory(frame));
+  largest_picture_bytes_ = std::max<std::uint64_t>(largest_picture_bytes_, PictureBytes(frame));
+  auto pending = std::make_shared<PendingView>();
+  pending->view = {frame, view, {}};
+  return {{}, std::move(pending), {}};
+}
+
+std::optional<int> ViewSpool::TryAddView(const Frame& frame, const View& view) {
+  Task adding = Adding(frame, view);
+  if (Pause() || !Submit(std::move(adding), true)) return std::nullopt;
+  return next_id_++;
+}
+
+// Views are written in the order in which they are added, and none is left out before one that is written:
+// the id is known before the writer gives it.
+int ViewSpool::AddView(const Frame& frame, const View& view) {
+  Submit(Adding(frame, view), false);
+  return next_id_++;
+}
+
+void ViewSpool::KeepUnposed(const Frame& frame) { Submit({{}, nullptr, frame}, false); }
+
+void ViewSpool::RemoveView(int id) {
+  Submit({[this, id](LightFieldWriter&) { Remove(id); }, nullptr, {}}, false);
+}
+
+// Its photograph may just be being made from its master: nobody else may have the files in hand.
+void ViewSpool::Remove(int id) {
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] {
+      return std::find(pictures_being_made_.begin(), pictures_being_made_.end(), id) ==
+             pictures_being_made_.end();
+    });
+    std::erase_if(pictures_, [id](const View& view) { return view.id == id; });
+  }
+  writer_.RemoveView(id);
+  journaled_.erase(id);
+  --views_on_disk_;
+}
+
+bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
+  return Submit(
+      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses); }, nullptr, {}},
+      true);
+}
+
+void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world) {
+  std::map<int, Rigid3> changed;
+  for (const auto& [id, pose] : cam_from_world)
+    if (const auto known = journaled_.find(id); known != journaled_.end() && Differ(pose, known->second))
+      changed[id] = pose;
+  writer_.UpdatePoses(changed);
+  for (const auto& [id, pose] : changed) journaled_[id] = pose;
+}
+
+void ViewSpool::SetSubject(const Subject& subject) {
+  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }, nullptr, {}}, false);
+}
+
+void ViewSpool::NoteGap(double from_s, double to_s, const std::string& reason) {
+  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }, nullptr, {}}, false);
+}
+
+std::optional<std::string> ViewSpool::Failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
+LightFieldWriter ViewSpool::Finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    finishing_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
+  if (!threaded_) WriteHere(false);
+  if (pictures_not_made_ > 0)
+    spdlog::warn(
+        "{} of images/ could not be made now: made from masters/ when the light field is next opened",
+        Counted(pictures_not_made_, "photograph"));
+  if (!failure_ && !pictures_.empty())
+    spdlog::warn("{} of images/ had no room: made from masters/ when there is",
+                 Counted(pictures_.size(), "photograph"));
+  return std::move(writer_);
+}
+
+}  // namespace ulf

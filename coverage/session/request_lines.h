@@ -1,0 +1,33 @@
+// Requests as lines of text, from standard input or a file, typically a fifo: what the operator display does
+// with keys, a script or another program does with these. Reads what is there and never waits.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "coverage/session/capture_request.h"
+
+namespace ulf {
+
+class RequestLines {
+ public:
+  // "-": standard input. Throws UsageError when it cannot be read. `take` gets each line and throws
+  // UsageError, in words, for one that is no request.
+  RequestLines(const std::string& path, std::function<void(const std::string&)> take);
+  ~RequestLines();
+  RequestLines(const RequestLines&) = delete;
+  RequestLines& operator=(const RequestLines&) = delete;
+
+  // The whole lines that have come since; one that is refused is answered with the words of the refusal.
+  void Take(const std::function<void(const std::string&)>& say);
+
+ private:
+  bool ReadMore();
+
+  int descriptor_ = -1;
+  bool others_may_write_ = false;  // a fifo: its end is only the end of who wrote last
+  std::string text_;
+  std::function<void(const std::string&)> take_;
+};
+
+}  // namespace ulf

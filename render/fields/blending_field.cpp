@@ -1,0 +1,81 @@
+#include "render/fields/blending_field.h"
+
+#include <array>
+
+#include "core/base/error.h"
+#include "render/fields/lumigraph_field.h"
+#include "render/fields/mesh_field.h"
+
+namespace ulf {
+namespace {
+
+struct NamedField {
+  FieldKind kind;
+  const char* name;
+};
+constexpr std::array kNames{NamedField{FieldKind::kLinear, "linear"},
+                            NamedField{FieldKind::kSubdivision, "subdivision"},
+                            NamedField{FieldKind::kLumigraph, "lumigraph"},
+                            NamedField{FieldKind::kLumigraphPerPixel, "lumigraph-per-pixel"},
+                            NamedField{FieldKind::kNearest, "nearest"}};
+
+}  // namespace
+
+bool UsesMesh(FieldKind kind) { return kind == FieldKind::kLinear || kind == FieldKind::kSubdivision; }
+
+std::string FieldName(FieldKind kind) {
+  for (const NamedField& entry : kNames)
+    if (entry.kind == kind) return entry.name;
+  throw Error("blending field {}: no such kind", static_cast<int>(kind));
+}
+
+FieldKind FieldFromName(const std::string& name, const std::string& option) {
+  std::string known = option == "--field" ? "auto" : "";
+  for (const NamedField& entry : kNames) {
+    if (name == entry.name) return entry.kind;
+    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  throw UsageError("{} {}: no such blending field; there are {}", option, name, known);
+}
+
+std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }
+
+int LevelFromName(const std::string& name) {
+  for (int level = 0; level <= kLimitLevel; ++level)
+    if (name == LevelName(level)) return level;
+  throw UsageError("--level {}: there are levels of subdivision 0, 1, 2, 3, and limit", name);
+}
+
+FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh) {
+  FieldOptions serves = asked;
+  if (mesh.span == Span::kPlace) serves.kind = FieldKind::kNearest;
+  if (mesh.span == Span::kLine && UsesMesh(asked.kind)) serves.kind = FieldKind::kLumigraph;
+  if (serves.kind == FieldKind::kLinear) serves.level = 0;
+  if (serves.lumigraph_k == 0) serves.lumigraph_k = mesh.span == Span::kSurface ? 4 : 3;
+  return serves;
+}
+
+void FieldSample::Add(int view, double weight) {
+  if (weight <= 0) return;
+  for (ViewWeight& entry : weights)
+    if (entry.view == view) {
+      entry.weight += weight;
+      return;
+    }
+  weights.push_back({view, weight});
+}
+
+std::vector<int> FieldFromHere::CandidatesInCone(const Eigen::Vector3d& /*axis*/,
+                                                 double /*half_angle*/) const {
+  return {};
+}
+
+std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
+                                         const FieldOptions& options) {
+  const FieldOptions serves = FieldThatServes(options, scene->mesh);
+  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level);
+  if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
+  return std::make_unique<LumigraphField>(std::move(scene), serves);
+}
+
+}  // namespace ulf

@@ -1,0 +1,120 @@
+#include "render/fields/loop_subdivision.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/base/at.h"
+
+namespace ulf {
+namespace {
+
+class WeightSum {
+ public:
+  void Add(const SparseWeights& weights, double factor) {
+    for (const auto& [vertex, weight] : weights) sum_[vertex] += factor * weight;
+  }
+  SparseWeights Take() const { return {sum_.begin(), sum_.end()}; }
+
+ private:
+  std::map<int, double> sum_;
+};
+
+SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex) {
+  WeightSum sum;
+  const std::vector<int>& ring = topology.neighbours[At(vertex)];
+  if (ring.empty() || topology.OnBoundary(vertex)) return mesh.weights[At(vertex)];
+  const double valence = static_cast<double>(ring.size());
+  const double beta = ring.size() == 3 ? 3.0 / 16 : 3.0 / (8 * valence);
+  sum.Add(mesh.weights[At(vertex)], 1 - valence * beta);
+  for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], beta);
+  return sum.Take();
+}
+
+double AngleAt(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2((a - corner).cross(b - corner).norm(), (a - corner).dot(b - corner));
+}
+
+// How far a Delaunay edge is from being the only choice: 0 in a regular mesh, where the angles that face it
+// sum to 120 degrees, 1 where its four corners lie on a circle (180) and the other diagonal would do as well.
+double Ambiguity(const SubdividedMesh& mesh, const MeshEdge& edge) {
+  const Eigen::Vector3d &from = mesh.positions[At(edge.from)], &to = mesh.positions[At(edge.to)];
+  double facing = 0;
+  for (const int opposite : edge.opposite) facing += AngleAt(mesh.positions[At(opposite)], from, to);
+  return std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
+}
+
+SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double ambiguity) {
+  WeightSum sum;
+  const double opposite_share = edge.OnBoundary() ? 0 : 0.125 * (1 + ambiguity);
+  for (const int end : {edge.from, edge.to}) sum.Add(mesh.weights[At(end)], 0.5 - opposite_share);
+  if (!edge.OnBoundary())
+    for (const int opposite : edge.opposite) sum.Add(mesh.weights[At(opposite)], opposite_share);
+  return sum.Take();
+}
+
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_delaunay) {
+  const int vertex_count = static_cast<int>(coarse.positions.size());
+  const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
+  SubdividedMesh fine;
+  fine.positions = coarse.positions;
+  fine.outward = coarse.outward;
+  for (int vertex = 0; vertex < vertex_count; ++vertex)
+    fine.weights.push_back(VertexRule(coarse, topology, vertex));
+  for (const MeshEdge& edge : topology.edges) {
+    fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
+    Eigen::Vector3d outward = Eigen::Vector3d::Zero();
+    if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
+    fine.outward.push_back(outward);
+    const bool may_be_ambiguous = is_delaunay && !edge.OnBoundary();
+    fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0));
+  }
+  for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
+    const auto [a, b, c] = coarse.triangles[t];
+    const auto [e0, e1, e2] = topology.edges_of_triangle[t];
+    const int ab = vertex_count + e0, bc = vertex_count + e1, ca = vertex_count + e2;
+    for (const Triangle& part :
+         {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}}) {
+      fine.triangles.push_back(part);
+      fine.parent.push_back(coarse.parent[t]);
+    }
+  }
+  return fine;
+}
+
+std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
+  const TriangleTopology topology = MakeTopology(static_cast<int>(mesh.positions.size()), mesh.triangles);
+  std::vector<SparseWeights> limit;
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    const std::vector<int>& ring = topology.neighbours[vertex];
+    if (ring.empty() || topology.OnBoundary(static_cast<int>(vertex))) {
+      limit.push_back(mesh.weights[vertex]);
+      continue;
+    }
+    WeightSum sum;
+    const double valence = static_cast<double>(ring.size());
+    const double share = ring.size() == 3 ? 0.2 : 1 / (2 * valence);
+    sum.Add(mesh.weights[vertex], 1 - valence * share);
+    for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
+    limit.push_back(sum.Take());
+  }
+  return limit;
+}
+
+}  // namespace
+
+SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
+                                const std::vector<Eigen::Vector3d>& outward,
+                                const std::vector<Triangle>& triangles, int levels, Diagonals diagonals) {
+  SubdividedMesh mesh{
+      .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
+  for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
+  for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level)
+    mesh = SubdivideOnce(mesh, level == 0 && diagonals == Diagonals::kDelaunay);
+  if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh);
+  return mesh;
+}
+
+}  // namespace ulf

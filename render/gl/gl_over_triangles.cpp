@@ -1,0 +1,262 @@
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <utility>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "render/gl/gl_renderer_state.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+}  // namespace
+
+int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
+  return *std::min_element(of_views.begin(), of_views.end(), [&](int a, int b) {
+    return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
+           (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
+  });
+}
+
+// How many of the views, from the first on, can be drawn from now; whoever draws asks again for the rest.
+std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
+  if (options.show_field || of_views.empty()) return of_views.size();
+  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(of_views);
+  if (options.complete) {
+    const std::size_t there = photographs.Require(wishes);
+    if (there < wishes.size() && !std::exchange(said_several_passes, true))
+      spdlog::info(
+          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
+          "is drawn in several passes, which takes longer",
+          photographs.limit_bytes() / 1000000);
+    return there;
+  }
+  std::vector<std::optional<int>> drawn_levels;  // by the passes before
+  for (const GlPhotographs::Wish& wish : offered) drawn_levels.push_back(photographs.LevelOf(wish.view));
+  offered.insert(offered.end(), wishes.begin(), wishes.end());
+  lacks = !photographs.Offer(offered);
+  const bool nothing_serves = std::none_of(
+      offered.begin(), offered.end(),
+      [&](const GlPhotographs::Wish& wish) { return photographs.PlaceOf(wish.view).has_value(); });
+  if (lacks && nothing_serves) {  // one photograph is worth waiting for
+    try {
+      photographs.Require(views.Wishes(std::array{NearestOf(of_views)}));
+    } catch (const Error&) {
+      // It is said when it is offered.
+    }
+    lacks = !photographs.Offer(offered);
+  }
+  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a better one came too late for them
+    const auto level = photographs.LevelOf(offered[i].view);
+    outdated = outdated || (level && (!drawn_levels[i] || *level < *drawn_levels[i]));
+  }
+  return of_views.size();
+}
+
+// Calls draw() for the fans whose photographs are there together, until all have had their turn.
+void GlRenderer::State::OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+  const std::vector<int> of_views = ViewsOf(of_fans);
+  ProvideSights(of_views);
+  for (std::size_t done = 0; done < of_views.size();) {
+    const std::size_t end = done + MakeThere(std::span(of_views).subspan(done));
+    if (!options.show_field) views.TellPlaces(photographs);
+    const int first = of_views[done], last = of_views[end - 1];
+    const Sheaves of_pass = MakeSheaves(
+        of_fans,
+        [&](int view) -> std::optional<unsigned> {
+          if (view < first || view > last) return std::nullopt;
+          if (options.show_field) return 0;
+          const auto place = photographs.PlaceOf(view);
+          return place ? std::optional(place->texture) : std::nullopt;
+        },
+        programs.most_views_of_sheaf());
+    Upload(of_pass);
+    draw(of_pass, done == 0 && end == of_views.size());
+    done = end;
+  }
+}
+
+void GlRenderer::State::Upload(const Sheaves& some) {
+  fans.Upload(some.fans);
+  fans.BindStorage(2);
+  sheaves.Upload(some.sheaves);
+  sheaves.BindStorage(3);
+}
+
+// Neighbours are drawn together: of one array, and of about as many views; those that are none cost as much
+// as others.
+void GlRenderer::State::DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera,
+                                    const PlaneInCamera& plane) {
+  const auto kind_of = [&](const GpuSheaf& sheaf) {
+    const int views = static_cast<int>(sheaf.count | 1);
+    return std::pair(sheaf.array, std::min(views, programs.most_views_of_sheaf()));
+  };
+  std::set<int> are_set;
+  for (std::size_t first = 0, end = 0; first < some.sheaves.size(); first = end) {
+    const auto kind = kind_of(some.sheaves[first]);
+    while (end < some.sheaves.size() && kind_of(some.sheaves[end]) == kind) ++end;
+    const GlProgram& program = programs.Sheaf(kind.second, direct);
+    if (are_set.insert(kind.second).second) {
+      SetCommon(program, camera, plane);
+      SetResolve(program);
+    }
+    program.Use();
+    glBindTextureUnit(0, kind.first);
+    glDrawArrays(GL_TRIANGLES, static_cast<GLint>(3 * first), static_cast<GLsizei>(3 * (end - first)));
+  }
+}
+
+void GlRenderer::State::BindToAdd() {
+  drawn.Bind();
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+}
+
+// Of triangles that overlap the last one counts. Where each has all its views in one sheaf, the picture is
+// done as they are drawn in their order, but for what is left open; else sheaves are added up over the
+// triangle whose turn it is.
+void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
+                                  const PlaneInCamera& plane, bool more_follow) {
+  if (batch.triangles.empty()) return drawn.Clear(0);
+  triangles.Upload(batch.triangles);
+  triangles.BindStorage(1);
+  no_vertices.Bind();
+  bool is_covered = false;
+  const auto cover = [&] {
+    if (std::exchange(is_covered, true)) return;
+    drawn.Clear(0);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_ALWAYS);
+    confidence.Bind();
+    programs.cover().Use();
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
+    glDepthMask(GL_FALSE);
+    glDisable(GL_DEPTH_TEST);
+  };
+  OverSheaves(batch.fans, [&](const Sheaves& of_pass, bool are_all) {
+    is_resolved = are_all && of_pass.one_each && !more_follow;
+    if (is_resolved) {
+      ClearResolved();
+      resolved.Bind();
+      glEnable(GL_DEPTH_TEST);
+      glDepthMask(GL_TRUE);
+      glDepthFunc(GL_ALWAYS);
+      DrawSheaves(of_pass, true, camera, plane);
+    } else {
+      cover();
+      glEnable(GL_DEPTH_TEST);
+      glDepthFunc(GL_EQUAL);
+      BindToAdd();
+      DrawSheaves(of_pass, false, camera, plane);
+      glDisable(GL_BLEND);
+    }
+    glDisable(GL_DEPTH_TEST);
+  });
+  if (!is_resolved) cover();
+}
+
+void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& camera,
+                                 const PlaneInCamera& plane) {
+  triangles.Upload(rings.triangles);
+  triangles.BindStorage(1);
+  no_vertices.Bind();
+  confidence.Bind();
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  Upload(MakeSheaves(
+      rings.fans, [](int) { return 0u; }, 1));
+  SetCommon(programs.RingWeight(), camera, plane);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
+  OverSheaves(rings.fans, [&](const Sheaves& of_pass, bool /*are_all*/) {
+    BindToAdd();
+    DrawSheaves(of_pass, false, camera, plane);
+  });
+  glDisable(GL_BLEND);
+}
+
+void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
+                                 const PlaneInCamera& plane) {
+  const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
+  const TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
+  if (!rings.fans.empty()) confidence.Clear(0);
+  DrawBatch(MeshTriangles(placed, camera, cam_from_world), camera, plane, !rings.fans.empty());
+  if (!rings.fans.empty()) AddRings(rings, camera, plane);
+}
+
+// The field that the processor computes; of the picture that has just been drawn.
+std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
+                                                            const Rigid3& cam_from_world) const {
+  if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
+  if (options.field.kind == FieldKind::kLumigraph)
+    return LumigraphAtVertices(*scene, camera, cam_from_world,
+                               DepthOfVertices(camera, scene->proxy->Background(cam_from_world)),
+                               options.field);
+  return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
+}
+
+// Those of a wide aperture, in no order, their weights times the rings' share; none where it is not wide.
+TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                               const Rigid3& cam_from_world) const {
+  TriangleBatch batch;
+  if (!aperture_field) return batch;
+  const WarpedRings rings = aperture_field->Warp(placed, cam_from_world, *options.aperture);
+  if (rings.share == 0) return batch;
+  for (const WarpedTriangle& part : rings.triangles) {
+    const auto triangle = MakeTriangle(part.corners, part.cone_from_ray, camera,
+                                       mesh_field->field_mesh().confidence[At(part.triangle)], 0);
+    if (!triangle) continue;
+    const Vector3d weights = rings.share * part.weights;
+    batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
+                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]),
+                          {0, 0},
+                          MakeVec4(weights.x(), weights.y(), weights.z(), 0)});
+    batch.triangles.push_back(*triangle);
+  }
+  return batch;
+}
+
+TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                               const Rigid3& cam_from_world) const {
+  const FieldMesh& mesh = mesh_field->field_mesh();
+  const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
+  const double count = static_cast<double>(mesh.triangles.size());
+  TriangleBatch batch;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (placed.cone_from_ray[t].isZero(0)) continue;
+    AddTriangle(cam_from_world_r * placed.corners[t], placed.cone_from_ray[t] * cam_from_world_r.transpose(),
+                camera, mesh.confidence[t], static_cast<double>(t) / count, mesh_entries, t,
+                placed.view_of_vertex, batch);
+  }
+  return batch;
+}
+
+DepthAt GlRenderer::State::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
+  return DepthFromPicture(has_triangles ? proxy.ReadDepth() : cv::Mat(), plane, camera);
+}
+
+TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                    const PlaneInCamera& plane) const {
+  const auto image =
+      TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(camera, plane), options.field);
+  const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
+    for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
+  });
+  const double count = static_cast<double>(image.triangles.size());
+  TriangleBatch batch;
+  for (std::size_t t = 0; t < image.triangles.size(); ++t) {
+    Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = CornerRay(camera, image.img[At(image.triangles[t][At(k)])]);
+    AddTriangle(corners, corners.inverse(), camera, 1.0, static_cast<double>(t) / count, table, t, {}, batch);
+  }
+  return batch;
+}
+
+}  // namespace ulf

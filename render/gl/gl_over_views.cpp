@@ -1,0 +1,294 @@
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "core/base/at.h"
+#include "render/fields/lumigraph_field.h"
+#include "render/gl/gl_renderer_state.h"
+
+namespace ulf {
+namespace {
+
+constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
+
+// Whether a level has pixels without light.
+bool HasGaps(const cv::Mat& halves) {
+  for (int y = 0; y < halves.rows; ++y)
+    for (int x = 0; x < halves.cols; ++x)
+      if (!(static_cast<float>(halves.at<cv::Vec<cv::float16_t, 4>>(y, x)[3]) > 0)) return true;
+  return false;
+}
+
+// Those that are listed, each once, in their order.
+std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::int32_t>& listed,
+                       std::size_t view_count) {
+  std::vector<bool> is_listed(view_count, false);
+  for (const std::int32_t view : listed) is_listed[At(view)] = true;
+  std::vector<int> among;
+  std::copy_if(in_order.begin(), in_order.end(), std::back_inserter(among),
+               [&](int view) { return is_listed[At(view)]; });
+  return among;
+}
+
+void DrawTiles(std::size_t count) {
+  if (count > 0) glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
+}
+
+}  // namespace
+
+// Calls draw(first, end, arrays) for stretches of the views whose photographs are there and bound together,
+// until all have had their turn; once for no views.
+void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw) {
+  std::vector<unsigned> arrays;
+  std::size_t done = 0;
+  do {
+    const std::size_t there = done + MakeThere(std::span(of_views).subspan(done));
+    do {
+      const std::size_t end =
+          done + views.TellPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
+      for (std::size_t n = 0; n < arrays.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays[n]);
+      draw(done, end, std::max(1, static_cast<int>(arrays.size())));
+      done = end;
+    } while (done < there);
+  } while (done < of_views.size());
+}
+
+// Photographs, and what the proxy hides from them.
+bool GlRenderer::State::AreThere(const std::vector<int>& of_views) const {
+  return (options.show_field || photographs.HasAll(views.Wishes(of_views))) && sights.HasAll(of_views);
+}
+
+// Of the candidates those that the shader marks over what is bound, in their order.
+std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates,
+                                           const std::function<void()>& draw) {
+  needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
+  needed.BindStorage(3);
+  mark.Use();
+  no_vertices.Bind();
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  draw();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  const std::vector<std::int32_t> marks = needed.Read(scene->views.size());
+  std::vector<int> marked;
+  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(marked),
+               [&](int view) { return marks[At(view)] != 0; });
+  return marked;
+}
+
+void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel& camera,
+                                     const PlaneInCamera& plane) const {
+  SetCommon(program, camera, plane);
+  program.Set("depth", 0.0f);
+  program.Set("view_count", static_cast<int>(scene->views.size()));
+  program.Set("k_best", options.field.lumigraph_k);
+  program.Set("resolution_penalty", static_cast<float>(options.field.lumigraph_resolution));
+  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
+  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+}
+
+void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
+  confidence.Clear(1);
+  drawn.Bind();
+  no_vertices.Bind();
+  std::vector<int> of_views(scene->views.size());
+  std::iota(of_views.begin(), of_views.end(), 0);
+  // Which are needed has to be found out for each picture anew, which takes as long as to draw it: where a
+  // second picture follows a first, all are taken. What the proxy hides from all of them takes longer.
+  const bool takes_all = std::exchange(drew_lumigraph_pixels, true) && !scene->proxy->Occluder() &&
+                         photographs.HasRoomFor(views.Wishes(of_views));
+  if (!takes_all && !AreThere(of_views)) {
+    const std::vector<int> all = of_views;
+    SetLumigraph(programs.mark_lumigraph(), camera, plane);
+    do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
+    while (ProvideSights(of_views));
+  }
+  OverPhotographs(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
+    const GlProgram& program = programs.Lumigraph(arrays);
+    SetLumigraph(program, camera, plane);
+    program.Set("goes_on", first > 0 ? 1 : 0);
+    if (first > 0) {
+      glTextureBarrier();
+      drawn.BindTexture(kBeforeUnit);
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  });
+}
+
+// Looks through those that were not looked through yet; whether that brought any news.
+bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
+  std::vector<int> unknown;
+  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
+               [&](int view) { return !gaps_known[At(view)]; });
+  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(unknown);
+  std::vector<char> has_gaps(unknown.size(), 0);
+  cv::parallel_for_({0, static_cast<int>(unknown.size())}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i)
+      has_gaps[At(i)] = HasGaps(scene->views[At(unknown[At(i)])].photograph->Level(wishes[At(i)].level));
+  });
+  bool news = false;
+  for (std::size_t i = 0; i < unknown.size(); ++i) {
+    gaps_known[At(unknown[i])] = true;
+    if (has_gaps[i]) views.SetGaps(unknown[i]);
+    news = news || has_gaps[i];
+  }
+  return news;
+}
+
+Filling GlRenderer::State::filling() const { return FillingOf(options); }
+
+// Of a pixel that is filled: one more than weigh, for the least penalty of those that do not.
+int GlRenderer::State::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
+
+void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& camera,
+                                const PlaneInCamera& plane) const {
+  SetCommon(program, camera, plane);
+  program.Set("depth", 0.0f);
+  program.Set("asked", ViewsAsked());
+  program.Set("resolution_penalty", static_cast<float>(FieldOptions{}.lumigraph_resolution));
+  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
+  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+}
+
+// Which views the fill's shaders are to look through where.
+ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const CameraModel& camera,
+                                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
+  // Views that nothing hides anything from, with light all over their photographs, end the search.
+  const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
+  return tiler.Tile(
+      scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles},
+      [&](int view) {
+        return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
+      },
+      ViewsAsked());
+}
+
+// Tells them; in how many tiles.
+std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
+  struct GpuTile {
+    Vec4 clip;
+    std::array<std::int32_t, 4> views;
+  };
+  std::vector<GpuTile> gpu_tiles;
+  for (const ViewTiles::Tile& tile : of_views.tiles) {
+    const auto clip = [](int px, int size) { return 2.0 * px / size - 1; };
+    gpu_tiles.push_back({MakeVec4(clip(tile.px.x, camera.width), clip(tile.px.y, camera.height),
+                                  clip(tile.px.br().x, camera.width), clip(tile.px.br().y, camera.height)),
+                         {tile.first, tile.end, 0, 0}});
+  }
+  tiles.Upload(gpu_tiles);
+  tiles.BindStorage(1);
+  nearest_first.Upload(of_views.views);
+  nearest_first.Bind(kNearestFirstUnit);
+  return gpu_tiles.size();
+}
+
+// Of all views, nearest first, those that pixels which nothing covered may need; the target is bound and its
+// depth is set.
+std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                  const PlaneInCamera& plane) {
+  if (filling().views == 0) return {};
+  std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
+  const bool looks_for_gaps = options.complete && !options.show_field;
+  if (AreThere(order)) {
+    if (looks_for_gaps && photographs.array_count() > GlViews::kMostArrays) LearnGaps(order);
+    return order;
+  }
+  if (!options.complete && lacks) {  // first what covers
+    std::erase_if(order, [&](int view) { return !photographs.PlaceOf(view) || sights.LayerOf(view) < 0; });
+    return order;
+  }
+  const ViewTiles of_tiles = TilesOf(order, camera, cam_from_world, plane, true);
+  const std::vector<int> candidates = Among(order, of_tiles.views, scene->views.size());
+  if (AreThere(candidates)) return candidates;
+  const GlProgram& mark = programs.mark_fill();
+  SetFill(mark, camera, plane);
+  const std::size_t count = SetTiles(of_tiles, camera);
+  const auto draw = [&] { DrawTiles(count); };
+  std::vector<int> marked = Marked(mark, order, draw);
+  while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
+    views.TellSights(sights);
+    marked = Marked(mark, order, draw);
+  }
+  return marked;
+}
+
+void GlRenderer::State::SetResolve(const GlProgram& program) const {
+  program.Set("least_weight", static_cast<float>(kLeastWeight));
+  program.Set("whole_weight", static_cast<float>(filling().whole));
+}
+
+// Pixels that their own views cover get depth 1, so that filling does not even start on them.
+void GlRenderer::State::Normalise() {
+  glDepthFunc(GL_ALWAYS);
+  confidence.BindTexture(kConfidenceUnit);
+  drawn.BindTexture(kDrawnUnit);
+  const GlProgram& normalise = programs.normalise();
+  normalise.Use();
+  SetResolve(normalise);
+  normalise.Set("depth", 0.0f);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
+                                       const PlaneInCamera& plane) {
+  const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
+  std::optional<std::size_t> count;
+  OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
+    if (!count)  // what is there is known now
+      count = SetTiles(TilesOf(of_views, camera, cam_from_world, plane, false), camera);
+    const GlProgram& program = programs.Fill(arrays);
+    SetFill(program, camera, plane);
+    program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
+    program.Set("waits", options.complete ? 1 : 0);
+    SetResolve(program);
+    program.Set("goes_on", first > 0 ? 1 : 0);
+    program.Set("last", end == of_views.size() ? 1 : 0);
+    if (first == 0 && end < of_views.size()) resolved.CopyTo(drawn);  // passes go over it
+    (end < of_views.size() || first > 0 ? drawn : resolved).BindTexture(kDrawnUnit);
+    resolved.BindTexture(kBeforeUnit);
+    glTextureBarrier();
+    DrawTiles(*count);
+  });
+}
+
+// What nothing covers, depth 0.
+void GlRenderer::State::ClearResolved() {
+  resolved.Clear({0, 0, 0, -2});  // where no view has anything
+  resolved.ClearDepth(0);
+}
+
+// Whether pixels are left that are not covered; waits.
+bool GlRenderer::State::IsAnyOpen() {
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  programs.open().Use();
+  programs.open().Set("depth", 0.0f);
+  open_px.Begin();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  open_px.End();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  return open_px.Count() > 0;
+}
+
+void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
+                                const PlaneInCamera& plane) {
+  if (!is_resolved) ClearResolved();
+  resolved.Bind();
+  no_vertices.Bind();
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  const bool is_all_open = options.field.kind == FieldKind::kNearest;
+  if (!is_resolved && !is_all_open) Normalise();
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_GREATER);
+  if (is_all_open || IsAnyOpen()) FillOpenPixels(camera, cam_from_world, plane);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_DEPTH_TEST);
+}
+
+}  // namespace ulf

@@ -1,0 +1,352 @@
+#include "render/gl/gl_photographs.h"
+
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "render/gl/gl_objects.h"
+
+namespace ulf {
+namespace {
+
+constexpr std::size_t kMostArrayBytes = 1000000000;  // an array of 1.26 GB has worked, one of 2.3 GB has not
+constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;  // copied in one picture that must come at once
+constexpr int kGlanceLevels = 3;  // a first glance is by so much coarser: a hundredth of the bytes
+
+}  // namespace
+
+std::size_t GlPhotographs::LimitBytes(double asked_mb) {
+  constexpr double kUsualMb = 2048, kShare = 0.75;
+  if (asked_mb > 0) return static_cast<std::size_t>(1e6 * asked_mb);
+  GLint free_kb[4] = {};
+  if (epoxy_has_gl_extension("GL_NVX_gpu_memory_info"))
+    glGetIntegerv(GL_GPU_MEMORY_INFO_CURRENT_AVAILABLE_VIDMEM_NVX, free_kb);
+  else if (epoxy_has_gl_extension("GL_ATI_meminfo"))
+    glGetIntegerv(GL_TEXTURE_FREE_MEMORY_ATI, free_kb);
+  return free_kb[0] > 0 ? static_cast<std::size_t>(kShare * 1024 * free_kb[0])
+                        : static_cast<std::size_t>(1e6 * kUsualMb);
+}
+
+void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photographs,
+                          std::size_t limit_bytes) {
+  photographs_ = std::move(photographs);
+  linear_ = photographs_.front()->linear();
+  limit_bytes_ = limit_bytes;  // but one of any size always fits, as coarse as it is to be had
+  for (const auto& photograph : photographs_)
+    limit_bytes_ = std::max(limit_bytes_, LayerBytes(photograph->LevelSize(photograph->LevelCount() - 1)));
+  unreadable_.assign(photographs_.size(), false);
+  loader_ = std::make_unique<PhotographLoader>();
+}
+
+std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
+  return static_cast<std::size_t>(size.area()) *
+         (linear_ ? 8 : 4);  // as drivers hold three channels of 8 bits
+}
+
+GlPhotographs::Wish GlPhotographs::WithinLimit(Wish wish) const {
+  const Photograph& photograph = PhotographOf(wish.view);
+  while (wish.level + 1 < photograph.LevelCount() &&
+         LayerBytes(photograph.LevelSize(wish.level)) > limit_bytes_)
+    ++wish.level;
+  return wish;
+}
+
+GlPhotographs::Array GlPhotographs::MakeArray(const cv::Size& size, std::size_t layers) {
+  Array array{0, size, std::vector<Slot>(layers)};
+  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &array.texture);
+  glTextureStorage3D(array.texture, 1, linear_ ? GL_RGBA16F : GL_SRGB8_ALPHA8, size.width, size.height,
+                     static_cast<GLsizei>(layers));
+  counts_.bytes += layers * LayerBytes(size);
+  counts_.most_bytes = std::max(counts_.most_bytes, counts_.bytes);
+  CheckGl("making room for photographs");
+  glTextureParameteri(array.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(array.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTextureParameteri(array.texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(array.texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return array;
+}
+
+void GlPhotographs::Forget(const Key& key) {
+  where_.erase(key);
+  const auto serves = serving_.find(key.first);
+  if (serves != serving_.end() && serves->second == key) serving_.erase(serves);
+}
+
+void GlPhotographs::Remove(Array& array) {
+  for (const Slot& slot : array.slots)
+    if (slot.key) Forget(*slot.key);
+  glDeleteTextures(1, &array.texture);
+  counts_.bytes -= array.slots.size() * LayerBytes(array.size);
+  std::erase_if(arrays_, [&](const auto& each) { return each.get() == &array; });
+}
+
+void GlPhotographs::Grow(Array& array, std::size_t layers) {
+  Array larger = MakeArray(array.size, layers);
+  glCopyImageSubData(array.texture, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, larger.texture, GL_TEXTURE_2D_ARRAY, 0,
+                     0, 0, 0, array.size.width, array.size.height, static_cast<GLsizei>(array.slots.size()));
+  CheckGl("moving photographs to where there is more room");
+  glDeleteTextures(1, &array.texture);
+  counts_.bytes -= array.slots.size() * LayerBytes(array.size);
+  array.texture = larger.texture;
+  array.slots.resize(layers);  // what they hold stays where it is
+}
+
+// A layer that holds nothing, in a new array or a larger one where there is still room. `wanted`: how many
+// are going to be asked for.
+std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size, std::size_t wanted) {
+  Array* largest = nullptr;
+  for (const auto& array : arrays_) {
+    if (array->size != size) continue;
+    for (std::size_t layer = 0; layer < array->slots.size(); ++layer)
+      if (!array->slots[layer].key) return Found{array.get(), layer};
+    if (!largest || array->slots.size() > largest->slots.size()) largest = array.get();
+  }
+  const std::size_t layer_bytes = LayerBytes(size);
+  const std::size_t room = (limit_bytes_ - counts_.bytes) / layer_bytes;
+  const std::size_t most =
+      std::max<std::size_t>(1, std::min(kMostArrayBytes / layer_bytes, At(MostLayers())));
+  if (largest) {
+    // One array is quicker to draw from than several; while it is copied there are both.
+    const std::size_t before = largest->slots.size();
+    const std::size_t layers = std::min(std::max(2 * before, before + wanted), photographs_.size());
+    if (layers > before && layers <= std::min(room, most)) {
+      Grow(*largest, layers);
+      return Found{largest, before};
+    }
+  }
+  const std::size_t layers = std::min({std::max(wanted, largest ? largest->slots.size() : 0), room, most});
+  if (layers == 0) return std::nullopt;
+  arrays_.push_back(std::make_unique<Array>(MakeArray(size, layers)));
+  return Found{arrays_.back().get(), 0};
+}
+
+// None where all of this size are in use.
+std::optional<GlPhotographs::Found> GlPhotographs::LeastUsedSlot(const cv::Size& size) {
+  std::optional<Found> least;
+  for (const auto& array : arrays_) {
+    if (array->size != size) continue;
+    for (std::size_t layer = 0; layer < array->slots.size(); ++layer) {
+      const std::uint64_t used = array->slots[layer].used;
+      if (used < clock_ && (!least || used < least->array->slots[least->layer].used))
+        least = Found{array.get(), layer};
+    }
+  }
+  return least;
+}
+
+std::uint64_t GlPhotographs::LastUse(const Array& array) {
+  std::uint64_t last = 0;
+  for (const Slot& slot : array.slots) last = std::max(last, slot.used);
+  return last;
+}
+
+// Of those of another size.
+GlPhotographs::Array* GlPhotographs::LeastUsedArray(const cv::Size& other_than) const {
+  Array* least = nullptr;
+  for (const auto& array : arrays_)
+    if (array->size != other_than && (!least || LastUse(*array) < LastUse(*least))) least = array.get();
+  return least;
+}
+
+std::optional<GlPhotographs::Found> GlPhotographs::MakeRoomFor(const cv::Size& size, std::size_t wanted) {
+  for (;;) {
+    if (const auto found = FreeSlot(size, wanted)) return found;
+    const auto slot = LeastUsedSlot(size);
+    Array* const array = LeastUsedArray(size);
+    if (slot && (!array || slot->array->slots[slot->layer].used <= LastUse(*array))) return slot;
+    if (!array || LastUse(*array) >= clock_) return slot;
+    Remove(*array);
+  }
+}
+
+void GlPhotographs::Upload(const Found& where, const Key& key, const cv::Mat& pixels) {
+  Slot& slot = where.array->slots[where.layer];
+  if (slot.key) Forget(*slot.key);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage3D(where.array->texture, 0, 0, 0, static_cast<GLint>(where.layer), pixels.cols,
+                      pixels.rows, 1, linear_ ? GL_BGRA : GL_BGR, linear_ ? GL_HALF_FLOAT : GL_UNSIGNED_BYTE,
+                      pixels.data);
+  CheckGl("copying photographs");
+  ++counts_.uploads;
+  slot.key = key;
+  where_[key] = where;
+  Use(key);
+}
+
+void GlPhotographs::Use(const Key& key) {
+  const Found& found = where_.at(key);
+  found.array->slots[found.layer].used = clock_;
+  serving_[key.first] = key;
+}
+
+void GlPhotographs::Ask(std::span<const Wish> missing, bool glance_first) {
+  std::vector<PhotographLoader::Request> requests;
+  const auto ask = [&](const Wish& wish) {
+    const auto view = static_cast<std::size_t>(wish.view);
+    if (!unreadable_[view]) requests.push_back({KeyOf(wish), photographs_[view]});
+  };
+  if (glance_first)
+    for (const Wish& wish : missing)
+      if (!serving_.contains(wish.view))
+        ask({wish.view, std::min(wish.level + kGlanceLevels, PhotographOf(wish.view).LevelCount() - 1)});
+  for (const Wish& wish : missing) ask(wish);
+  for (const Wish& wish : expected_) {
+    const Wish within = WithinLimit(wish);
+    if (!where_.contains(KeyOf(within))) ask(within);
+  }
+  loader_->Ask(std::move(requests));
+}
+
+std::size_t GlPhotographs::Require(std::span<const Wish> asked_for) {
+  ++clock_;
+  serving_.clear();
+  std::vector<Wish> wishes, missing;
+  for (const Wish& wish : asked_for) {
+    wishes.push_back(WithinLimit(wish));
+    if (wishes.back().level != wish.level && !std::exchange(said_too_large_, true))
+      spdlog::warn(
+          "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): it is read coarser",
+          limit_bytes_ / 1000000);
+    if (const Key key = KeyOf(wishes.back()); where_.contains(key))
+      Use(key);
+    else
+      missing.push_back(wishes.back());
+  }
+  Ask(missing, false);
+  // What is there stays, but for the last of it, where otherwise the first would find no room.
+  std::size_t left = missing.size(), done = 0, staying = wishes.size();
+  for (; done < staying; ++done) {
+    const Key key = KeyOf(wishes[done]);
+    if (where_.contains(key)) continue;
+    const cv::Size size = PhotographOf(key.first).LevelSize(key.second);
+    auto room = MakeRoomFor(size, left);
+    while (!room && staying > done + 1) {
+      --staying;
+      if (const auto last = where_.find(KeyOf(wishes[staying])); last != where_.end()) {
+        last->second.array->slots[last->second.layer].used = clock_ - 1;
+        room = MakeRoomFor(size, 1);
+      }
+    }
+    if (!room) break;
+    Upload(*room, key, loader_->Wait(key));
+    --left;
+  }
+  return done;
+}
+
+bool GlPhotographs::HasAll(std::span<const Wish> wishes) const {
+  return std::all_of(wishes.begin(), wishes.end(),
+                     [&](const Wish& wish) { return where_.contains(KeyOf(WithinLimit(wish))); });
+}
+
+bool GlPhotographs::HasRoomFor(std::span<const Wish> wishes) const {
+  std::size_t bytes = 0;
+  for (const Wish& wish : wishes) bytes += LayerBytes(PhotographOf(wish.view).LevelSize(wish.level));
+  return bytes <= limit_bytes_;
+}
+
+std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const {
+  std::optional<Key> closest;
+  const auto distance = [&](int level) {
+    return level >= key.second ? level - key.second : 100 + key.second - level;
+  };
+  for (auto at = where_.lower_bound({key.first, 0}); at != where_.end() && at->first.first == key.first; ++at)
+    if (!closest || distance(at->first.second) < distance(closest->second)) closest = at->first;
+  return closest;
+}
+
+// All by so much coarser that they fit together.
+std::vector<GlPhotographs::Wish> GlPhotographs::ThatFit(std::span<const Wish> asked_for) {
+  std::vector<Wish> wishes;
+  for (int coarser = 0;; ++coarser) {
+    wishes.clear();
+    std::size_t bytes = 0;
+    bool any_finer = false;
+    for (const Wish& wish : asked_for) {
+      const Photograph& photograph = PhotographOf(wish.view);
+      wishes.push_back({wish.view, std::min(wish.level + coarser, photograph.LevelCount() - 1)});
+      bytes += LayerBytes(photograph.LevelSize(wishes.back().level));
+      any_finer = any_finer || wishes.back().level + 1 < photograph.LevelCount();
+    }
+    if (coarser > 0 && !std::exchange(said_too_large_, true))
+      spdlog::warn(
+          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): they are "
+          "read coarser",
+          limit_bytes_ / 1000000);
+    if (bytes <= limit_bytes_ || !any_finer) return wishes;
+  }
+}
+
+// A level, or else a glance, that the loader has read meanwhile. False: there is none, or no room.
+bool GlPhotographs::TakeOffered(const Wish& wish, std::size_t& copied, std::size_t wanted) {
+  const int glance = std::min(wish.level + kGlanceLevels, PhotographOf(wish.view).LevelCount() - 1);
+  for (const int level : {wish.level, glance}) {
+    if (level != wish.level && serving_.contains(wish.view)) return false;
+    const Key key{wish.view, level};
+    const auto pixels = loader_->Take(key);
+    if (!pixels) continue;
+    auto room = MakeRoomFor(pixels->size(), wanted);
+    if (Array* const other = LeastUsedArray(pixels->size()); !room && other) {
+      // Another level of many views stands in its way: they are to come at this one, too.
+      Remove(*other);
+      room = MakeRoomFor(pixels->size(), wanted);
+    }
+    if (!room) return false;
+    copied += LayerBytes(pixels->size());
+    Upload(*room, key, *pixels);
+    return level == wish.level;
+  }
+  return false;
+}
+
+bool GlPhotographs::Offer(std::span<const Wish> asked_for) {
+  ++clock_;
+  serving_.clear();
+  std::vector<Wish> missing;
+  missing_.clear();
+  for (const Wish& wish : ThatFit(asked_for)) {
+    if (unreadable_[static_cast<std::size_t>(wish.view)]) continue;
+    const auto serves = ClosestTo(KeyOf(wish));
+    if (serves) Use(*serves);
+    if (!serves || serves->second != wish.level) missing.push_back(wish);
+  }
+  std::size_t copied = 0, left = missing.size();
+  for (const Wish& wish : missing) {
+    try {
+      if (copied >= kOfferedBytes || !TakeOffered(wish, copied, left)) missing_.push_back(wish);
+    } catch (const Error& error) {
+      spdlog::warn("{}", error.what());
+      unreadable_[static_cast<std::size_t>(wish.view)] = true;
+    }
+    --left;
+  }
+  return missing_.empty();
+}
+
+std::optional<GlPhotographs::Place> GlPhotographs::PlaceOf(int view) const {
+  const auto serves = serving_.find(view);
+  if (serves == serving_.end()) return std::nullopt;
+  const Found& found = where_.at(serves->second);
+  return Place{found.array->texture, static_cast<int>(found.layer)};
+}
+
+std::optional<int> GlPhotographs::LevelOf(int view) const {
+  const auto serves = serving_.find(view);
+  if (serves == serving_.end()) return std::nullopt;
+  return serves->second.second;
+}
+
+void GlPhotographs::Release() {
+  for (const auto& array : arrays_) glDeleteTextures(1, &array->texture);
+  arrays_.clear();
+  where_.clear();
+  serving_.clear();
+  loader_.reset();
+  counts_.bytes = 0;
+}
+
+}  // namespace ulf

@@ -1,0 +1,122 @@
+// The cache of photographs on the graphics side: of each view the one level that a picture reads, as many of
+// them as a limit allows, in texture arrays of one size each. What was drawn from longest ago makes room.
+//
+// Require() is for pictures that must be exact: it reads what is missing and waits; where not all of it fits
+// at once the caller draws what there is and asks for the rest. Offer() is for pictures that must come at
+// once: it waits for nothing, takes what the loader has read meanwhile, makes do with other levels, and asks
+// for the missing ones.
+//
+// As GlContext's objects, all need their context to be current, also for Release().
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/scene/photograph.h"
+#include "render/scene/photograph_loader.h"
+
+namespace ulf {
+
+class GlPhotographs {
+ public:
+  struct Wish {
+    int view = 0;  // index into the scene's views
+    int level = 0;
+  };
+  struct Place {
+    unsigned texture = 0;  // GL_TEXTURE_2D_ARRAY
+    int layer = 0;
+    bool operator==(const Place&) const = default;
+  };
+
+  // What there is for photographs: `asked_mb`, or where that is 0 three quarters of what the driver says is
+  // free, or 2048 MB where it says nothing.
+  static std::size_t LimitBytes(double asked_mb);
+
+  // Of the scene's views, in their order. Textures never take more than `limit_bytes` all together.
+  void Build(std::vector<std::shared_ptr<const Photograph>> photographs, std::size_t limit_bytes);
+
+  // Makes the first so many of `wishes` resident, at least one, and says how many. A level that alone is over
+  // the limit is replaced by a coarser one. Throws what reading them throws.
+  std::size_t Require(std::span<const Wish> wishes);
+  // Whether all wished-for levels are there; otherwise others serve, or nothing does. May be called again
+  // with more wishes for the same picture. A photograph that cannot be read is said once and never asked for
+  // again.
+  bool Offer(std::span<const Wish> wishes);
+  // Of the loader, for the next picture: what the last Offer() lacked, then what is expected.
+  void AskForMissing() { Ask(missing_, true); }
+  // What is asked of the loader after what is missing.
+  void Expect(std::vector<Wish> wishes) { expected_ = std::move(wishes); }
+
+  // Of the last Require() or Offer(); none where nothing serves.
+  std::optional<Place> PlaceOf(int view) const;
+  std::optional<int> LevelOf(int view) const;
+  bool HasAll(std::span<const Wish> wishes) const;
+  // Whether they fit into graphics memory together.
+  bool HasRoomFor(std::span<const Wish> wishes) const;
+
+  struct Counts {
+    std::size_t uploads = 0;
+    std::size_t bytes = 0, most_bytes = 0;  // of textures
+  };
+  const Counts& counts() const { return counts_; }
+  std::size_t limit_bytes() const { return limit_bytes_; }
+  int array_count() const { return static_cast<int>(arrays_.size()); }
+
+  void Release();
+
+ private:
+  using Key = PhotographLoader::Key;
+  struct Slot {
+    std::optional<Key> key;
+    std::uint64_t used = 0;  // the last time, by clock_
+  };
+  struct Array {
+    unsigned texture = 0;
+    cv::Size size;
+    std::vector<Slot> slots;  // by layer
+  };
+  struct Found {
+    Array* array;
+    std::size_t layer;
+  };
+
+  static Key KeyOf(const Wish& wish) { return {wish.view, wish.level}; }
+  std::size_t LayerBytes(const cv::Size& size) const;
+  Wish WithinLimit(Wish wish) const;
+  const Photograph& PhotographOf(int view) const { return *photographs_[static_cast<std::size_t>(view)]; }
+  Array MakeArray(const cv::Size& size, std::size_t layers);
+  void Forget(const Key& key);
+  void Remove(Array& array);
+  void Grow(Array& array, std::size_t layers);
+  std::optional<Found> FreeSlot(const cv::Size& size, std::size_t wanted);
+  std::optional<Found> LeastUsedSlot(const cv::Size& size);
+  static std::uint64_t LastUse(const Array& array);
+  Array* LeastUsedArray(const cv::Size& other_than) const;
+  std::optional<Found> MakeRoomFor(const cv::Size& size, std::size_t wanted);
+  void Upload(const Found& where, const Key& key, const cv::Mat& pixels);
+  std::optional<Key> ClosestTo(const Key& key) const;
+  void Use(const Key& key);
+  std::vector<Wish> ThatFit(std::span<const Wish> asked_for);
+  bool TakeOffered(const Wish& wish, std::size_t& copied, std::size_t wanted);
+  void Ask(std::span<const Wish> missing, bool glance_first);
+
+  std::vector<std::shared_ptr<const Photograph>> photographs_;
+  std::size_t limit_bytes_ = 0;
+  bool linear_ = false;
+  std::vector<std::unique_ptr<Array>> arrays_;
+  std::map<Key, Found> where_;
+  std::map<int, Key> serving_;  // views of the last Require() or Offer()
+  std::uint64_t clock_ = 0;     // counts Require() and Offer()
+  std::vector<Wish> missing_, expected_;
+  std::vector<bool> unreadable_;  // views
+  bool said_too_large_ = false;
+  Counts counts_;
+  std::unique_ptr<PhotographLoader> loader_;
+};
+
+}  // namespace ulf

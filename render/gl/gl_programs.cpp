@@ -1,0 +1,126 @@
+#include "render/gl/gl_programs.h"
+
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "render/gl/embedded_shaders.h"
+#include "render/gl/gl_sights.h"
+
+namespace ulf {
+namespace {
+
+// One more than meet at a vertex weigh in a triangle that was subdivided once.
+constexpr int kMostViewsOfSheaf = 9;
+
+int MostVaryingVectors() {
+  GLint most = 15;
+  glGetIntegerv(GL_MAX_VARYING_VECTORS, &most);
+  return most;
+}
+
+std::string OfViews(int views) { return "#define VIEWS " + std::to_string(views) + "\n"; }
+
+}  // namespace
+
+void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_triangles) {
+  Release();
+  const auto some_view_is = [&](Distortion distortion) {
+    return std::any_of(scene.views.begin(), scene.views.end(),
+                       [&](const SceneView& view) { return view.camera.distortion == distortion; });
+  };
+  defines_.clear();
+  if (has_triangles) defines_ += "#define TRIANGLES\n";
+  if (scene.proxy->Occluder())
+    defines_ += fmt::format("#define HIDES\n#define SIGHT_SCALE {:.9e}\n", kSightScale);
+  if (show_field) defines_ += "#define SHOW_FIELD\n";
+  if (scene.views.front().photograph->linear()) defines_ += "#define GAPS\n";
+  if (some_view_is(Distortion::kFisheye)) defines_ += "#define FISHEYE\n";
+  if (some_view_is(Distortion::kRadialTangential)) defines_ += "#define RADIAL_TANGENTIAL\n";
+  const auto is_as_the_first = [&](auto&& same) {
+    return std::all_of(scene.views.begin(), scene.views.end(),
+                       [&](const SceneView& view) { return same(view, scene.views.front()); });
+  };
+  one_camera_ = is_as_the_first([](const SceneView& a, const SceneView& b) { return a.camera == b.camera; });
+  const bool one_exposure = one_camera_ && is_as_the_first([](const SceneView& a, const SceneView& b) {
+                              return a.black == b.black && a.scale == b.scale;
+                            });
+  if (one_camera_) defines_ += "#define ONE_CAMERA\n";
+  if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
+  // Vectors that travel to the fragments: of each view, one for each four, and one for all.
+  int vectors = 3;
+  if (!one_camera_) vectors += 5;
+  if (!one_exposure) ++vectors;
+  if (show_field) ++vectors;
+  const auto travel = [&](int views) { return views * vectors + (views + 3) / 4 + 1; };
+  most_views_of_sheaf_ = kMostViewsOfSheaf;
+  while (most_views_of_sheaf_ > 1 && travel(most_views_of_sheaf_) > MostVaryingVectors())
+    --most_views_of_sheaf_;
+
+  const std::string head = Head(1), view = head + shaders::k_view_glsl;
+  const std::string triangle_buffers = view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl;
+  cover_.Build("cover", triangle_buffers + shaders::k_cover_vert, head + shaders::k_cover_frag);
+  open_.Build("open", head + shaders::k_fullscreen_vert, head + shaders::k_open_frag);
+  normalise_.Build("normalise", head + shaders::k_fullscreen_vert,
+                   head + shaders::k_resolve_glsl + shaders::k_normalise_frag);
+  const std::string marking =
+      head + "#define MARK\n" + shaders::k_view_glsl + shaders::k_common_glsl + shaders::k_views_glsl;
+  mark_lumigraph_.Build("mark lumigraph", head + shaders::k_fullscreen_vert,
+                        marking + shaders::k_lumigraph_frag);
+  mark_fill_.Build("mark fill", head + shaders::k_fill_vert,
+                   marking + shaders::k_resolve_glsl + shaders::k_fill_frag);
+}
+
+std::string GlPrograms::Head(int arrays) const {
+  return "#version 450 core\n#define ARRAYS " + std::to_string(arrays) + "\n" + defines_;
+}
+
+const GlProgram& GlPrograms::Sheaf(int views, bool direct) {
+  const auto [found, is_new] = sheaves_.try_emplace({views, direct});
+  if (is_new)
+    found->second.Build("sheaf", SheafVertices(views),
+                        Head(1) + OfViews(views) + (direct ? "#define DIRECT\n" : "") + shaders::k_view_glsl +
+                            shaders::k_common_glsl + shaders::k_resolve_glsl + shaders::k_sheaf_frag);
+  return found->second;
+}
+
+const GlProgram& GlPrograms::RingWeight() {
+  if (!std::exchange(has_ring_weight_, true))
+    ring_weight_.Build("ring weight", SheafVertices(1), Head(1) + OfViews(1) + shaders::k_ring_weight_frag);
+  return ring_weight_;
+}
+
+std::string GlPrograms::SheafVertices(int views) const {
+  return Head(1) + OfViews(views) + shaders::k_view_glsl + shaders::k_views_glsl +
+         shaders::k_triangle_buffers_glsl + shaders::k_sheaf_vert;
+}
+
+const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
+  const auto found = over_views_.find(arrays);
+  if (found != over_views_.end()) return found->second;
+  OverViews& made = over_views_[arrays];
+  const std::string vertices = Head(arrays) + shaders::k_fullscreen_vert;
+  const std::string with_views =
+      Head(arrays) + shaders::k_view_glsl + shaders::k_common_glsl + shaders::k_views_glsl;
+  made.lumigraph.Build("lumigraph", vertices, with_views + shaders::k_lumigraph_frag);
+  made.fill.Build("fill", Head(arrays) + shaders::k_fill_vert,
+                  with_views + shaders::k_resolve_glsl + shaders::k_fill_frag);
+  return made;
+}
+
+void GlPrograms::Release() {
+  for (GlProgram* program : {&cover_, &open_, &ring_weight_, &normalise_, &mark_lumigraph_, &mark_fill_})
+    program->Release();
+  has_ring_weight_ = false;
+  for (auto& [arrays, programs] : over_views_) {
+    programs.lumigraph.Release();
+    programs.fill.Release();
+  }
+  over_views_.clear();
+  for (auto& [kind, program] : sheaves_) program.Release();
+  sheaves_.clear();
+}
+
+}  // namespace ulf

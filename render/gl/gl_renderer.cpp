@@ -1,0 +1,270 @@
+#include "render/gl/gl_renderer.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "core/base/at.h"
+#include "render/fields/lumigraph_field.h"
+#include "render/gl/embedded_shaders.h"
+#include "render/gl/gl_renderer_state.h"
+#include "render/scene/reference_renderer.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr unsigned kProxyDepthUnit = 12, kSightsUnit = 13;  // photographs come before
+
+}  // namespace
+
+void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& camera,
+                                  const PlaneInCamera& plane) const {
+  program.Use();
+  program.Set("camera", MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy));
+  program.Set("plane", MakeVec4(plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset));
+  program.Set("far_depth", static_cast<float>(plane.far_depth));
+  if (programs.one_camera()) views.SetOneCamera(program);
+}
+
+void GlRenderer::State::Build() {
+  std::vector<std::shared_ptr<const Photograph>> of_views;
+  for (const SceneView& view : scene->views) of_views.push_back(view.photograph);
+  photographs.Build(std::move(of_views), GlPhotographs::LimitBytes(options.gpu_memory_mb));
+  views.Build(*scene);
+  gaps_known.assign(scene->views.size(), !scene->views.front().photograph->linear());
+  proxy.Build();
+  const std::string version = "#version 450 core\n";
+  show.Build("show", version + shaders::k_fullscreen_vert, version + shaders::k_show_frag);
+}
+
+// Whether that brought any news.
+bool GlRenderer::State::ProvideSights(std::span<const int> of_views) {
+  if (!sights.Provide(of_views)) return false;
+  views.TellSights(sights);
+  sights.Bind(kSightsUnit);
+  return true;
+}
+
+cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+  cv::Mat depth = has_triangles ? proxy.ReadDepth() : cv::Mat::zeros(camera.height, camera.width, CV_32F);
+  FillWithPlane(scene->proxy->Background(cam_from_world), camera, depth);
+  return depth;
+}
+
+GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options, GlDoor door)
+    : state_(std::make_unique<State>(std::move(scene), options, door)) {
+  const GlContext::Current current(state_->context);
+  state_->Build();
+  state_->sights.Reset(state_->scene->views);
+  state_->programs.Build(*state_->scene, options.show_field, false);
+  SetField(options.field);
+}
+
+GlRenderer::~GlRenderer() {
+  if (!state_) return;
+  const GlContext::Current current(state_->context);
+  State& s = *state_;
+  s.programs.Release();
+  s.show.Release();
+  s.photographs.Release();
+  s.views.Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.sheaves, &s.tiles, &s.needed}) buffer->Release();
+  s.nearest_first.Release();
+  s.open_px.Release();
+  for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
+  s.no_vertices.Release();
+  s.depth.Release();
+  s.proxy.Release();
+  s.sights.Release();
+}
+
+void GlRenderer::SetField(const FieldOptions& field) {
+  State& s = *state_;
+  s.options.field = FieldThatServes(field, s.scene->mesh);
+  s.options.field.lumigraph_k = std::clamp(s.options.field.lumigraph_k, 1, kMostLumigraphViews);
+  s.mesh_field.reset();
+  s.aperture_field.reset();
+  if (!UsesMesh(s.options.field.kind)) return;
+  s.mesh_field = std::make_shared<MeshField>(s.plain, s.options.field.level);
+  if (s.options.aperture) s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
+  const FieldMesh& mesh = s.mesh_field->field_mesh();
+  s.mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
+    for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
+  });
+}
+
+void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
+  State& s = *state_;
+  const GlContext::Current current(s.context);
+  s.plain = WithProxy(*s.plain, std::move(proxy));
+  s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
+  s.sights.Reset(s.scene->views);
+  s.programs_stale = true;
+  SetField(s.options.field);
+}
+
+void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
+  State& s = *state_;
+  if (aperture == s.options.aperture) return;
+  const GlContext::Current current(s.context);
+  if (aperture.has_value() != s.options.aperture.has_value()) s.programs_stale = true;
+  s.options.aperture = aperture;
+  s.scene = aperture ? WithFocalPlane(*s.plain, *aperture) : s.plain;
+  s.sights.Reset(s.scene->views);
+  if (!aperture) s.aperture_field.reset();
+  if (aperture && s.mesh_field && !s.aperture_field)
+    s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
+}
+
+void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) {
+  State& s = *state_;
+  const Vector3d virtual_center = cam_from_world.OriginInSource();
+  std::vector<int> of_views;
+  if (s.mesh_field) {
+    const PlacedMesh placed = s.mesh_field->Place(virtual_center);
+    TriangleBatch rings = s.RingTriangles(placed, camera, cam_from_world);
+    TriangleBatch batch = rings.fans.empty() ? s.MeshTriangles(placed, camera, cam_from_world) : rings;
+    of_views = ViewsOf(batch.fans);
+  } else {
+    constexpr std::size_t kNearest = 12;
+    of_views = ViewsByDistance(*s.scene, virtual_center);
+    of_views.resize(std::min(of_views.size(), kNearest));
+  }
+  std::vector<GlPhotographs::Wish> wishes;
+  for (const int view : of_views)
+    wishes.push_back({view, PyramidLevel(s.scene->views[At(view)], s.scene->subject, virtual_center,
+                                         camera.MeanFocalPx())});
+  s.photographs.Expect(std::move(wishes));
+}
+
+bool GlRenderer::loading() const { return state_->lacks || state_->outdated; }
+GlPhotographs::Counts GlRenderer::photograph_counts() const { return state_->photographs.counts(); }
+bool GlRenderer::drew_at_once() const { return state_->is_resolved; }
+
+void GlRenderer::ShowField(bool show) {
+  if (show == state_->options.show_field) return;
+  state_->options.show_field = show;
+  state_->programs_stale = true;
+}
+
+FieldOptions GlRenderer::field() const { return state_->options.field; }
+std::string GlRenderer::Name() const { return "gl (" + state_->context.device() + ")"; }
+const RenderScene& GlRenderer::scene() const { return *state_->plain; }
+
+double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world) {
+  RequireUndistorted(camera);
+  State& s = *state_;
+  const GlContext::Current current(s.context);
+  const auto start = std::chrono::steady_clock::now();
+  s.last_camera = camera;
+  const PlaneInCamera plane = s.scene->proxy->Background(cam_from_world);
+  const auto triangles = s.scene->proxy->Triangles(camera, cam_from_world);
+  if (std::exchange(s.programs_stale, false) || (triangles != nullptr) != s.has_triangles) {
+    s.has_triangles = triangles != nullptr;
+    s.programs.Build(*s.scene, s.options.show_field, s.has_triangles);
+  }
+  s.proxy_triangles = triangles;
+  if (triangles) {
+    s.proxy.Draw(triangles, camera, cam_from_world, plane.offset);
+    s.proxy.BindDepth(kProxyDepthUnit);
+  }
+  s.depth.Resize(camera.width, camera.height);
+  s.drawn.Resize(camera.width, camera.height, &s.depth);
+  s.confidence.Resize(camera.width, camera.height, &s.depth);
+  s.resolved.Resize(camera.width, camera.height, &s.depth);
+  s.views.Place(*s.scene, camera, cam_from_world);
+  s.views.TellSights(s.sights);
+  s.sights.Bind(kSightsUnit);
+  s.virtual_center = cam_from_world.OriginInSource();
+  s.offered.clear();
+  s.lacks = s.outdated = s.is_resolved = false;
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  switch (s.options.field.kind) {
+    case FieldKind::kLinear:
+    case FieldKind::kSubdivision:
+      s.DrawMesh(camera, cam_from_world, plane);
+      break;
+    case FieldKind::kLumigraph:
+      s.DrawBatch(s.LumigraphTriangles(camera, cam_from_world, plane), camera, plane, false);
+      break;
+    case FieldKind::kLumigraphPerPixel:
+      s.DrawLumigraphPixels(camera, plane);
+      break;
+    case FieldKind::kNearest:
+      break;  // Resolve() is the nearest view
+  }
+  s.Resolve(camera, cam_from_world, plane);
+  if (!s.options.complete) s.photographs.AskForMissing();
+  glFinish();
+  CheckGl("drawing");
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void GlRenderer::Show(const DisplayTransform& transform) const {
+  State& s = *state_;
+  std::array<GLint, 4> viewport{};
+  glGetIntegerv(GL_VIEWPORT, viewport.data());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  s.show.Use();
+  s.show.Set("size", MakeVec4(s.last_camera.width, s.last_camera.height, viewport[2], viewport[3]));
+  s.show.Set("brighter", static_cast<float>(std::exp2(transform.exposure_stops)));
+  s.show.Set("hatches_doubt", transform.hatches_doubt ? 1 : 0);
+  s.show.Set("depth", 0.0f);
+  s.resolved.BindTexture(15);
+  s.no_vertices.Bind();
+  const cv::Size drawn(s.last_camera.width, s.last_camera.height);
+  if (drawn == cv::Size(viewport[2], viewport[3])) {
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  } else {  // the fewer pixels are converted, and spread over the screen
+    GLint screen = 0;
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &screen);
+    s.shown.Resize(drawn.width, drawn.height);
+    s.shown.Bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(screen));
+    glBlitFramebuffer(0, 0, drawn.width, drawn.height, viewport[0], viewport[1], viewport[0] + viewport[2],
+                      viewport[1] + viewport[3], GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(screen));
+    glViewport(viewport[0], viewport[1], viewport[2], viewport[3]);
+  }
+  CheckGl("showing the picture");
+}
+
+Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {
+  const GlContext::Current current(state_->context);
+  Rendering picture;
+  picture.ms = Draw(camera, cam_from_world);
+  const cv::Mat bgra = state_->resolved.Read();
+  picture.linear.create(bgra.size(), CV_32FC3);
+  picture.confidence.create(bgra.size(), CV_32F);
+  picture.drawn.create(bgra.size(), CV_8U);
+  for (int y = 0; y < bgra.rows; ++y)
+    for (int x = 0; x < bgra.cols; ++x) {
+      const cv::Vec4f& p = bgra.at<cv::Vec4f>(y, x);
+      picture.linear.at<cv::Vec3f>(y, x) = {p[0], p[1], p[2]};
+      picture.confidence.at<float>(y, x) = std::max(0.0f, p[3]);
+      picture.drawn.at<std::uint8_t>(y, x) = p[3] == -2.0f ? 0 : 255;
+      picture.filled_px += p[3] == -1.0f;
+      picture.empty_px += p[3] == -2.0f;
+    }
+  const RenderOptions& options = state_->options;
+  if (!options.depth && !options.weights) return picture;
+  const cv::Mat depth = state_->Depth(camera, cam_from_world);
+  if (options.depth) picture.depth = depth;
+  if (options.weights)
+    picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(camera, cam_from_world), camera,
+                                     cam_from_world, depth, options);
+  return picture;
+}
+
+}  // namespace ulf

@@ -1,0 +1,119 @@
+// What a GlRenderer owns, and its passes. Internal to gl_renderer.cpp (the order of passes),
+// gl_over_triangles.cpp (those over triangles) and gl_over_views.cpp (those whose pixels look at all views).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "render/fields/aperture_field.h"
+#include "render/fields/image_triangulation.h"
+#include "render/fields/mesh_field.h"
+#include "render/gl/gl_context.h"
+#include "render/gl/gl_objects.h"
+#include "render/gl/gl_photographs.h"
+#include "render/gl/gl_programs.h"
+#include "render/gl/gl_proxy.h"
+#include "render/gl/gl_renderer.h"
+#include "render/gl/gl_sights.h"
+#include "render/gl/gl_triangles.h"
+#include "render/gl/gl_views.h"
+#include "render/scene/view_tiles.h"
+
+namespace ulf {
+
+struct GlRenderer::State {
+  std::shared_ptr<const RenderScene> plain;  // with its own proxy
+  std::shared_ptr<const RenderScene> scene;  // the same, or with the focal plane of the aperture
+  RenderOptions options;
+  GlContext context;
+
+  GlPhotographs photographs;
+  GlViews views;
+  GlProxy proxy;
+  GlSights sights;
+  GlPrograms programs;
+  GlProgram show;
+  GlBuffer triangles, fans, sheaves, tiles, needed;
+  GlTexelBuffer nearest_first;
+  GlPixelCounter open_px;
+  ViewTiler tiler;
+  std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
+  GlEmptyVertexArray no_vertices;
+  GlDepth depth;
+  GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F}, shown{GL_RGBA8};
+  bool has_triangles = false;  // of the proxy
+  bool programs_stale = false;
+  std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
+
+  // Of the picture that is being drawn: all that was to be offered, whether some of it is missing, and
+  // whether a pass was drawn from worse photographs than are there now.
+  Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
+  std::vector<GlPhotographs::Wish> offered;
+  bool lacks = false, outdated = false;
+  bool is_resolved = false;  // but for what others fill
+  bool said_several_passes = false;
+  bool drew_lumigraph_pixels = false;  // once at least
+
+  std::shared_ptr<const MeshField> mesh_field;
+  EntryTable mesh_entries;
+  std::unique_ptr<ApertureField> aperture_field;  // while there is an aperture, and a mesh
+
+  CameraModel last_camera;  // of the last frame
+
+  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlDoor door)
+      : plain(std::move(the_scene)),
+        scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
+        options(the_options),
+        context(door),
+        tiler(plain->views) {}
+
+  void Build();
+  void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  TriangleBatch MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                              const Rigid3& cam_from_world) const;
+  TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                              const Rigid3& cam_from_world) const;
+  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
+  TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                   const PlaneInCamera& plane) const;
+  bool ProvideSights(std::span<const int> of_views);
+  int NearestOf(std::span<const int> of_views) const;
+  std::size_t MakeThere(std::span<const int> of_views);
+  using DrawSome = std::function<void(std::size_t first, std::size_t end, int arrays)>;
+  void OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw);
+  std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates,
+                          const std::function<void()>& draw);
+  ViewTiles TilesOf(const std::vector<int>& in_order, const CameraModel& camera, const Rigid3& cam_from_world,
+                    const PlaneInCamera& plane, bool marks);
+  Filling filling() const;
+  int ViewsAsked() const;
+  void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
+  bool LearnGaps(const std::vector<int>& of_views);
+  std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
+                                 const PlaneInCamera& plane);
+  void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  bool AreThere(const std::vector<int>& of_views) const;
+  void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  using DrawPass = std::function<void(const Sheaves& of_pass, bool are_all)>;
+  void OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
+  void Upload(const Sheaves& some);
+  void DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
+                 bool more_follow);
+  void AddRings(const TriangleBatch& rings, const CameraModel& camera, const PlaneInCamera& plane);
+  void BindToAdd();
+  void ClearResolved();
+  void SetResolve(const GlProgram& program) const;
+  void Normalise();
+  bool IsAnyOpen();
+  void FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
+};
+
+}  // namespace ulf

@@ -1,0 +1,85 @@
+#include "render/gl/gl_sights.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <opencv2/core/utility.hpp>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "render/gl/gl_objects.h"
+
+namespace ulf {
+
+void GlSights::Reset(const std::vector<SceneView>& views) {
+  views_ = &views;
+  const bool hides =
+      std::any_of(views.begin(), views.end(), [](const SceneView& view) { return view.sight != nullptr; });
+  layer_.assign(views.size(), hides ? -1 : 0);
+  used_ = 0;
+}
+
+bool GlSights::HasAll(std::span<const int> of_views) const {
+  return std::all_of(of_views.begin(), of_views.end(), [&](int view) { return LayerOf(view) >= 0; });
+}
+
+bool GlSights::Provide(std::span<const int> of_views) {
+  std::vector<int> missing;
+  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(missing),
+               [&](int view) { return LayerOf(view) < 0; });
+  if (missing.empty()) return false;
+  const int count = static_cast<int>(missing.size());
+  cv::parallel_for_(
+      {0, count},
+      [&](const cv::Range& range) {
+        for (int i = range.start; i < range.end; ++i) (*views_)[At(missing[At(i)])].sight->Get();
+      },
+      count);
+  if (used_ + count > layers_) Grow(used_ + count);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  cv::Mat scaled;
+  for (const int view : missing) {
+    layer_[At(view)] = used_++;
+    scaled = kSightScale * (*views_)[At(view)].sight->Get().least_inverse_depth;
+    glTextureSubImage3D(texture_, 0, 0, 0, LayerOf(view), kSightPx, kSightPx, 1, GL_DEPTH_COMPONENT, GL_FLOAT,
+                        scaled.data);
+  }
+  CheckGl("copying what the proxy hides");
+  return true;
+}
+
+void GlSights::Grow(int least) {
+  const int most_layers = MostLayers();
+  const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
+  if (layers < least)
+    throw Error(
+        "OpenGL: this driver can say for {} views what the proxy hides from them, not for more; take "
+        "--proxy plane, or ulf render --renderer reference",
+        most_layers);
+  unsigned larger = 0;
+  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);
+  glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kSightPx, kSightPx, layers);
+  CheckGl("making room for what the proxy hides");
+  glTextureParameteri(larger, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(larger, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTextureParameteri(larger, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(larger, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(larger, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+  glTextureParameteri(larger, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
+  if (used_ > 0)
+    glCopyImageSubData(texture_, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, larger, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0,
+                       kSightPx, kSightPx, used_);
+  if (texture_) glDeleteTextures(1, &texture_);
+  texture_ = larger;
+  layers_ = layers;
+}
+
+void GlSights::Bind(unsigned unit) const { glBindTextureUnit(unit, texture_); }
+
+void GlSights::Release() {
+  if (texture_) glDeleteTextures(1, &texture_);
+  texture_ = 0;
+  used_ = layers_ = 0;
+}
+
+}  // namespace ulf

@@ -1,0 +1,148 @@
+#include "render/gl/gl_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/at.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// How far out a distortion polynomial still grows: r squared, or the fisheye's angle.
+// (CameraModel::ImgFromCam refuses points beyond.)
+double TrustedExtent(const CameraModel& camera) {
+  const auto& c = camera.coefficients;
+  const bool fisheye = camera.distortion == Distortion::kFisheye;
+  const auto slope = [&](double s) {
+    if (!fisheye) return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4]));
+    const double t2 = s * s;
+    return 1 + t2 * (3 * c[0] + t2 * (5 * c[1] + t2 * (7 * c[2] + t2 * 9 * c[3])));
+  };
+  const double most = fisheye ? M_PI : 100.0;
+  constexpr int kSteps = 10000;
+  for (int i = 1; i <= kSteps; ++i)
+    if (slope(most * i / kSteps) <= 0) return most * (i - 1) / kSteps;
+  return fisheye ? M_PI : 1e30;
+}
+
+Vec4 OfSizeOne(const CameraModel& camera) {
+  return MakeVec4(camera.fx / camera.width, camera.fy / camera.height, camera.cx / camera.width,
+                  camera.cy / camera.height);
+}
+
+}  // namespace
+
+void GlViews::Build(const RenderScene& scene) {
+  // Most views have their camera in common with the one before.
+  const CameraModel* before = nullptr;
+  for (const SceneView& view : scene.views) {
+    const bool is_as_before = before && *before == view.camera;
+    trusted_extent_.push_back(is_as_before ? trusted_extent_.back() : TrustedExtent(view.camera));
+    sight_.push_back(is_as_before ? sight_.back() : OfSizeOne(SightCamera(view.camera)));
+    before = &view.camera;
+  }
+  has_gaps_.assign(scene.views.size(), false);
+}
+
+void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world) {
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  const Vector3d virtual_center = cam_from_world.OriginInSource();
+  gpu_views_.clear();
+  level_.clear();
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const SceneView& view = scene.views[i];
+    const Rigid3 view_from_cam = view.cam_from_world * world_from_cam;
+    const Matrix3d r = view_from_cam.RotationMatrix();
+    const Vector3d& t = view_from_cam.translation;
+    const auto& c = view.camera.coefficients;
+    const bool fisheye = view.camera.distortion == Distortion::kFisheye;
+    const double kind = view.camera.distortion == Distortion::kNone ? 0 : fisheye ? 2 : 1;
+    const cv::Vec3f bgr = ViewColor(view.id);
+    const Vector3d center = cam_from_world * view.center_in_world;
+    GpuView& out = gpu_views_.emplace_back();
+    out.row0 = MakeVec4(r(0, 0), r(0, 1), r(0, 2), t.x());
+    out.row1 = MakeVec4(r(1, 0), r(1, 1), r(1, 2), t.y());
+    out.row2 = MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z());
+    out.intrinsics = MakeVec4(view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy);
+    out.size = MakeVec4(view.camera.width, view.camera.height,
+                        kFeatherShare * std::min(view.camera.width, view.camera.height), trusted_extent_[i]);
+    out.k = MakeVec4(c[0], c[1], c[2], c[3]);
+    out.more = MakeVec4(c[4], view.black, view.scale, kind);
+    out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
+    out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
+    out.sight = sight_[i];
+    out.place = {-1, 0, 0, -1};
+    level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
+  }
+}
+
+std::vector<GlPhotographs::Wish> GlViews::Wishes(std::span<const int> views) const {
+  std::vector<GlPhotographs::Wish> wishes;
+  for (const int view : views) wishes.push_back({view, level_[At(view)]});
+  return wishes;
+}
+
+void GlViews::Upload() {
+  views_.Upload(gpu_views_);
+  views_.Bind(kUnit);
+}
+
+std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs& photographs,
+                                std::vector<unsigned>& arrays) {
+  for (GpuView& view : gpu_views_) view.place[0] = -1;
+  arrays.clear();
+  std::size_t told = 0;
+  for (; told < views.size(); ++told) {
+    const auto place = photographs.PlaceOf(views[told]);
+    if (!place) continue;
+    const auto array = std::find(arrays.begin(), arrays.end(), place->texture);
+    const auto number = static_cast<std::int32_t>(array - arrays.begin());
+    if (array == arrays.end()) {
+      if (number == kMostArrays) break;
+      arrays.push_back(place->texture);
+    }
+    GpuView& view = gpu_views_[At(views[told])];
+    view.place[0] = static_cast<float>(number);
+    view.place[1] = static_cast<float>(place->layer);
+  }
+  Upload();
+  return told;
+}
+
+void GlViews::TellPlaces(const GlPhotographs& photographs) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i)
+    if (const auto place = photographs.PlaceOf(static_cast<int>(i)))
+      gpu_views_[i].place[1] = static_cast<float>(place->layer);
+  Upload();
+}
+
+void GlViews::TellSights(const GlSights& sights) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i)
+    gpu_views_[i].place[3] = static_cast<float>(sights.LayerOf(static_cast<int>(i)));
+  Upload();
+}
+
+void GlViews::SetOneCamera(const GlProgram& program) const {
+  const GpuView& first = gpu_views_.front();
+  const auto& [fx, fy, cx, cy] = first.intrinsics;
+  const auto& [width, height, feather, extent] = first.size;
+  program.Set("to_uv", Vec4{fx / width, fy / height, cx / width, cy / height});
+  program.Set("intrinsics", first.intrinsics);
+  program.Set("size", first.size);
+  program.Set("k", first.k);
+  program.Set("more", first.more);
+  program.Set("light", Vec4{width / feather, height / feather, first.more[1], first.more[2]});
+  program.Set("sight", first.sight);
+}
+
+void GlViews::SetGaps(int view) {
+  has_gaps_[At(view)] = true;
+  gpu_views_[At(view)].center[3] = 1;
+}
+
+void GlViews::Release() { views_.Release(); }
+
+}  // namespace ulf

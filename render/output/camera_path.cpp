@@ -1,0 +1,256 @@
+#include "render/output/camera_path.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "render/output/path_files.h"
+#include "render/scene/subject_center.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kWidest = 0.9;  // share of the viewpoints' range that a path takes
+
+// Azimuth and elevation about `up`, azimuth from `front`.
+struct Sphere {
+  Vector3d up, front, left;
+  Sphere(const Vector3d& up_in_world, const Vector3d& towards) : up(up_in_world.normalized()) {
+    front = towards - towards.dot(up) * up;
+    front = front.norm() > 1e-6 ? Vector3d(front.normalized()) : up.unitOrthogonal();
+    left = up.cross(front);
+  }
+  double Azimuth(const Vector3d& d) const { return std::atan2(d.dot(left), d.dot(front)); }
+  double Elevation(const Vector3d& d) const { return std::asin(std::clamp(d.dot(up), -1.0, 1.0)); }
+  Vector3d Direction(double azimuth, double elevation) const {
+    return std::cos(elevation) * (std::cos(azimuth) * front + std::sin(azimuth) * left) +
+           std::sin(elevation) * up;
+  }
+};
+
+double Quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
+}
+
+double LargestGap(std::vector<double> azimuths) {
+  std::sort(azimuths.begin(), azimuths.end());
+  double gap = 2 * M_PI - (azimuths.back() - azimuths.front());
+  for (std::size_t i = 1; i < azimuths.size(); ++i) gap = std::max(gap, azimuths[i] - azimuths[i - 1]);
+  return gap;
+}
+
+// Where the viewpoints' directions lie, as a path sees it.
+struct Spread {
+  Sphere sphere;
+  double azimuth = 0, elevation = 0;            // middle
+  double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost
+  double ring_elevation = 0;                    // where they stand all around
+  double distance = 0;
+  bool all_around = false;
+};
+
+// A pole amid the directions would tear azimuth apart: then the picture's own up serves no more, and any
+// does.
+Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
+  constexpr double kNearPole = 0.95;
+  const Vector3d up = scene.up_in_world.normalized();
+  return std::abs(up.dot(mean)) < kNearPole ? up : mean.unitOrthogonal();
+}
+
+Spread SpreadOf(const RenderScene& scene) {
+  std::vector<Vector3d> directions;
+  std::vector<double> distances;
+  Vector3d sum = Vector3d::Zero();
+  for (const SceneView& view : scene.views) {
+    const Vector3d arm = view.center_in_world - scene.subject.center_in_world;
+    if (IsAtCenter(scene.subject, view.center_in_world)) continue;
+    directions.push_back(arm.normalized());
+    distances.push_back(arm.norm());
+    sum += directions.back();
+  }
+  if (directions.empty())
+    throw Error(
+        "camera path: every view stands at the subject's centre; give another subject with --subject");
+  const double concentration = sum.norm() / static_cast<double>(directions.size());
+  const Vector3d mean = concentration > 1e-3 ? Vector3d(sum.normalized()) : directions.front();
+  Spread spread{Sphere(concentration > 0.3 ? UsableUp(scene, mean) : scene.up_in_world, mean)};
+  std::vector<double> azimuths, elevations;
+  for (const Vector3d& d : directions) {
+    azimuths.push_back(spread.sphere.Azimuth(d));
+    elevations.push_back(spread.sphere.Elevation(d));
+  }
+  constexpr double kTrim = 0.03;
+  constexpr double kGapOfRingRad = 75 * M_PI / 180;
+  spread.distance = Quantile(distances, 0.5);
+  spread.all_around = directions.size() >= 6 && LargestGap(azimuths) < kGapOfRingRad;
+  const auto middle_and_half = [](const std::vector<double>& values, double& middle, double& half) {
+    const double low = Quantile(values, kTrim), high = Quantile(values, 1 - kTrim);
+    middle = 0.5 * (low + high);
+    half = 0.5 * (high - low);
+  };
+  middle_and_half(azimuths, spread.azimuth, spread.azimuth_half);
+  middle_and_half(elevations, spread.elevation, spread.elevation_half);
+  if (spread.all_around) spread.azimuth = 0;
+  spread.ring_elevation = spread.all_around ? Quantile(elevations, 0.5) : spread.elevation;
+  return spread;
+}
+
+Rigid3 AimedPose(const RenderScene& scene, const Vector3d& direction, double distance) {
+  const Vector3d& center = scene.subject.center_in_world;
+  return LookAt(center + distance * direction, center, scene.up_in_world);
+}
+
+std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < frames; ++i) {
+    const double phase = 2 * M_PI * i / frames;
+    directions.push_back(
+        spread.all_around
+            ? spread.sphere.Direction(phase, spread.ring_elevation)
+            : spread.sphere.Direction(spread.azimuth + share * spread.azimuth_half * std::sin(phase),
+                                      spread.elevation + share * spread.elevation_half * std::cos(phase)));
+  }
+  return directions;
+}
+
+// `directions(share)` for the largest share of the viewpoints' range at which all of them meet their mesh.
+template <typename Directions>
+std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&& directions) {
+  constexpr double kStep = 0.05;
+  std::vector<Vector3d> tried;
+  for (double share = kWidest; share > 0; share -= kStep) {
+    tried = directions(share);
+    if (scene.mesh.span != Span::kSurface ||
+        std::all_of(tried.begin(), tried.end(), [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
+      break;
+  }
+  return tried;
+}
+
+}  // namespace
+
+CameraPath OrbitPath(const RenderScene& scene, int frames) {
+  const Spread spread = SpreadOf(scene);
+  CameraPath path;
+  if (frames <= 1) {
+    path.cam_from_world.push_back(
+        AimedPose(scene, spread.sphere.Direction(spread.azimuth, spread.ring_elevation), spread.distance));
+    return path;
+  }
+  const std::vector<Vector3d> directions =
+      spread.all_around
+          ? Ellipse(spread, frames, kWidest)
+          : InsideHullOrSmaller(scene, [&](double share) { return Ellipse(spread, frames, share); });
+  for (const Vector3d& direction : directions)
+    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
+  return path;
+}
+
+CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share) {
+  const Spread spread = SpreadOf(scene);
+  const Vector3d direction = spread.sphere.Direction(spread.azimuth, spread.ring_elevation);
+  CameraPath path;
+  for (int i = 0; i < frames; ++i) {
+    const double along = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
+    // Constant zoom on the screen: distances in geometric progression.
+    path.cam_from_world.push_back(
+        AimedPose(scene, direction, spread.distance * std::pow(nearest_share, along)));
+  }
+  return path;
+}
+
+CameraPath VertigoPath(const RenderScene& scene, int frames, const CameraModel& camera,
+                       double nearest_share) {
+  CameraPath path = DollyPath(scene, frames, nearest_share);
+  const auto distance = [&](const Rigid3& pose) {
+    return (pose.OriginInSource() - scene.subject.center_in_world).norm();
+  };
+  const double first = distance(path.cam_from_world.front());
+  for (const Rigid3& pose : path.cam_from_world) {
+    CameraModel& zoomed = path.cameras.emplace_back(camera);
+    zoomed.fx *= distance(pose) / first;
+    zoomed.fy *= distance(pose) / first;
+  }
+  return path;
+}
+
+CameraPath SpiralPath(const RenderScene& scene, int frames) {
+  constexpr int kTurns = 3;
+  const Spread spread = SpreadOf(scene);
+  const std::vector<Vector3d> directions = InsideHullOrSmaller(scene, [&](double share) {
+    std::vector<Vector3d> tried;
+    for (int i = 0; i < frames; ++i) {
+      const double along = frames > 1 ? static_cast<double>(i) / frames : 0;
+      const double phase = 2 * M_PI * kTurns * along;
+      const double out = share * 0.5 * (1 - std::cos(2 * M_PI * along));
+      tried.push_back(
+          spread.all_around
+              ? spread.sphere.Direction(
+                    phase, spread.elevation - share * spread.elevation_half * std::cos(2 * M_PI * along))
+              : spread.sphere.Direction(spread.azimuth + out * spread.azimuth_half * std::sin(phase),
+                                        spread.elevation + out * spread.elevation_half * std::cos(phase)));
+    }
+    return tried;
+  });
+  CameraPath path;
+  for (const Vector3d& direction : directions)
+    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
+  return path;
+}
+
+double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
+  constexpr double kMost = 1.6, kStep = 1.06;
+  constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
+  constexpr int kWidth = 120;
+  constexpr std::size_t kPoses = 12;
+  const std::size_t poses = path.cam_from_world.size();
+  const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
+  const auto is_filled = [&](double zoom) {
+    double sum = 0, worst = 0, count = 0;
+    for (std::size_t i = 0; i < poses; i += stride, ++count) {
+      const CameraModel& full = path.CameraOf(i, camera);
+      CameraModel small = full.ScaledTo(kWidth, std::max(1, kWidth * full.height / full.width));
+      small.fx *= zoom;
+      small.fy *= zoom;
+      const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
+      const double uncovered = static_cast<double>(picture.empty_px + picture.filled_px) /
+                               static_cast<double>(picture.linear.total());
+      sum += uncovered;
+      worst = std::max(worst, uncovered);
+    }
+    return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
+  };
+  double zoom = 1;
+  while (zoom * kStep <= kMost && !is_filled(zoom)) zoom *= kStep;
+  return zoom;
+}
+
+bool IsNamedPath(const std::string& path) {
+  return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral";
+}
+
+void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
+  const std::size_t poses = path.cam_from_world.size();
+  if (asked > 0 && static_cast<std::size_t>(asked) != poses)
+    throw UsageError(
+        "--frames {}: the path gives {}, a picture each; only named paths and keyframes have as many as they "
+        "are asked for. Leave the number out, or give a part, A:B",
+        option, Counted(poses, "pose"));
+}
+
+CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
+  constexpr int kUsualFrames = 120;
+  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
+  if (request.path == "orbit") return OrbitPath(scene, frames);
+  if (request.path == "dolly") return DollyPath(scene, frames);
+  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
+  if (request.path == "spiral") return SpiralPath(scene, frames);
+  return PathFromFile(request.path, request, scene);
+}
+
+}  // namespace ulf

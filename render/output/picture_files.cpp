@@ -1,0 +1,184 @@
+#include "render/output/picture_files.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <regex>
+#include <vector>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSettingsFile = "render.json";
+
+std::string PngBytes(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", pixels, bytes))
+    throw Error("a picture of {}x{} cannot be encoded as PNG", pixels.cols, pixels.rows);
+  return {bytes.begin(), bytes.end()};
+}
+
+cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
+  const auto gain = static_cast<float>(std::exp2(exposure_stops));
+  cv::Mat encoded(linear.size(), CV_16UC3);
+  for (int y = 0; y < linear.rows; ++y) {
+    const float* in = linear.ptr<float>(y);
+    std::uint16_t* out = encoded.ptr<std::uint16_t>(y);
+    for (int x = 0; x < 3 * linear.cols; ++x)
+      out[x] = cv::saturate_cast<std::uint16_t>(65535 * SrgbFromLinear(std::clamp(gain * in[x], 0.0f, 1.0f)));
+  }
+  return encoded;
+}
+
+std::string ExrOf(const Rendering& picture, ExrCompression compression) {
+  const cv::Mat color = HalfFromFloat(picture.linear);
+  cv::Mat alpha;
+  picture.drawn.convertTo(alpha, CV_32F, 1.0 / 255);
+  std::vector<ExrChannel> channels{{"B", color, 0},
+                                   {"G", color, 1},
+                                   {"R", color, 2},
+                                   {"A", HalfFromFloat(alpha)},
+                                   {"confidence.Y", HalfFromFloat(picture.confidence)}};
+  if (!picture.depth.empty()) channels.push_back({"Z", picture.depth});
+  for (const ViewWeights& view : picture.weights)
+    channels.push_back({fmt::format("weight.{:06}.Y", view.view_id), view.weight});
+  return ExrBytes(channels, compression);
+}
+
+const char* EndingOf(PictureFormat format) { return format == PictureFormat::kExr ? ".exr" : ".png"; }
+
+std::map<std::string, std::string> ReadSettings(const fs::path& file) {
+  try {
+    return nlohmann::json::parse(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
+  } catch (const nlohmann::json::exception&) {
+    return {};  // a render of another version: its settings are not ours
+  }
+}
+
+std::string FirstDifference(const std::map<std::string, std::string>& there,
+                            const std::map<std::string, std::string>& asked) {
+  for (const auto& [key, value] : asked) {
+    const auto found = there.find(key);
+    const std::string was = found == there.end() ? "unknown" : found->second;
+    if (was != value) return fmt::format("{} was {}, now {}", key, was, value);
+  }
+  return {};
+}
+
+std::vector<fs::path> PicturesIn(const fs::path& folder) {
+  static const std::regex numbered("frame_[0-9]{5,}\\.(png|exr)");
+  std::vector<fs::path> pictures;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), numbered))
+      pictures.push_back(entry.path());
+  return pictures;
+}
+
+// Before the new settings are written: whoever is killed in between has made nothing wrong.
+void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
+                  const std::string& difference) {
+  for (const fs::path& picture : pictures) fs::remove(picture);
+  spdlog::warn("-o {}: {} of another render removed ({})", folder.string(),
+               Counted(pictures.size(), "picture"), difference);
+}
+
+// Of a process that was killed while it wrote this picture; whoever else writes it now has just begun.
+void RemoveLeftovers(const fs::path& picture) {
+  constexpr auto kSurelyOver = std::chrono::minutes(5);
+  const std::string begins = picture.filename().string() + ".";
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(picture.parent_path(), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(begins) && name.ends_with(kTemporaryEnding) &&
+        entry.last_write_time(ignored) < fs::file_time_type::clock::now() - kSurelyOver)
+      fs::remove(entry.path(), ignored);
+  }
+}
+
+}  // namespace
+
+PictureFormat FormatOf(const fs::path& out, const std::string& format) {
+  const std::string ending = out.extension().string();
+  const bool exr = ending == ".exr", png = ending == ".png", video = IsVideo(out);
+  if ((exr && !format.empty() && format != "exr") || (png && format == "exr") || (video && !format.empty()))
+    throw UsageError("-o {}: its ending contradicts --format {}; leave one of them out", out.string(),
+                     format);
+  if (out.has_extension() && !exr && !png && !video && !fs::is_directory(out))
+    throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png, OUT.exr or into a folder",
+                     out.string());
+  if (exr || format == "exr") return PictureFormat::kExr;
+  return format == "png16" ? PictureFormat::kPng16 : PictureFormat::kPng;
+}
+
+bool IsSinglePicture(const fs::path& out) { return out.extension() == ".png" || out.extension() == ".exr"; }
+
+bool IsVideo(const fs::path& out) { return out.extension() == ".mp4"; }
+
+cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops) {
+  return Srgb8FromLinear(exposure_stops == 0 ? linear : cv::Mat(linear * std::exp2(exposure_stops)));
+}
+
+std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding) {
+  switch (encoding.format) {
+    case PictureFormat::kPng16:
+      return PngBytes(DisplaySrgb16(picture.linear, encoding.exposure_stops));
+    case PictureFormat::kExr:
+      return ExrOf(picture, encoding.exr_compression);
+    default:
+      return PngBytes(DisplaySrgb8(picture.linear, encoding.exposure_stops));
+  }
+}
+
+PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
+                           const std::map<std::string, std::string>& settings, bool overwrite)
+    : out_(std::move(out)), encoding_(encoding), overwrite_(overwrite) {
+  if (IsSinglePicture(out_)) {
+    if (out_.has_parent_path()) MakeFolder(out_.parent_path());
+    return;
+  }
+  MakeFolder(out_);
+  const fs::path file = out_ / kSettingsFile;
+  const bool known = fs::is_regular_file(file);
+  const std::vector<fs::path> pictures = PicturesIn(out_);
+  if (!known && !pictures.empty())
+    throw UsageError(
+        "-o {}: holds pictures (frame_...) but no render.json, so that nobody knows what they are of, and "
+        "they are not replaced; choose another folder, or remove them yourself",
+        out_.string());
+  const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
+  if (!difference.empty() && !pictures.empty()) {
+    if (!overwrite)
+      throw UsageError("-o {}: holds pictures of another render ({}); choose another folder, or --overwrite",
+                       out_.string(), difference);
+    RemoveFormer(out_, pictures, difference);
+  }
+  if (!known || !difference.empty()) WriteFileAtomically(file, nlohmann::json(settings).dump(1) + "\n");
+}
+
+fs::path PictureFiles::PathOf(int number) const {
+  return IsSinglePicture(out_) ? out_
+                               : out_ / fmt::format("frame_{:05}{}", number, EndingOf(encoding_.format));
+}
+
+bool PictureFiles::Has(int number) const {
+  return !overwrite_ && !IsSinglePicture(out_) && fs::is_regular_file(PathOf(number));
+}
+
+void PictureFiles::Write(int number, const Rendering& picture) {
+  const fs::path path = PathOf(number);
+  WriteFileAtomically(path, PictureBytes(picture, encoding_));
+  RemoveLeftovers(fs::absolute(path));
+}
+
+}  // namespace ulf

@@ -1,0 +1,153 @@
+#include "render/output/video.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "render/output/picture_files.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Pictures : public PictureSink {
+ public:
+  explicit Pictures(fs::path out) : out_(std::move(out)) {
+    MakeFolder(IsSinglePicture(out_) ? fs::absolute(out_).parent_path() : out_);
+  }
+  void Add(const cv::Mat& srgb8) override {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", srgb8, bytes);
+    WriteFileAtomically(IsSinglePicture(out_) ? out_ : out_ / fmt::format("frame_{:05}.png", count_++),
+                        {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+  void Close() override {}
+
+ private:
+  fs::path out_;
+  int count_ = 0;
+};
+
+class Video : public PictureSink {
+ public:
+  Video(fs::path path, double fps)
+      : path_(std::move(path)), unfinished_(fs::path(path_).replace_extension(".part.mp4")), fps_(fps) {
+    MakeFolder(fs::absolute(path_).parent_path());
+  }
+  ~Video() override {
+    std::error_code ignored;
+    writer_.release();
+    fs::remove(unfinished_, ignored);  // not closed: a file that no player opens
+  }
+
+  void Add(const cv::Mat& srgb8) override {
+    const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // half-resolution colour asks for it
+    if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
+    RequireRoom(even);
+    if (!writer_.isOpened()) {
+      if (even != srgb8.size())
+        spdlog::warn(
+            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height "
+            "give others",
+            path_.string(), srgb8.cols, srgb8.rows, even.width, even.height);
+      Open(even);
+    }
+    if (even != size_)
+      throw UsageError(
+          "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
+          path_.string(), count_, even.width, even.height, size_.width, size_.height);
+    writer_.write(srgb8(cv::Rect({0, 0}, even)));
+    ++count_;
+  }
+
+  void Close() override {
+    writer_.release();
+    cv::VideoCapture written(unfinished_.string(), cv::CAP_FFMPEG);
+    if (count_ == 0 || !written.isOpened() || std::lround(written.get(cv::CAP_PROP_FRAME_COUNT)) != count_)
+      throw Error("{}: the video was not written whole (disk full or no permission)", path_.string());
+    written.release();
+    fs::rename(unfinished_, path_);
+  }
+
+ private:
+  // The encoder holds pictures back and writes without looking whether there was room.
+  void RequireRoom(const cv::Size& size) {
+    if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) >=
+        kReserve + Bytes(size))
+      return;
+    const int written = count_;
+    if (written == 0)
+      throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
+    Close();
+    throw DiskFullError(
+        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest "
+        "with --frames {}:",
+        path_.string(), Counted(written, "picture"), written);
+  }
+
+  void Open(const cv::Size& size) {
+    size_ = size;
+    if (Opens(fps_)) return;
+    if (constexpr double kUsual = 30; Opens(kUsual))
+      throw UsageError("--fps {}: no codec here takes this rate; give a rounder one", fps_);
+    if (!std::ofstream(unfinished_))
+      throw Error("{}: cannot be written: {}", path_.string(), std::strerror(errno));
+    throw Error("{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures",
+                path_.string());
+  }
+
+  // A codec that is not there is tried and passed over without OpenCV's own messages.
+  bool Opens(double fps) {
+    const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    for (const char* codec : {"avc1", "mp4v"}) {
+      const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
+      if (writer_.open(unfinished_.string(), cv::CAP_FFMPEG, fourcc, fps, size_)) break;
+    }
+    cv::utils::logging::setLogLevel(level);
+    return writer_.isOpened();
+  }
+
+  static constexpr std::uint64_t kReserve = 1 << 20;
+  // What the encoder may still hold back: about as much as a few pictures without compression.
+  static std::uint64_t Bytes(const cv::Size& size) {
+    return 4ull * 3 * static_cast<std::uint64_t>(size.area());
+  }
+
+  fs::path path_, unfinished_;
+  double fps_;
+  cv::Size size_;
+  int count_ = 0;
+  cv::VideoWriter writer_;
+};
+
+}  // namespace
+
+std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
+  if (out.extension() == ".mp4") {
+    // Past these OpenCV rounds the rate to none, or codecs have no number for it.
+    constexpr double kLeast = 0.01, kMost = 1000;
+    if (!(fps >= kLeast && fps <= kMost))
+      throw UsageError(
+          "--fps {}: a video has {} to {} pictures a second; give -o a folder for pictures without a "
+          "rate",
+          fps, kLeast, kMost);
+    return std::make_unique<Video>(out, fps);
+  }
+  if (out.has_extension() && out.extension() != ".png" && !fs::is_directory(out))
+    throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png or into a folder", out.string());
+  return std::make_unique<Pictures>(out);
+}
+
+}  // namespace ulf

@@ -1,0 +1,37 @@
+// Tracked points as geometry, for each camera anew: those that it sees are triangulated in its image
+// (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). Up to
+// the frame's rim and a little beyond, where depth is extrapolated, so that the frame is covered.
+#pragma once
+
+#include <mutex>
+#include <vector>
+
+#include "render/proxy/proxy.h"
+
+namespace ulf {
+
+class PointsProxy : public Proxy {
+ public:
+  static constexpr std::size_t kFewest = 4;
+  // World points; those that are not finite are left out. Error for fewer than kFewest.
+  PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points);
+  std::string Name() const override { return "points"; }
+  void AddTo(Fingerprint& fingerprint) const override;
+  PlaneInCamera Background(const Rigid3& cam_from_world) const override {
+    return PlaneThroughSubject(subject_, cam_from_world);
+  }
+  // Null where fewer than four points are seen. May be called by several threads.
+  std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
+                                                const Rigid3& cam_from_world) const override;
+
+ private:
+  Subject subject_;
+  std::vector<Eigen::Vector3d> points_;
+  // Of the camera that asked last.
+  mutable std::mutex mutex_;
+  mutable CameraModel last_camera_;
+  mutable std::optional<Eigen::Matrix4d> last_cam_from_world_;
+  mutable std::shared_ptr<const TriangleMesh> last_;
+};
+
+}  // namespace ulf

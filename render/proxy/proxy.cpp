@@ -1,0 +1,100 @@
+#include "render/proxy/proxy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/proxy/depth_raster.h"
+#include "render/scene/fingerprint.h"
+#include "render/scene/subject_center.h"
+
+namespace ulf {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kFarOverDistance = 1000;
+
+}  // namespace
+
+double PlaneInCamera::DepthOf(const Vector3d& ray_with_unit_z) const {
+  const double slope = normal.dot(ray_with_unit_z);
+  if (slope * far_depth <= offset) return far_depth;  // parallel to the plane or away from it
+  return offset / slope;
+}
+
+void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth) {
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x)
+      if (float& at = depth.at<float>(y, x); !(at > 0))
+        at = static_cast<float>(
+            plane.DepthOf({(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1.0}));
+}
+
+PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world) {
+  const Vector3d center_in_cam = cam_from_world * subject.center_in_world;
+  const double distance = center_in_cam.norm();
+  PlaneInCamera plane;
+  if (!IsAtCenter(subject, cam_from_world.OriginInSource())) {
+    plane.normal = center_in_cam / distance;
+    plane.offset = distance;
+  } else {
+    plane.offset = std::max(subject.radius, 1e-6);  // inside the very centre: the sphere's far side
+  }
+  plane.far_depth = kFarOverDistance * plane.offset;
+  return plane;
+}
+
+void Proxy::AddTo(Fingerprint& /*fingerprint*/) const {}
+
+std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
+                                                     const Rigid3& /*cam_from_world*/) const {
+  return nullptr;
+}
+
+std::shared_ptr<const TriangleMesh> Proxy::Occluder() const { return nullptr; }
+
+cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+  const PlaneInCamera plane = Background(cam_from_world);
+  const auto triangles = Triangles(camera, cam_from_world);
+  cv::Mat depth = triangles ? DrawInverseDepth(*triangles, camera, cam_from_world)
+                            : cv::Mat::zeros(camera.height, camera.width, CV_32F);
+  FillHoles(depth);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x)
+      if (float& at = depth.at<float>(y, x); at > 0) at = 1 / at;
+  FillWithPlane(plane, camera, depth);
+  return depth;
+}
+
+std::string PlaneProxy::Name() const {
+  if (!plane_) return "plane";
+  const Eigen::Vector3d& normal = plane_->normal;
+  return fmt::format("plane:{:.4g},{:.4g},{:.4g},{:.4g}", normal.x(), normal.y(), normal.z(), plane_->offset);
+}
+
+void PlaneProxy::AddTo(Fingerprint& fingerprint) const {
+  if (!plane_) return;
+  for (const double value : plane_->normal) fingerprint.Add(value);
+  fingerprint.Add(plane_->offset);
+}
+
+void MeshProxy::AddTo(Fingerprint& fingerprint) const {
+  fingerprint.AddAll(mesh_->vertices);
+  fingerprint.AddAll(mesh_->triangles);
+}
+
+PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
+  const PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
+  if (!plane_) return facing;
+  // A camera in the plane sees it edge-on: it is kept off by a hair.
+  PlaneInCamera plane{.normal = cam_from_world.rotation * plane_->normal, .far_depth = facing.far_depth};
+  plane.offset = plane_->offset + plane.normal.dot(cam_from_world.translation);
+  if (plane.offset < 0) plane = {-plane.normal, -plane.offset, plane.far_depth};
+  plane.offset = std::max(plane.offset, 1e-6 * facing.offset);
+  return plane;
+}
+
+}  // namespace ulf

@@ -1,0 +1,85 @@
+#include "render/proxy/proxy_choice.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/points_proxy.h"
+
+namespace ulf {
+namespace {
+
+PlaneProxy::InWorld PlaneFromText(const std::string& text) {
+  PlaneProxy::InWorld plane;
+  int end = 0;
+  const int read = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &plane.normal.x(), &plane.normal.y(),
+                               &plane.normal.z(), &plane.offset, &end);
+  const double length = plane.normal.norm();
+  if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
+      !std::isfinite(plane.offset) || !(length > 0))
+    throw UsageError("--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point", text);
+  plane.normal /= length;
+  plane.offset /= length;
+  return plane;
+}
+
+std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const std::string& name,
+                                      const Subject& subject) {
+  MeshReading reading = ReadMeshFile(file);
+  spdlog::info("{}: {}", file.string(), Counted(reading.mesh.triangles.size(), "triangle"));
+  if (const std::string dropped = reading.Dropped(); !dropped.empty())
+    spdlog::warn("{}: {}", file.string(), dropped);
+  return std::make_shared<MeshProxy>(subject, std::make_shared<TriangleMesh>(std::move(reading.mesh)), name);
+}
+
+}  // namespace
+
+std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_field) {
+  std::vector<std::string> names;
+  // Whatever their file is called, and whether it holds any.
+  if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
+  if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
+  return names;
+}
+
+std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
+                                           const std::filesystem::path& light_field) {
+  constexpr char kPlane[] = "plane:";
+  if (name == "plane") return std::make_shared<PlaneProxy>(subject);
+  if (name.rfind(kPlane, 0) == 0)
+    return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
+  if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);
+  if (name == "mesh") {
+    const std::filesystem::path file = light_field / kMeshProxyFile;
+    if (!std::filesystem::exists(file))
+      throw Error("--proxy mesh: {} is not there; make it with: ulf proxy {}", file.string(),
+                  ShellWord(light_field.string()));
+    try {
+      return MeshFrom(file, name, subject);
+    } catch (const Error& error) {
+      throw Error("{}; make it anew with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
+                  error.what(), ShellWord(light_field.string()));
+    }
+  }
+  const std::string extension = std::filesystem::path(name).extension().string();
+  if (extension == ".ply" || extension == ".obj" || extension == ".PLY" || extension == ".OBJ")
+    return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
+  throw UsageError(
+      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, and PLY or OBJ files", name);
+}
+
+std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
+                                                       const Subject& subject) {
+  std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", subject, light_field)};
+  for (const std::string& name : ProxiesOfItsOwn(light_field))
+    proxies.push_back(ProxyFromName(name, subject, light_field));
+  return proxies;
+}
+
+}  // namespace ulf

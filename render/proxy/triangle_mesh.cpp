@@ -1,0 +1,22 @@
+#include "render/proxy/triangle_mesh.h"
+
+#include <Eigen/Geometry>
+
+namespace ulf {
+
+std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3d> sums(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (const auto& corners : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices[corners[0]].cast<double>();
+    const Eigen::Vector3d normal =
+        (mesh.vertices[corners[1]].cast<double>() - a).cross(mesh.vertices[corners[2]].cast<double>() - a);
+    for (const std::uint32_t corner : corners) sums[corner] += normal;
+  }
+  std::vector<Eigen::Vector3f> normals;
+  normals.reserve(sums.size());
+  for (const Eigen::Vector3d& sum : sums)
+    normals.push_back(sum.normalized().cast<float>());  // zero stays zero
+  return normals;
+}
+
+}  // namespace ulf

@@ -1,0 +1,190 @@
+#include "render/quality/choice.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "core/base/counted.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/evaluate.h"
+
+namespace ulf {
+namespace {
+
+std::string NameOf(const FieldOptions& field) {
+  return field.kind == FieldKind::kSubdivision ? "subdivision " + LevelName(field.level)
+                                               : FieldName(field.kind);
+}
+
+// The same views with their first pyramid levels left off.
+RenderScene Small(const RenderScene& scene) {
+  RenderScene small = scene;
+  for (SceneView& view : small.views) {
+    int skip = 0;
+    const auto longer = [&] {
+      const cv::Size size = view.photograph->LevelSize(skip);
+      return std::max(size.width, size.height);
+    };
+    while (longer() > kChoiceSizePx) ++skip;
+    view.photograph = FromLevel(view.photograph, skip);
+    view.camera = view.camera.ScaledTo(view.photograph->size().width, view.photograph->size().height);
+  }
+  return small;
+}
+
+std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                              const std::vector<std::shared_ptr<const Proxy>>& proxies,
+                              RendererKind renderer) {
+  const int every = std::max(2, static_cast<int>(scene.views.size()) / kChoiceViews);
+  const EvaluateSummary summary =
+      Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
+  std::vector<ScoredChoice> candidates;
+  for (std::size_t i = 0; i < summary.results.size(); ++i) {
+    const FieldScore& result = summary.results[i];
+    const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
+    // Where views span no surface several fields come to the same one.
+    const bool again = std::any_of(candidates.begin(), candidates.end(), [&](const ScoredChoice& other) {
+      return other.proxy == proxy && NameOf(other.field) == NameOf(result.used);
+    });
+    if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
+  }
+  return candidates;
+}
+
+std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
+  std::string text;
+  for (const ScoredChoice& candidate : candidates)
+    text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ",
+                        by_proxy ? candidate.proxy->Name() : NameOf(candidate.field), candidate.psnr_db);
+  return text;
+}
+
+ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
+                      const ScoredChoice& chosen, bool by_proxy) {
+  ModelChoice explained{
+      question,
+      fmt::format("the first within {} dB of the best on views that were left out, in this order",
+                  kPreferredWithinDb),
+      {}};
+  for (const ScoredChoice& candidate : tried)
+    explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : NameOf(candidate.field),
+                                    fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
+  return explained;
+}
+
+ModelChoice Untried(const std::string& question, const std::string& model, const std::string& why) {
+  return {question, "nothing was compared", {{model, why, true}}};
+}
+
+// What shows few views, or views on a line, best.
+std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [](const FieldOptions& field) {
+    return field.kind == FieldKind::kLumigraph;
+  });
+  return found == fields.end() ? std::nullopt : std::optional(*found);
+}
+
+// A mesh that was asked for may be another scene's, or in other coordinates.
+void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer) {
+  if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
+  const double by_plane =
+      Try(Small(scene), {choice.field}, {std::make_shared<PlaneProxy>(scene.subject)}, renderer)
+          .front()
+          .psnr_db;
+  double by_mesh = 0;
+  for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
+  if (by_mesh < by_plane)
+    spdlog::warn(
+        "over {} left-out views come out worse than over the plane through the subject ({:.1f} dB, {:.1f}): "
+        "is "
+        "it a mesh of this scene, in the light field's world?",
+        choice.proxy->Name(), by_mesh, by_plane);
+}
+
+}  // namespace
+
+const ScoredChoice& FirstNearTheBest(const std::vector<ScoredChoice>& candidates) {
+  const auto best = std::max_element(candidates.begin(), candidates.end(),
+                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
+    return candidate.psnr_db >= best->psnr_db - kPreferredWithinDb;
+  });
+}
+
+Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
+  Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}, {}};
+  const bool few = static_cast<int>(scene.views.size()) < kLeastViewsToCompare;
+  const auto untried = [&](const std::string& why) {
+    choice.explained = {Untried("proxy", choice.proxy->Name(), why),
+                        Untried("blending field", NameOf(choice.field), why)};
+    return choice;
+  };
+  if (choice.field.kind != fields.front().kind) {
+    choice.why = FieldName(choice.field.kind) +
+                 " weights are used, the others are not to be had from these viewpoints";
+    if (proxies.size() == 1) return untried("the viewpoints span no surface");
+  }
+  const bool open = fields.size() > 1 || proxies.size() > 1;
+  if (few && open) {
+    if (const auto lumigraph = LumigraphAmong(fields)) choice.field = FieldThatServes(*lumigraph, scene.mesh);
+    choice.proxy = proxies.back();
+    choice.why += fmt::format("{}{} with the {} proxy: {}, too few to leave some out and compare",
+                              choice.why.empty() ? "" : "; ", NameOf(choice.field), choice.proxy->Name(),
+                              Counted(scene.views.size(), "view"));
+    return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
+                               kLeastViewsToCompare));
+  }
+  const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
+  if (proxies.size() == 1 && !fields_differ) return untried("as asked");
+
+  const RenderScene small = Small(scene);
+  if (proxies.size() > 1) {
+    const auto tried = Try(small, {fields.front()}, proxies, renderer);
+    choice.proxy = FirstNearTheBest(tried).proxy;
+    choice.explained.push_back(Explained("proxy", tried, FirstNearTheBest(tried), true));
+    choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
+                              Listed(tried, true));
+    choice.candidates = tried;
+  }
+  if (fields_differ) {
+    const auto tried = Try(small, fields, {choice.proxy}, renderer);
+    choice.field = FirstNearTheBest(tried).field;
+    choice.explained.push_back(Explained("blending field", tried, FirstNearTheBest(tried), false));
+    choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
+                              Listed(tried, false));
+    choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
+  }
+  choice.why += fmt::format(" on left-out views; the first within {} dB of the best, in this order",
+                            kPreferredWithinDb);
+  return choice;
+}
+
+Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
+                    const std::string& proxy, const std::filesystem::path& light_field,
+                    RendererKind renderer) {
+  std::vector<FieldOptions> fields(1, details);
+  if (field != kAuto) {
+    fields[0].kind = FieldFromName(field);
+  } else {
+    fields.resize(4, details);
+    fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+    fields[1].kind = FieldKind::kLinear;
+    fields[2].level = kLimitLevel;
+    fields[3].kind = FieldKind::kLumigraph;
+    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it is the first
+  }
+  std::vector<std::shared_ptr<const Proxy>> proxies;
+  if (proxy != kAuto) {
+    proxies = {ProxyFromName(proxy, scene.subject, light_field)};
+  } else {
+    proxies = EveryProxyOf(light_field, scene.subject);
+  }
+  Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
+  if (proxy != kAuto) WarnOfStrangeMesh(scene, choice, renderer);
+  return choice;
+}
+
+}  // namespace ulf

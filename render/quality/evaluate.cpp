@@ -1,0 +1,154 @@
+#include "render/quality/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "render/scene/reference_renderer.h"
+
+namespace ulf {
+namespace {
+
+// Views whose vertex lies on the rim, or that have none.
+std::vector<bool> OnRim(const RenderScene& scene) {
+  std::vector<bool> rim(scene.views.size(), scene.mesh.span == Span::kSurface);
+  for (std::size_t v = 0; v < scene.mesh.vertices.size(); ++v)
+    for (const int view : scene.mesh.vertices[v].views)
+      if (!scene.mesh.OnBoundary(static_cast<int>(v))) rim[At(view)] = false;
+  return rim;
+}
+
+MeanScore MeanOf(const std::vector<ViewScore>& scores, bool inside, bool rim) {
+  MeanScore mean;
+  for (const ViewScore& score : scores) {
+    if (!(score.on_rim ? rim : inside)) continue;
+    ++mean.views;
+    mean.psnr_db += score.frame.psnr_db;
+    mean.ssim += score.frame.ssim;
+    mean.psnr_disc_db += score.disc.psnr_db;
+    mean.ssim_disc += score.disc.ssim;
+  }
+  if (mean.views > 0)
+    for (double* value : {&mean.psnr_db, &mean.ssim, &mean.psnr_disc_db, &mean.ssim_disc})
+      *value /= mean.views;
+  return mean;
+}
+
+struct Truth {
+  const SceneView* view;
+  CameraModel camera;
+  UndistortedPhotograph photograph;
+  cv::Mat disc;
+  bool on_rim;
+};
+
+ViewScore Score(Renderer& renderer, const Truth& truth) {
+  const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
+  // The photograph's own exposure.
+  const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
+  const cv::Mat rendered = Srgb8FromLinear(exposed);
+  ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
+  score.frame = CompareImages(rendered, truth.photograph.srgb8, truth.photograph.valid);
+  score.disc = CompareImages(rendered, truth.photograph.srgb8, truth.disc);
+  score.filled_px = picture.filled_px;
+  score.empty_px = picture.empty_px;
+  score.ms = picture.ms;
+  return score;
+}
+
+}  // namespace
+
+UndistortedPhotograph Undistort(const SceneView& view) {
+  UndistortedPhotograph result{view.Srgb8(), cv::Mat(view.photograph->size(), CV_8U, cv::Scalar(255))};
+  if (view.camera.distortion == Distortion::kNone && !view.photograph->linear()) return result;
+  const cv::Mat pixels = view.photograph->Level(0);
+  const CameraModel pinhole = view.camera.WithoutDistortion();
+  cv::Mat linear = cv::Mat::zeros(pinhole.height, pinhole.width, CV_32FC3);
+  for (int y = 0; y < pinhole.height; ++y)
+    for (int x = 0; x < pinhole.width; ++x) {
+      const auto img = view.camera.ImgFromCam(
+          {(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
+      const cv::Vec4f light =
+          img && view.camera.Contains(*img) ? SampleLevel(pixels, view.camera, *img) : cv::Vec4f::all(0);
+      linear.at<cv::Vec3f>(y, x) = {light[0], light[1], light[2]};
+      if (!(light[3] > 0)) result.valid.at<std::uint8_t>(y, x) = 0;
+    }
+  result.srgb8 = Srgb8FromLinear(linear);
+  return result;
+}
+
+cv::Mat SubjectDisc(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject) {
+  const Eigen::Vector3d center = cam_from_world * subject.center_in_world;
+  const double distance = center.norm();
+  const double cosine =
+      distance > subject.radius ? std::sqrt(1 - std::pow(subject.radius / distance, 2)) : -1;
+  cv::Mat disc = cv::Mat::zeros(camera.height, camera.width, CV_8U);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const auto ray = camera.RayFromImg({x + 0.5, y + 0.5});
+      if (ray && ray->dot(center) >= cosine * distance) disc.at<std::uint8_t>(y, x) = 255;
+    }
+  return disc;
+}
+
+EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options, Progress* progress) {
+  if (options.every < 2)
+    throw UsageError("--every {}: every view would be left out; give 2 or more", options.every);
+  if (scene.views.size() < 2)
+    throw Error("evaluation needs at least two views, one to leave out and one to render from; there is {}",
+                scene.views.size());
+  const std::vector<bool> on_rim = OnRim(scene);
+  std::vector<int> left_out;
+  std::vector<Truth> truths;
+  for (std::size_t i = 0; i < scene.views.size(); i += At(options.every)) {
+    const SceneView& view = scene.views[i];
+    left_out.push_back(static_cast<int>(i));
+    Truth truth{&view, view.camera.WithoutDistortion(), Undistort(view), {}, on_rim[i]};
+    truth.disc = SubjectDisc(truth.camera, view.cam_from_world, scene.subject) & truth.photograph.valid;
+    truths.push_back(std::move(truth));
+  }
+
+  EvaluateSummary summary{.views = static_cast<int>(scene.views.size()),
+                          .held_out = static_cast<int>(truths.size())};
+  summary.width = truths.front().camera.width;
+  summary.height = truths.front().camera.height;
+  const auto rest = Without(scene, left_out);
+  summary.viewpoints = rest->mesh.Description();
+  const auto renderer =
+      MakeRenderer(rest, {.renderer = options.renderer, .gpu_memory_mb = options.gpu_memory_mb});
+  summary.renderer = renderer->Name();
+
+  std::vector<std::pair<std::shared_ptr<const Proxy>, FieldOptions>> combinations;
+  for (const auto& proxy : options.proxies.empty() ? std::vector{scene.proxy} : options.proxies)
+    for (const FieldOptions& field : options.fields) combinations.emplace_back(proxy, field);
+  std::size_t done = 0;
+  for (const auto& [proxy, field] : combinations) {
+    if (renderer->scene().proxy != proxy) renderer->SetProxy(proxy);
+    renderer->SetField(field);
+    renderer->Render(truths.front().camera,
+                     truths.front().view->cam_from_world);  // drivers compile at the first frame
+    FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
+    std::vector<double> times;
+    for (const Truth& truth : truths) {
+      const ViewScore score = Score(*renderer, truth);
+      result.views.push_back(score);
+      result.filled_px += score.filled_px;
+      result.empty_px += score.empty_px;
+      times.push_back(score.ms);
+      if (progress)
+        progress->Show(static_cast<double>(++done) / static_cast<double>(truths.size() * combinations.size()),
+                       proxy->Name() + ", " + FieldName(field.kind));
+    }
+    std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
+                     times.end());
+    result.ms_per_frame = times[times.size() / 2];
+    result.inside = MeanOf(result.views, true, false);
+    result.rim = MeanOf(result.views, false, true);
+    result.all = MeanOf(result.views, true, true);
+    summary.results.push_back(std::move(result));
+  }
+  return summary;
+}
+
+}  // namespace ulf

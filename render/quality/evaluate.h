@@ -1,0 +1,77 @@
+// Held-out evaluation: every k-th view is left out, rendered from the others, and compared with its
+// photograph.
+//
+// Compared is the pinhole rendering with the undistorted photograph, in 8-bit sRGB, on the full frame and
+// inside the silhouette of the subject's sphere. Pixels that nothing covers are filled from the nearest view
+// and count like all others; only pixels for which undistortion has no photograph are left out. Views on the
+// rim of the hull of all viewpoints, which must be extrapolated, are reported apart.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "render/quality/quality.h"
+#include "render/scene/renderer.h"
+
+namespace ulf {
+
+struct EvaluateOptions {
+  int every = 8;
+  std::vector<FieldOptions> fields = {};
+  // Each of them with each field; empty: the scene's own. Their geometry should not know the left-out views.
+  std::vector<std::shared_ptr<const Proxy>> proxies = {};
+  RendererKind renderer = RendererKind::kGl;
+  double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+};
+
+struct ViewScore {
+  int view_id = 0;
+  bool on_rim = false;
+  Quality frame = {}, disc = {};
+  long filled_px = 0, empty_px = 0;
+  double ms = 0;
+};
+
+struct MeanScore {
+  int views = 0;
+  double psnr_db = 0, ssim = 0, psnr_disc_db = 0, ssim_disc = 0;  // means over the views
+};
+
+struct FieldScore {
+  FieldOptions asked, used;  // they differ where the viewpoints do not allow what was asked
+  std::string proxy;
+  MeanScore inside = {}, rim = {}, all = {};
+  double ms_per_frame = 0;  // median
+  long filled_px = 0, empty_px = 0;
+  std::vector<ViewScore> views = {};
+
+  // The figures that count: of the views inside the hull, of all where none is inside.
+  const MeanScore& Main() const { return inside.views > 0 ? inside : all; }
+};
+
+struct EvaluateSummary {
+  int views = 0;              // all
+  int held_out = 0;           // of them
+  int width = 0, height = 0;  // of the first held-out view as rendered
+  std::string renderer = {};
+  std::string viewpoints = {};  // ViewpointMesh::Description() of the views that were used
+  std::vector<FieldScore> results = {};
+};
+
+// `scene` with all views. Throws UsageError when nothing is left in or out.
+EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options,
+                         Progress* progress = nullptr);
+
+// The photograph as a pinhole camera would have taken it (CameraModel::WithoutDistortion, same size), and
+// where there is one (CV_8U).
+struct UndistortedPhotograph {
+  cv::Mat srgb8;
+  cv::Mat valid;
+};
+UndistortedPhotograph Undistort(const SceneView& view);
+
+// CV_8U, 255 where the ray of a pixel meets the subject's sphere.
+cv::Mat SubjectDisc(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject);
+
+}  // namespace ulf

@@ -1,0 +1,58 @@
+#include "render/quality/quality.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace ulf {
+namespace {
+
+constexpr int kWindow = 11;
+
+cv::Mat Blurred(const cv::Mat& image) {
+  cv::Mat result;
+  cv::GaussianBlur(image, result, {kWindow, kWindow}, 1.5, 1.5, cv::BORDER_REFLECT_101);
+  return result;
+}
+
+// Per pixel and channel, CV_64FC3.
+cv::Mat SsimMap(const cv::Mat& a8, const cv::Mat& b8) {
+  const double c1 = std::pow(0.01 * 255, 2), c2 = std::pow(0.03 * 255, 2);
+  cv::Mat a, b;
+  a8.convertTo(a, CV_64F);
+  b8.convertTo(b, CV_64F);
+  const cv::Mat mean_a = Blurred(a), mean_b = Blurred(b);
+  const cv::Mat var_a = Blurred(a.mul(a)) - mean_a.mul(mean_a);
+  const cv::Mat var_b = Blurred(b.mul(b)) - mean_b.mul(mean_b);
+  const cv::Mat covariance = Blurred(a.mul(b)) - mean_a.mul(mean_b);
+  const auto plus = [](const cv::Mat& m, double c) { return cv::Mat(m + cv::Scalar::all(c)); };
+  const cv::Mat numerator = plus(2 * mean_a.mul(mean_b), c1).mul(plus(2 * covariance, c2));
+  const cv::Mat denominator = plus(mean_a.mul(mean_a) + mean_b.mul(mean_b), c1).mul(plus(var_a + var_b, c2));
+  cv::Mat map;
+  cv::divide(numerator, denominator, map);
+  return map;
+}
+
+double MeanOfChannels(const cv::Scalar& mean) { return (mean[0] + mean[1] + mean[2]) / 3; }
+
+}  // namespace
+
+Quality CompareImages(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& mask) {
+  constexpr double kMostDb = 100;
+  Quality quality;
+  quality.pixels = cv::countNonZero(mask);
+  if (quality.pixels == 0) return quality;
+  cv::Mat difference;
+  cv::absdiff(rendered, photograph, difference);
+  difference.convertTo(difference, CV_64F);
+  const double mean_square = MeanOfChannels(cv::mean(difference.mul(difference), mask));
+  quality.psnr_db = mean_square > 0 ? std::min(kMostDb, 10 * std::log10(255 * 255 / mean_square)) : kMostDb;
+
+  constexpr int kMargin = kWindow / 2;
+  if (rendered.cols <= 2 * kMargin || rendered.rows <= 2 * kMargin) return quality;
+  const cv::Rect inner(kMargin, kMargin, rendered.cols - 2 * kMargin, rendered.rows - 2 * kMargin);
+  if (cv::countNonZero(mask(inner)) > 0)
+    quality.ssim = MeanOfChannels(cv::mean(SsimMap(rendered, photograph)(inner), mask(inner)));
+  return quality;
+}
+
+}  // namespace ulf

@@ -1,0 +1,53 @@
+// Blending fields and proxies compared along a camera path whose true pictures are known: temporal_error.h of
+// each, and the picture of thesis figure 5-4, one column of the image over time.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "render/output/camera_path.h"
+#include "render/quality/truth.h"
+#include "render/scene/renderer.h"
+
+namespace ulf {
+
+struct TemporalOptions {
+  CameraPath path;  // with a camera for each pose, all of one size
+  std::vector<FieldOptions> fields = {};
+  std::vector<std::shared_ptr<const Proxy>> proxies = {};  // each of them with each field
+  RendererKind renderer = RendererKind::kGl;
+  double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+};
+
+struct TemporalScore {
+  FieldOptions asked, used;  // they differ where the viewpoints do not allow what was asked
+  std::string proxy;
+  // Root mean square of the error's second difference over time, in levels of 255: on the full frame, and in
+  // the silhouette of the subject's sphere.
+  double temporal_error = 0, temporal_error_disc = 0;
+  double psnr_db = 0;  // of all pictures as one
+  double ms_per_frame = 0;
+  std::vector<double> over_time = {};  // temporal error at each picture but the first and the last
+  cv::Mat strip = {};                  // 8-bit sRGB: column t is the middle column of picture t
+};
+
+struct TemporalSummary {
+  int views = 0, frames = 0, width = 0, height = 0;
+  std::string renderer = {};
+  cv::Mat true_strip = {};
+  std::vector<TemporalScore> results = {};
+};
+
+// Throws Error for a path of fewer than three pictures, and when the truth does not fit into memory.
+TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene,
+                                 const TemporalOptions& options, TruthSource& truth,
+                                 Progress* progress = nullptr);
+
+// All strips with their names, truth on top.
+cv::Mat StripPicture(const TemporalSummary& summary);
+
+// Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf).
+void DrawTemporalChart(const TemporalSummary& summary, const std::string& path);
+
+}  // namespace ulf

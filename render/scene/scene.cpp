@@ -1,0 +1,195 @@
+#include "render/scene/scene.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+// Exposure times gain (over f-number squared), the median view's being 1. Where no view tells its exposure
+// its gain is what a capture made of neighbouring photographs (coverage/session/record/exposure_match), 1 in
+// others; all 1 where only some tell.
+std::vector<float> ExposureScales(const LightField& light_field) {
+  std::vector<double> exposures;
+  const bool told = std::any_of(light_field.views.begin(), light_field.views.end(),
+                                [](const View& view) { return view.exposure_s > 0; });
+  for (const View& view : light_field.views) {
+    const double aperture = view.f_number ? 1 / (*view.f_number * *view.f_number) : 1.0;
+    exposures.push_back(told ? view.exposure_s * view.gain * aperture : view.gain);
+  }
+  std::vector<float> scales(exposures.size(), 1.0f);
+  if (exposures.empty() || *std::min_element(exposures.begin(), exposures.end()) <= 0) return scales;
+  std::vector<double> sorted = exposures;
+  std::sort(sorted.begin(), sorted.end());
+  const double median = sorted[sorted.size() / 2];
+  for (std::size_t i = 0; i < scales.size(); ++i) scales[i] = static_cast<float>(median / exposures[i]);
+  return scales;
+}
+
+// Where 8 bits would lose light: a master or a photograph holds more, a flat field is divided out, or
+// exposures are more than a stop apart, so that some photographs are lifted out of their shadows. Only the
+// linear form knows of parts without light, which is what masks leave.
+bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales) {
+  const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
+  return *most > 2 * *least || !light_field.flat_fields.empty() ||
+         std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+           return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
+         });
+}
+
+bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales, PhotographForm form) {
+  if (form != PhotographForm::kAuto) return form == PhotographForm::kLinear;
+  return NeedsLinear(light_field, scales);
+}
+
+// Poses of another convention than ours render, but show nothing.
+void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
+  if (std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+        return (view.cam_from_world * subject.center_in_world).z() > -subject.radius;
+      }))
+    return;
+  spdlog::warn(
+      "{}: every camera looks away from the subject: are the poses flipped (a camera looks along its z axis, "
+      "y is down), or is the subject elsewhere (--subject x,y,z,radius)?",
+      light_field.root.string());
+}
+
+}  // namespace
+
+cv::Mat SceneView::Srgb8() const {
+  const cv::Mat pixels = photograph->Level(0);
+  if (pixels.depth() == CV_8U) return pixels;
+  cv::Mat linear, bgr;
+  pixels.convertTo(linear, CV_32F);
+  cv::cvtColor(linear, bgr, cv::COLOR_BGRA2BGR);
+  return Srgb8FromLinear(bgr);
+}
+
+std::optional<Seen> SceneView::See(const Eigen::Vector3d& point_in_world) const {
+  auto seen = Frame(point_in_world);
+  if (!seen || !sight) return seen;
+  seen->feather *= sight->Get().Share(cam_from_world * point_in_world);
+  if (seen->feather <= 0) return std::nullopt;
+  return seen;
+}
+
+std::optional<Seen> SceneView::Frame(const Eigen::Vector3d& point_in_world) const {
+  const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
+  if (!img) return std::nullopt;
+  const double to_edge = std::min({img->x(), img->y(), camera.width - img->x(), camera.height - img->y()});
+  if (!(to_edge > 0)) return std::nullopt;
+  return Seen{*img, std::min(1.0, to_edge / (kFeatherShare * std::min(camera.width, camera.height)))};
+}
+
+std::vector<Eigen::Vector3d> RenderScene::Centers() const {
+  std::vector<Eigen::Vector3d> centers;
+  for (const SceneView& view : views) centers.push_back(view.center_in_world);
+  return centers;
+}
+
+void RenderScene::MakeMesh() { mesh = MakeViewpointMesh(Centers(), subject, {mesh_in_plane, up_in_world}); }
+
+Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given) {
+  if (given) return *given;
+  if (light_field.subject) return *light_field.subject;
+  if (const auto found = SubjectFromAxes(light_field)) return *found;
+  throw UsageError(
+      "{}: the light field names no subject and its optical axes meet nowhere before the cameras (they are "
+      "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
+      "down); say where it is with --subject x,y,z,radius",
+      light_field.root.string());
+}
+
+std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options) {
+  if (light_field.views.empty())
+    throw Error("{}: the light field holds no views; capture or import some first",
+                light_field.root.string());
+  auto scene = std::make_shared<RenderScene>();
+  scene->subject = SubjectOf(light_field, options.subject);
+  scene->in_metres = light_field.units == "metres";
+  WarnWhenAllLookAway(light_field, scene->subject);
+  scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
+  const std::vector<float> scales = ExposureScales(light_field);
+  scene->store = std::make_shared<PhotographStore>(
+      light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options.form),
+                                          .size_limit_px = options.size_limit_px,
+                                          .memory_limit_mb = options.memory_limit_mb});
+  for (std::size_t i = 0; i < light_field.views.size(); ++i) {
+    if (std::count(options.leave_out.begin(), options.leave_out.end(), static_cast<int>(i)) > 0) continue;
+    const View& view = light_field.views[i];
+    SceneView& out = scene->views.emplace_back();
+    out.id = view.id;
+    out.photograph = scene->store->Of(i);
+    out.camera =
+        light_field.CameraOf(view).ScaledTo(out.photograph->size().width, out.photograph->size().height);
+    out.cam_from_world = view.cam_from_world;
+    out.center_in_world = view.CenterInWorld();
+    out.black = static_cast<float>(view.black_level);
+    out.scale = scales[i];
+  }
+  scene->mesh_in_plane = options.mesh_in_plane;
+  scene->MakeMesh();
+  scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
+  return scene;
+}
+
+std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shared_ptr<const Proxy> proxy) {
+  auto other = std::make_shared<RenderScene>(scene);
+  other->proxy = std::move(proxy);
+  const auto occluder = other->proxy->Occluder();
+  for (SceneView& view : other->views)
+    view.sight = occluder ? std::make_shared<LazySight>(occluder, view.camera, view.cam_from_world) : nullptr;
+  return other;
+}
+
+std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out) {
+  auto rest = std::make_shared<RenderScene>();
+  rest->subject = scene.subject;
+  rest->up_in_world = scene.up_in_world;
+  rest->store = scene.store;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    if (std::count(left_out.begin(), left_out.end(), static_cast<int>(i)) == 0)
+      rest->views.push_back(scene.views[i]);
+  rest->proxy = scene.proxy;
+  rest->mesh_in_plane = scene.mesh_in_plane;
+  rest->MakeMesh();
+  return rest;
+}
+
+int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vector3d& virtual_center,
+                 double output_focal_px) {
+  const double view_distance = (subject.center_in_world - view.center_in_world).norm();
+  const double output_distance = (subject.center_in_world - virtual_center).norm();
+  if (!(view_distance > 0) || !(output_distance > 0)) return 0;
+  const double texels_per_pixel =
+      (view.camera.MeanFocalPx() / view_distance) / (output_focal_px / output_distance);
+  const int level = static_cast<int>(std::lround(std::log2(texels_per_pixel)));
+  return std::clamp(level, 0, view.photograph->LevelCount() - 1);
+}
+
+cv::Vec3f ViewColor(int index) {
+  std::uint32_t h = static_cast<std::uint32_t>(index) * 2654435761u + 12345u;
+  const auto next = [&h] {  // xorshift
+    h ^= h << 13, h ^= h >> 17, h ^= h << 5;
+    return static_cast<float>(h >> 8) / 16777216.0f;
+  };
+  next();
+  // Hue at random; saturation and brightness high enough that neighbours differ.
+  const float hue = 6 * next(), saturation = 0.55f + 0.45f * next(), value = 0.55f + 0.45f * next();
+  const auto channel = [&](float offset) {
+    const float k = std::fmod(offset + hue, 6.0f);
+    const float srgb = value * (1 - saturation * std::clamp(std::min(k, 4 - k), 0.0f, 1.0f));
+    return LinearFromSrgb(srgb);
+  };
+  return {channel(1), channel(3), channel(5)};
+}
+
+}  // namespace ulf

@@ -1,0 +1,240 @@
+#include "acquisition/calibration/calibration_formats.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr CalibrationFormat kAll[] = {CalibrationFormat::kKalibr, CalibrationFormat::kRos,
+                                      CalibrationFormat::kOpenCv, CalibrationFormat::kColmap};
+
+CameraModel SomeCamera(Distortion distortion) {
+  CameraModel camera{640, 480, 512.25, 511.75, 321.5, 238.25, distortion, {}};
+  if (distortion == Distortion::kRadialTangential) camera.coefficients = {-0.1, 0.02, 1e-4, -2e-4, 0};
+  if (distortion == Distortion::kFisheye) camera.coefficients = {0.03, -0.012, 0.004, -0.0015, 0};
+  return camera;
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    const auto format = DetectCalibrationFormat(text);
+    if (!format) return "not recognised";
+    ReadCalibrationText(*format, text, "the file");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CalibrationFormats, ComeBackAsTheyWereWritten) {
+  for (const CalibrationFormat format : kAll)
+    for (const Distortion distortion :
+         {Distortion::kNone, Distortion::kRadialTangential, Distortion::kFisheye}) {
+      const CameraModel camera = SomeCamera(distortion);
+      for (const bool xml : {false, true}) {
+        const std::string text = CalibrationText(format, camera, "S1", xml);
+        ASSERT_EQ(DetectCalibrationFormat(text), format) << text;
+        const CameraModel read = ReadCalibrationText(format, text, "the file");
+        EXPECT_EQ(read.distortion, distortion) << Name(format);
+        EXPECT_NEAR(read.cx, camera.cx, 1e-12) << Name(format);
+        EXPECT_NEAR(read.fy, camera.fy, 1e-12) << Name(format);
+        for (std::size_t i = 0; i < 5; ++i)
+          EXPECT_DOUBLE_EQ(read.coefficients[i], camera.coefficients[i]) << Name(format) << " " << i;
+      }
+    }
+}
+
+// An image of 641 x 481 pixels whose principal point is the very middle: by hand, 320 and 240 where centres
+// are integers, 320.5 and 240.5 where the first pixel's centre is one half.
+TEST(CalibrationFormats, HalfPixelByHand) {
+  const CameraModel middle{641, 481, 500, 500, 320.5, 240.5, Distortion::kNone, {}};
+  EXPECT_THAT(CalibrationText(CalibrationFormat::kKalibr, middle, ""), HasSubstr("[500, 500, 320, 240]"));
+  EXPECT_THAT(CalibrationText(CalibrationFormat::kRos, middle, ""),
+              HasSubstr("data: [500, 0, 320, 0, 500, 240, 0, 0, 1]"));
+  EXPECT_THAT(CalibrationText(CalibrationFormat::kColmap, middle, ""),
+              HasSubstr("SIMPLE_PINHOLE 641 481 500 320.5 240.5"));
+  EXPECT_THAT(CalibrationText(CalibrationFormat::kOpenCv, middle, ""),
+              HasSubstr("500., 0., 320., 0., 500., 240., 0., 0., 1."));
+}
+
+TEST(CalibrationFormats, KalibrByHand) {
+  const std::string text =
+      "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  distortion_coeffs: [-0.28, 0.07, 1.9e-04, "
+      "1.8e-05]\n"
+      "  distortion_model: radtan\n  intrinsics: [458.654, 457.296, 367.215, 248.375]\n  resolution: [752, "
+      "480]\n"
+      "  rostopic: /cam0/image_raw\n"
+      "cam1:\n  camera_model: pinhole\n  distortion_coeffs: [0.01, 0.02, 0.03, 0.04]\n"
+      "  distortion_model: equidistant\n  intrinsics: [400, 401, 375.5, 239.5]\n  resolution: [752, 480]\n";
+  const CameraModel first = ReadCalibrationText(CalibrationFormat::kKalibr, text, "f", "cam0");
+  EXPECT_EQ(first.cx, 367.715);
+  EXPECT_EQ(first.cy, 248.875);
+  EXPECT_EQ(first.fy, 457.296);
+  EXPECT_THAT(first.coefficients, ElementsAre(-0.28, 0.07, 1.9e-4, 1.8e-5, 0));
+  const CameraModel second = ReadCalibrationText(CalibrationFormat::kKalibr, text, "f", "cam1");
+  EXPECT_EQ(second.distortion, Distortion::kFisheye);
+  EXPECT_EQ(second.cx, 376);
+  EXPECT_THAT(second.coefficients, ElementsAre(0.01, 0.02, 0.03, 0.04, 0));
+  EXPECT_THAT(ErrorOf(text), HasSubstr("2 cameras"));
+}
+
+TEST(CalibrationFormats, RosByHand) {
+  const CameraModel camera = ReadCalibrationText(
+      CalibrationFormat::kRos,
+      "image_width: 640\nimage_height: 480\ncamera_name: head_camera\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+      "  data: [600, 0, 319.5, 0, 602, 239.5, 0, 0, 1]\ndistortion_model: "
+      "plumb_bob\ndistortion_coefficients:\n"
+      "  rows: 1\n  cols: 5\n  data: [0.1, -0.2, 0.001, 0.002, 0.3]\n",
+      "f");
+  EXPECT_EQ(camera.cx, 320);
+  EXPECT_EQ(camera.cy, 240);
+  EXPECT_EQ(camera.fy, 602);
+  EXPECT_THAT(camera.coefficients, ElementsAre(0.1, -0.2, 0.001, 0.002, 0.3));
+}
+
+TEST(CalibrationFormats, OpenCvByHand) {
+  const CameraModel camera =
+      ReadCalibrationText(CalibrationFormat::kOpenCv,
+                          "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: "
+                          "!!opencv-matrix\n   rows: 3\n   cols: 3\n"
+                          "   dt: d\n   data: [ 600., 0., 319.5, 0., 602., 239.5, 0., 0., 1. ]\n"
+                          "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
+                          "   data: [ 0.1, -0.2, 0.001, 0.002, 0.3 ]\n",
+                          "f");
+  EXPECT_EQ(camera.cx, 320);
+  EXPECT_EQ(camera.fx, 600);
+  EXPECT_THAT(camera.coefficients, ElementsAre(0.1, -0.2, 0.001, 0.002, 0.3));
+}
+
+TEST(CalibrationFormats, ColmapByHand) {
+  const auto read = [](const std::string& line) {
+    return ReadCalibrationText(CalibrationFormat::kColmap, "# Camera list\n" + line + "\n", "f");
+  };
+  const CameraModel simple = read("1 SIMPLE_RADIAL 640 480 600 320 240 -0.05");
+  EXPECT_EQ(simple.fy, 600);
+  EXPECT_EQ(simple.cx, 320) << "COLMAP counts as we do";
+  EXPECT_THAT(simple.coefficients, ElementsAre(-0.05, 0, 0, 0, 0));
+  const CameraModel full = read("7 FULL_OPENCV 640 480 600 601 320 240 1 2 3 4 5 0 0 0");
+  EXPECT_THAT(full.coefficients, ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_EQ(read("1 OPENCV_FISHEYE 640 480 300 300 320 240 0.1 0.2 0.3 0.4").distortion,
+            Distortion::kFisheye);
+}
+
+TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
+  EXPECT_THAT(ErrorOf("1 FOV 640 480 600 600 320 240 0.9\n"), HasSubstr("FOV"));
+  EXPECT_THAT(ErrorOf("1 THIN_PRISM_FISHEYE 640 480 600 600 320 240 0 0 0 0 0 0 0 0\n"),
+              HasSubstr("THIN_PRISM_FISHEYE"));
+  EXPECT_THAT(ErrorOf("1 FULL_OPENCV 640 480 600 601 320 240 1 2 3 4 5 0.1 0 0\n"), HasSubstr("rational"));
+  EXPECT_THAT(ErrorOf("1 PINHOLE 640 480 600 601 320\n"), HasSubstr("parameters"));
+  EXPECT_THAT(ErrorOf("cam0:\n  camera_model: ds\n  intrinsics: [1, 2, 3, 4, 5, 6]\n"), HasSubstr("'ds'"));
+  EXPECT_THAT(
+      ErrorOf("cam0:\n  camera_model: pinhole\n  intrinsics: [500, 500, 320, 240]\n  resolution: [640, 480]\n"
+              "  distortion_model: fov\n  distortion_coeffs: [0.9]\n"),
+      HasSubstr("'fov'"));
+  EXPECT_THAT(
+      ErrorOf(
+          "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]\n"
+          "distortion_model: rational_polynomial\ndistortion_coefficients:\n"
+          "  data: [1, 2, 3, 4, 5, 6, 7, 8]\n"),
+      HasSubstr("rational"));
+  CameraModel with_k3 = SomeCamera(Distortion::kRadialTangential);
+  with_k3.coefficients[4] = 0.1;
+  EXPECT_THROW(CalibrationText(CalibrationFormat::kKalibr, with_k3, ""), Error);
+  for (const char* torn :
+       {"cam0:\n  camera_model: pinhole\n  intrinsics: [500, 500", "%YAML:1.0\n---\ncamera_matrix: 3\n",
+        "<?xml version=\"1.0\"?>\n<opencv_storage>", "camera_matrix: [\n"})
+    EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
+}
+
+TEST(CalibrationFormats, AreReadWhereverACalibrationIs) {
+  const test::ScratchFolder scratch;
+  for (const CalibrationFormat format : kAll) {
+    const auto path = scratch / Name(format);
+    WriteFileAtomically(path, CalibrationText(format, SomeCamera(Distortion::kFisheye), "S1"));
+    EXPECT_EQ(ReadCalibration(path).distortion, Distortion::kFisheye);
+    EXPECT_NEAR(ReadCalibration(path).cx, 321.5, 1e-12);
+  }
+}
+
+TEST(CalibrationCommand, ConvertsThereAndBack) {
+  const test::ScratchFolder scratch;
+  const std::string ours = (scratch / "camera.json").string();
+  WriteCalibration(ours, SomeCamera(Distortion::kRadialTangential), "S1", "a test");
+  for (const CalibrationFormat format : kAll) {
+    const std::string theirs = (scratch / (std::string("out.") + Name(format))).string();
+    const std::string back = (scratch / "back.json").string();
+    auto result = test::RunUlf("calibration " + ours + " --to " + Name(format) + " -o " + theirs);
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    result = test::RunUlf("calibration " + theirs + " -o " + back + " --json");
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_NEAR(ReadCalibration(back).cy, 238.25, 1e-12) << Name(format);
+  }
+  EXPECT_EQ(test::RunUlf("calibration " + ours + " --to maya -o x").exit_code, 2);
+  EXPECT_EQ(test::RunUlf("calibration " + ours + " --to ros").exit_code, 2);
+  EXPECT_THAT(test::RunUlf("calibration " + ours).output, HasSubstr("S1"));
+}
+
+TEST(CalibrationCommand, TheFilesNameTellsTheFormatOrItIsAskedFor) {
+  const test::ScratchFolder scratch;
+  const std::string ours = (scratch / "camera.json").string();
+  WriteCalibration(ours, SomeCamera(Distortion::kRadialTangential), "S1", "a test");
+  const auto format_of = [&](const std::string& name) -> std::string {
+    const auto result = test::RunUlf("calibration " + ours + " -o " + (scratch / name).string());
+    if (result.exit_code != 0) return result.errors;
+    const std::string text = ReadWholeFile(scratch / name);
+    const auto format = DetectCalibrationFormat(text);
+    return format ? Name(*format) : text[0] == '{' ? "ulf" : "unknown";
+  };
+  EXPECT_EQ(format_of("a.json"), "ulf");
+  EXPECT_EQ(format_of("a.xml"), "opencv");
+  EXPECT_EQ(format_of("cameras.txt"), "colmap");
+  for (const char* name : {"a.yaml", "a.yml", "a"}) {
+    EXPECT_THAT(format_of(name), AllOf(HasSubstr("--to"), HasSubstr("kalibr"), HasSubstr("opencv"))) << name;
+    EXPECT_FALSE(std::filesystem::exists(scratch / name)) << name;
+  }
+}
+
+// A file of another program names no camera and no part of a sensor: both can be said, and then hold.
+TEST(CalibrationCommand, BindsAFileToACameraAndItsPartOfTheSensor) {
+  const test::ScratchFolder scratch;
+  const std::string theirs = (scratch / "camchain.yaml").string(), bound = (scratch / "bound.json").string();
+  WriteFileAtomically(theirs,
+                      CalibrationText(CalibrationFormat::kKalibr, SomeCamera(Distortion::kFisheye), ""));
+  const std::string start = "calibration " + theirs + " -o " + bound;
+  auto result =
+      test::RunUlf(start + " --serial S9 --model Cam --sensor 2048x1536 --roi 640x480+16+8 --binning 2x2");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const CalibrationFile file = ReadCalibrationFile(bound);
+  EXPECT_EQ(file.identity.serial, "S9");
+  EXPECT_EQ(file.identity.model, "Cam");
+  EXPECT_EQ(file.modes.at("live").window, (SensorWindow{2048, 1536, 32, 16, 1280, 960, 2, 2}));
+
+  const auto refused = [](const std::string& command) {
+    const auto answer = test::RunUlf(command);
+    EXPECT_EQ(answer.exit_code, 2) << command;
+    return answer.errors;
+  };
+  EXPECT_THAT(refused("calibration " + bound + " --serial S8 -o " + (scratch / "b.json").string()),
+              AllOf(HasSubstr("S8"), HasSubstr("S9")));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536"), HasSubstr("--roi 640x480+X+Y"));
+  EXPECT_THAT(refused(start + " --roi 640x480+0+0"), HasSubstr("--sensor"));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536 --roi 320x240+0+0"), HasSubstr("640x480"));
+  EXPECT_THAT(refused(start + " --sensor 2048x1536 --roi 640x480+1409+0"), HasSubstr("beyond"));
+  EXPECT_THAT(refused("calibration " + theirs + " --serial S9"),
+              AllOf(HasSubstr("-o"), HasSubstr("S9.json")));
+  EXPECT_THAT(test::RunUlf("calibration " + theirs).output, HasSubstr("not bound"));
+}
+
+}  // namespace
+}  // namespace ulf

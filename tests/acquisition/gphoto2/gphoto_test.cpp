@@ -1,0 +1,574 @@
+// A tethered camera over the stock ptp2 driver, on loopback.
+#include <fcntl.h>
+#include <libexif/exif-data.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "acquisition/simulator/simulated_board.h"
+#include "core/base/error.h"
+#include "tests/acquisition/gphoto2/gphoto_fixture.h"
+#include "tests/support/ptp_wire.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+TEST_F(GphotoTest, LiveViewAndAPhotographOfOneCamera) {
+  Begin();
+  auto device = Open("?liveview_fps=60");
+  EXPECT_EQ(device->Info().maker, "Nikon Corporation");
+  EXPECT_EQ(device->Info().model, "ULF test camera");
+  EXPECT_EQ(device->Info().serial, "3001234");
+  EXPECT_TRUE(device->TakesStills());
+  EXPECT_EQ(device->RequestStill(), StillRequest::kBusy) << "not before it streams";
+  device->Start();
+  const auto live = AwaitLive(*device);
+  ASSERT_TRUE(live);
+  EXPECT_EQ(live->image.width(), 320);
+  EXPECT_FALSE(live->encoded);
+
+  const double asked_s = live->host_time_s;
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_EQ(device->RequestStill(), StillRequest::kBusy) << "one at a time";
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_EQ(still->image.width(), 960);
+  ASSERT_TRUE(still->encoded);
+  EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(1, 960, 640)) << "byte for byte";
+  EXPECT_FALSE(still->raw);
+  EXPECT_GE(still->device_time_s, asked_s - 0.001) << "the moment of the release, on the host's clock";
+  EXPECT_LE(still->device_time_s, still->host_time_s);
+  EXPECT_DOUBLE_EQ(still->exposure_s, 0.008) << "without Exif: as set on the camera";
+  EXPECT_DOUBLE_EQ(still->gain, 2);
+  ASSERT_TRUE(still->f_number);
+  EXPECT_DOUBLE_EQ(*still->f_number, 5.6);
+  EXPECT_TRUE(AwaitLive(*device)) << "live view goes on";
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "and so does photographing";
+  const auto second = AwaitStill(*device);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(*second->encoded->bytes, NumberedJpeg(2, 960, 640));
+  EXPECT_THAT(camera_->FilesKept(), ElementsAre("DSC_0001.JPG", "DSC_0002.JPG"))
+      << "nothing is deleted from a card";
+  device->Stop();
+  EXPECT_EQ(device->State(), DeviceState::kEnded);
+  EXPECT_TRUE(device->Info().problem.empty());
+}
+
+TEST_F(GphotoTest, TheShutterOnTheBody) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  for (int number = 1; number <= 3; ++number) camera_->PressShutter();
+  for (int number = 1; number <= 3; ++number) {
+    const auto still = AwaitStill(*device);
+    ASSERT_TRUE(still) << number;
+    EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(number, 960, 640));
+  }
+}
+
+// Who released the shutter nobody says: whichever comes first is taken for the answer.
+TEST_F(GphotoTest, AShotFromTheBodyWhileOneIsAskedForIsDeliveredBesideTheAnswer) {
+  PtpipCameraOptions options;
+  options.shutter_lag_s = 0.2;
+  for (const bool body_first : {true, false}) {
+    Begin(NumberedPhotograph, options);
+    auto device = Open();
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    if (body_first) camera_->PressBeforeNextRelease();
+    ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+    if (!body_first) {
+      ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() == 1; }));
+      camera_->PressShutter();
+    }
+    const auto first = AwaitStill(*device), second = AwaitStill(*device);
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(*first->encoded->bytes, NumberedJpeg(1, 960, 640));
+    EXPECT_EQ(*second->encoded->bytes, NumberedJpeg(2, 960, 640));
+    ASSERT_TRUE(first->requested_s);
+    EXPECT_EQ(first->device_time_s, *first->requested_s);
+    EXPECT_FALSE(second->requested_s) << "one request has one answer";
+    EXPECT_EQ(device->RequestStill(), StillRequest::kAsked) << "which was enough";
+  }
+}
+
+TEST_F(GphotoTest, ADownloadThatFailsIsTriedAgain) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->FailDownloads(2);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(1, 960, 640));
+  EXPECT_TRUE(still->requested_s);
+  EXPECT_THAT(Said(*device),
+              AllOf(HasSubstr("DSC_0001.JPG could not be downloaded"), HasSubstr("tried again")));
+}
+
+TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->FailDownloads(1000);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_TRUE(
+      Until(*device, [&] { return Said(*device).find("copy it from the card") != std::string::npos; }));
+  EXPECT_THAT(said_, HasSubstr("DSC_0001.JPG was not downloaded"));
+  const auto transport = device->Statistics().transport;
+  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair("photographs not downloaded", 1)));
+  camera_->FailDownloads(0);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "photographing goes on at once";
+  EXPECT_TRUE(AwaitStill(*device));
+  // The link goes with a file still in the camera: that one is named, too.
+  camera_->FailDownloads(1000);
+  camera_->PressShutter();
+  EXPECT_TRUE(
+      Until(*device, [&] { return Said(*device).find("DSC_0003.JPG could not") != std::string::npos; }));
+  camera_->DropLink();
+  EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
+  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; copy from the card"));
+}
+
+TEST_F(GphotoTest, AFileThatTheCameraNoLongerHoldsIsGivenUp) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->FailDownloads(1);
+  camera_->PressShutter();
+  EXPECT_TRUE(Until(*device, [&] { return Said(*device).find("tried again") != std::string::npos; }));
+  camera_->Forget();
+  EXPECT_TRUE(Until(*device, [&] { return device->Statistics().transport.at(1).second == 1; }));
+  EXPECT_THAT(Said(*device), HasSubstr("DSC_0001.JPG was"));
+  EXPECT_TRUE(AwaitLive(*device));
+}
+
+// An answer that comes too late would be taken for the next one's: such a connection is of no use any more.
+TEST_F(GphotoTest, ACameraThatHangsIsOpenedAgain) {
+  using namespace ptp;
+  // Any will do; these two the library passes over without a word in its results.
+  for (const std::uint16_t operation : {kGetProperty, kGetObjectInfo}) {
+    SCOPED_TRACE(fmt::format("operation {:#x}", operation));
+    Begin();
+    auto device = OpenDevice(camera_->Uri() + "?liveview_fps=30");
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    camera_->Stall(operation, 3.5);
+    camera_->SetProperty(kPtpIso, 400);  // a reason to ask for settings
+    device->RequestStill();
+    const auto began = std::chrono::steady_clock::now();
+    const auto until = began + std::chrono::seconds(30);
+    int live_in_a_row = 0;
+    auto last = began;
+    while ((camera_->IsToStall() || live_in_a_row < 30) && std::chrono::steady_clock::now() < until) {
+      const auto frame = device->Next(milliseconds(50));
+      const auto now = std::chrono::steady_clock::now();
+      if (!frame || now - last > std::chrono::seconds(1)) live_in_a_row = 0;
+      if (frame) last = now;
+      if (frame && frame->kind == FrameKind::kLive) ++live_in_a_row;
+    }
+    EXPECT_GE(live_in_a_row, 30);
+    EXPECT_EQ(device->Statistics().reconnects, 1u);
+    ASSERT_TRUE(Until(*device, [&] { return device->RequestStill() == StillRequest::kAsked; }));
+    EXPECT_TRUE(AwaitStill(*device));
+  }
+}
+
+TEST_F(GphotoTest, AReaderThatSleepsLosesLiveFramesButNoPhotograph) {
+  Begin();
+  auto device = Open("?liveview_fps=100&queue=2");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  for (int number = 1; number <= 4; ++number) camera_->PressShutter();
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  // Not reading: the device's own count of photographs says when they are all there.
+  const auto downloaded = [&] { return device->Statistics().transport.at(0).second; };
+  while ((downloaded() < 4 || device->Statistics().dropped == 0) && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_GT(device->Statistics().dropped, 0u);
+  for (int number = 1; number <= 4; ++number) {
+    const auto frame = device->Next(milliseconds(0));
+    ASSERT_TRUE(frame) << number;
+    EXPECT_EQ(frame->kind, FrameKind::kStill) << "photographs go first";
+    EXPECT_EQ(*frame->encoded->bytes, NumberedJpeg(number, 960, 640));
+  }
+}
+
+TEST_F(GphotoTest, ABusyCameraIsWaitedFor) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->AnswerBusy(3);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_TRUE(AwaitStill(*device));
+  EXPECT_EQ(camera_->BusyAnswers(), 3);
+  EXPECT_EQ(camera_->Releases(), 1);
+  EXPECT_THAT(Said(*device), HasSubstr("the camera is busy"));
+}
+
+TEST_F(GphotoTest, AFullCardIsToldAndTheNextPhotographIsTaken) {
+  Begin();
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->SetCardFull(true);
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  EXPECT_TRUE(Until(*device, [&] { return Said(*device).find("the card is full") != std::string::npos; }));
+  camera_->SetCardFull(false);
+  StillRequest asked = StillRequest::kBusy;
+  EXPECT_TRUE(Until(*device, [&] { return (asked = device->RequestStill()) == StillRequest::kAsked; }));
+  EXPECT_TRUE(AwaitStill(*device));
+}
+
+TEST_F(GphotoTest, ALinkThatDropsIsLostWithItsReasonAndNoSignal) {
+  for (const bool while_photographing : {false, true}) {
+    Begin();
+    auto device = Open("?liveview_fps=60");
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    camera_->PressShutter();
+    ASSERT_TRUE(Until(*device, [&] { return device->Statistics().transport.at(0).second >= 1; }));
+    if (while_photographing) device->RequestStill();
+    camera_->Refuse(true);
+    camera_->DropLink();
+    EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
+    EXPECT_THAT(device->Info().problem, HasSubstr("no longer answers"));
+    EXPECT_EQ(device->RequestStill(), StillRequest::kBusy);
+    device->Stop();
+    EXPECT_THAT([&] { device->Start(); }, ThrowsMessage<Error>(HasSubstr("open the device again")));
+    device.reset();
+    EXPECT_THAT([&] { Open(); }, ThrowsMessage<Error>(HasSubstr("network mode")));
+    camera_->Refuse(false);
+    device = Open();
+    device->Start();
+    EXPECT_TRUE(AwaitLive(*device)) << "opened anew when it is back";
+    device.reset();
+  }
+}
+
+// The library closes descriptor 0 with a network camera, and forgets its connections.
+TEST_F(GphotoTest, ClosingACameraTouchesNobodysFilesAndEndsItsConnections) {
+  Begin();
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  Open()->Start();  // whatever the library opens once and for all
+  const fs::path zero = fs::read_symlink("/proc/self/fd/0");
+  const auto before = open_files();
+  for (int i = 0; i < 3; ++i) {
+    auto device = Open();
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    EXPECT_EQ(ConnectionsTo("127.0.0.1", camera_->Port()).size(), 2u);
+    device.reset();
+    EXPECT_EQ(ConnectionsTo("127.0.0.1", camera_->Port()).size(), 0u);
+    EXPECT_EQ(fs::read_symlink("/proc/self/fd/0"), zero);
+  }
+  camera_->DropLink();  // lets go of the responder's own ends
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (open_files() > before && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(milliseconds(5));  // their threads end
+  EXPECT_LE(open_files(), before);
+  // Descriptor 0 has become a file of ours, and after that nothing at all.
+  auto device = Open();
+  const int saved = dup(0);
+  const int journal = open((home_ / "journal").c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_EQ(dup2(journal, 0), 0);
+  device.reset();
+  EXPECT_EQ(fs::read_symlink("/proc/self/fd/0"), home_ / "journal");
+  EXPECT_EQ(ConnectionsTo("127.0.0.1", camera_->Port()).size(), 0u);
+  device = Open();
+  close(0);
+  device.reset();
+  EXPECT_EQ(fcntl(0, F_GETFD), -1);
+  dup2(saved, 0);
+  close(saved);
+  close(journal);
+}
+
+TEST_F(GphotoTest, APhotographThatWasDownloadedOutlivesTheLink) {
+  Begin();
+  auto device = Open("?liveview_fps=5");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->PressShutter();
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (device->Statistics().transport.at(0).second < 1 && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(milliseconds(5));
+  camera_->DropLink();
+  std::this_thread::sleep_for(milliseconds(300));
+  EXPECT_TRUE(AwaitStill(*device));
+  EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
+}
+
+TEST_F(GphotoTest, ASlowDownloadIsWaitedFor) {
+  PtpipCameraOptions slow;
+  slow.download_bytes_per_s = 400e3;
+  Begin(
+      [](int number) -> std::vector<PtpipFile> {
+        cv::Mat noise(700, 1000, CV_8UC3);
+        cv::theRNG().state = 7;
+        cv::randu(noise, 0, 255);
+        std::vector<unsigned char> bytes;
+        cv::imencode(".jpg", noise, bytes);
+        return {{FileName(number), std::string(bytes.begin(), bytes.end())}};
+      },
+      slow);
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_GT(still->host_time_s - still->device_time_s, 0.8) << "it took that long";
+}
+
+TEST_F(GphotoTest, SettingsAreLockedAndReadBack) {
+  Begin();
+  auto device = Open("?shutter=1/250&iso=400&aperture=8&focus=manual&imageformat=fine");
+  EXPECT_EQ(camera_->Property(kPtpExposure), 40u) << "tenths of a millisecond";
+  EXPECT_EQ(camera_->Property(kPtpIso), 400u);
+  EXPECT_EQ(camera_->Property(kPtpFNumber), 800u);
+  EXPECT_EQ(camera_->Property(kPtpFocusMode), 1u);
+  EXPECT_EQ(camera_->Property(kPtpImageFormat), 2u);
+  EXPECT_EQ(camera_->Property(kPtpProgram), 1u) << "manual exposure without being asked for";
+  EXPECT_THAT(Said(*device), IsEmpty());
+  device->Start();
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_DOUBLE_EQ(still->exposure_s, 0.004);
+  EXPECT_DOUBLE_EQ(still->gain, 4);
+}
+
+TEST_F(GphotoTest, WhatTheCameraDoesNotOfferIsAnErrorWithWhatItDoes) {
+  Begin();
+  EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<UsageError>(HasSubstr("100, 200, 400, 800, 1600")));
+  EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<UsageError>(HasSubstr("0.0080s")));
+  EXPECT_THAT([&] { Open("?zoom=2"); }, ThrowsMessage<UsageError>(HasSubstr("known are")));
+  EXPECT_THAT([&] { Open("?target=disk"); }, ThrowsMessage<UsageError>(HasSubstr("card or ram")));
+  EXPECT_THAT([] { OpenDevice("gphoto2:ptpip:127.0.0.1:port"); },
+              ThrowsMessage<UsageError>(HasSubstr("not a port")));
+  EXPECT_THAT([] { OpenDevice("gphoto2:usb:255,255"); },
+              ThrowsMessage<Error>(HasSubstr("gphoto2:usb:255,255")));
+}
+
+TEST_F(GphotoTest, ASettingThatTheCameraTurnsIsToldAndUsed) {
+  Begin();
+  auto device = Open("?iso=400");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  EXPECT_THAT(Said(*device), HasSubstr("focus is automatic"));
+  camera_->SetProperty(kPtpIso, 800);
+  camera_->SetProperty(kPtpBattery, 5);
+  EXPECT_TRUE(Until(*device, [&] {
+    const std::string& said = Said(*device);
+    return said.find("iso changed from '400' to '800'") != std::string::npos &&
+           said.find("the battery is low (5%)") != std::string::npos;
+  })) << said_;
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_DOUBLE_EQ(still->gain, 8);
+}
+
+TEST_F(GphotoTest, ARawFileComesBesideItsJpegAndAloneIsKeptAllTheSame) {
+  const std::string raw_bytes = "raw bytes that nobody reads here";
+  std::atomic<bool> raw_only{false};
+  Begin([&](int number) -> std::vector<PtpipFile> {
+    std::vector<PtpipFile> files{{FileName(number, "NEF"), raw_bytes}};
+    if (!raw_only) files.push_back({FileName(number), NumberedJpeg(number, 960, 640)});
+    return files;
+  });
+  auto device = Open("?imageformat=NEF+Basic");
+  device->Start();
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(*still->encoded->bytes, NumberedJpeg(1, 960, 640));
+  ASSERT_TRUE(still->raw);
+  EXPECT_EQ(still->raw->extension, ".nef");
+  EXPECT_EQ(*still->raw->bytes, raw_bytes);
+  device.reset();
+
+  raw_only = true;
+  device = Open("?imageformat=NEF (Raw)");
+  EXPECT_THAT(Said(*device),
+              HasSubstr("set imageformat= to one of JPEG Basic, JPEG Normal, JPEG Fine, NEF+Basic"));
+  device->Start();
+  device->RequestStill();
+  const auto raw = AwaitStill(*device);
+  ASSERT_TRUE(raw);
+  EXPECT_EQ(raw->status, FrameStatus::kIncomplete);
+  EXPECT_FALSE(raw->encoded);
+  EXPECT_EQ(*raw->raw->bytes, raw_bytes);
+}
+
+// Exif as a camera writes it, before the rest of a JPEG.
+std::string WithExif(const std::string& jpeg) {
+  ExifData* data = exif_data_new();
+  exif_data_set_option(data, EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
+  exif_data_set_data_type(data, EXIF_DATA_TYPE_COMPRESSED);
+  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_INTEL);
+  const auto put = [&](ExifTag tag, ExifFormat format, std::uint32_t a, std::uint32_t b) {
+    ExifEntry* entry = exif_entry_new();
+    exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], entry);
+    entry->tag = tag;
+    entry->format = format;
+    entry->components = 1;
+    entry->size = format == EXIF_FORMAT_SHORT ? 2 : 8;
+    entry->data = static_cast<unsigned char*>(calloc(1, 8));
+    if (format == EXIF_FORMAT_SHORT)
+      exif_set_short(entry->data, EXIF_BYTE_ORDER_INTEL, static_cast<ExifShort>(a));
+    else
+      exif_set_rational(entry->data, EXIF_BYTE_ORDER_INTEL, {a, b});
+    exif_entry_unref(entry);
+  };
+  put(EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, 60);
+  put(EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 71, 10);
+  put(EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 640, 1);
+  unsigned char* bytes = nullptr;
+  unsigned size = 0;
+  exif_data_save_data(data, &bytes, &size);
+  std::string with = jpeg.substr(0, 2) + "\xFF\xE1";
+  with += static_cast<char>((size + 2) >> 8);
+  with += static_cast<char>((size + 2) & 0xFF);
+  with.append(reinterpret_cast<const char*>(bytes), size);
+  free(bytes);
+  exif_data_unref(data);
+  return with + jpeg.substr(2);
+}
+
+TEST_F(GphotoTest, WhatThePhotographItselfSaysGoesBeforeTheSettings) {
+  Begin([](int number) -> std::vector<PtpipFile> {
+    return {{FileName(number), WithExif(NumberedJpeg(number, 960, 640))}};
+  });
+  auto device = Open();
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_NEAR(still->exposure_s, 1.0 / 60, 1e-9);
+  EXPECT_NEAR(still->gain, 6.4, 1e-9);
+  EXPECT_NEAR(still->f_number.value(), 7.1, 1e-9);
+}
+
+TEST_F(GphotoTest, AFileThatIsNoWholePictureIsAnIncompleteStillWithItsBytes) {
+  const std::string cut = NumberedJpeg(1, 960, 640).substr(0, 2000);
+  Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number), cut}}; });
+  auto device = Open();
+  device->Start();
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kIncomplete);
+  EXPECT_EQ(*still->encoded->bytes, cut);
+}
+
+TEST_F(GphotoTest, ACameraWithoutLiveViewTakesPhotographsOnly) {
+  PtpipCameraOptions options;
+  options.live_view = false;
+  Begin(NumberedPhotograph, options);
+  auto device = Open();
+  device->Start();
+  EXPECT_TRUE(Until(*device, [&] { return Said(*device).find("no live view") != std::string::npos; }));
+  device->RequestStill();
+  EXPECT_TRUE(AwaitStill(*device));
+}
+
+TEST_F(GphotoTest, TheFlatFieldOfPhotographsIsFoundFromPhotographs) {
+  const BoardScene card({.board = {}, .camera = SimulatedLens("barrel", 960, 640), .vignetting = 0.4});
+  Begin([&](int number) -> std::vector<PtpipFile> {
+    std::vector<unsigned char> bytes;
+    const Image picture{card.Render({}, static_cast<std::uint64_t>(number)), Transfer::kLinear};
+    cv::imencode(".jpg", Srgb8(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, 98});
+    return {{FileName(number), std::string(bytes.begin(), bytes.end())}};
+  });
+  const fs::path file = home_ / "camera.json";
+  WriteCalibration(file, card.options().camera, "3001234", "test", "still");
+  const CommandResult result =
+      RunUlf("calibrate --flat --mode still --frames 3 '" + camera_->Uri() + "' -o " + file.string());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(camera_->Releases(), 3);
+  const auto flat_field = ReadCalibrationFile(file).modes.at("still").flat_field;
+  ASSERT_TRUE(flat_field);
+  const cv::Mat light = flat_field->Light(960, 640), truth = card.Vignetting();
+  EXPECT_NEAR(light.at<cv::Vec3f>(10, 10)[1] / light.at<cv::Vec3f>(320, 480)[1],
+              truth.at<float>(10, 10) / truth.at<float>(320, 480), 0.02);
+}
+
+TEST_F(GphotoTest, TheConfigurationByName) {
+  Begin();
+  const auto features = OpenGphotoFeatures(DeviceUri::Parse(camera_->Uri()));
+  EXPECT_EQ(features->Info().serial, "3001234");
+  const auto iso = features->Find("iso");
+  ASSERT_TRUE(iso);
+  EXPECT_EQ(iso->type, FeatureType::kEnumeration);
+  EXPECT_EQ(iso->category, "imgsettings");
+  EXPECT_EQ(iso->value, "200");
+  EXPECT_THAT(iso->choices, ElementsAre("100", "200", "400", "800", "1600"));
+  EXPECT_FALSE(features->Find("batterylevel")->writable);
+  EXPECT_FALSE(features->Find("nothing of the kind"));
+  features->Set("iso", "1600");
+  EXPECT_EQ(camera_->Property(kPtpIso), 1600u);
+  EXPECT_THAT([&] { features->Set("iso", "50"); }, ThrowsMessage<UsageError>(HasSubstr("1600")));
+  EXPECT_THAT([&] { features->Set("batterylevel", "90"); },
+              ThrowsMessage<UsageError>(HasSubstr("batterylevel")));
+  EXPECT_GT(features->List().size(), 15u);
+}
+
+TEST(PhotographicNumbers, AsCamerasWriteThem) {
+  EXPECT_DOUBLE_EQ(PhotographicNumber("1/125").value(), 0.008);
+  EXPECT_DOUBLE_EQ(PhotographicNumber("0.0080s").value(), 0.008);
+  EXPECT_DOUBLE_EQ(PhotographicNumber("f/5.6").value(), 5.6);
+  EXPECT_DOUBLE_EQ(PhotographicNumber("ISO 200").value(), 200);
+  EXPECT_DOUBLE_EQ(PhotographicNumber("2\"").value(), 2);
+  for (const char* text : {"Auto", "bulb", "", "1/0", "0", "f/", "12 apples"})
+    EXPECT_FALSE(PhotographicNumber(text)) << text;
+  EXPECT_TRUE(MeansTheSame("1/60", "0.0166s"));
+  EXPECT_FALSE(MeansTheSame("1/60", "1/80")) << "a third of a stop is another setting";
+  EXPECT_FALSE(MeansTheSame("5.6", "6.3"));
+  EXPECT_TRUE(MeansTheSame("Manual", "manual"));
+  EXPECT_EQ(ChoiceFor({"1/50", "1/60", "1/80"}, "0.0167"), "1/60");
+  EXPECT_EQ(ChoiceFor({"JPEG Basic", "JPEG Fine", "NEF (Raw)"}, "fine"), "JPEG Fine");
+  EXPECT_FALSE(ChoiceFor({"JPEG Basic", "JPEG Fine"}, "jpeg")) << "names two";
+  EXPECT_FALSE(ChoiceFor({"100", "200"}, "300"));
+}
+
+TEST(UsbHolders, AreFoundByTheirOpenFiles) {
+  const ScratchFolder scratch;
+  const fs::path usb = scratch / "usb", process = scratch / "proc/4711";
+  fs::create_directories(usb / "001");
+  fs::create_directories(process / "fd");
+  std::ofstream(usb / "001/005") << "";
+  std::ofstream(process / "comm") << "gvfsd-gphoto2\n";
+  fs::create_directories(scratch / "proc/self");
+  const auto holders = [&] { return ProgramsHoldingUsb("usb:001,005", scratch / "proc", usb); };
+  EXPECT_THAT(holders(), IsEmpty());
+  fs::create_symlink(usb / "001/005", process / "fd/3");
+  EXPECT_THAT(holders(), ElementsAre("gvfsd-gphoto2 (process 4711)"));
+  EXPECT_THAT(ProgramsHoldingUsb("ptpip:127.0.0.1", scratch / "proc", usb), IsEmpty());
+}
+
+}  // namespace
+}  // namespace ulf::test

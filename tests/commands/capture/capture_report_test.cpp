@@ -1,0 +1,141 @@
+// What the operator reads at the end of a capture.
+#include "commands/capture/capture_report.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace ulf {
+namespace {
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+CaptureSummary With(Reason reason, std::uint64_t frames) {
+  CaptureSummary summary;
+  summary.frames = frames;
+  summary.reasons[static_cast<std::size_t>(reason)] = frames;
+  return summary;
+}
+
+TEST(CaptureReport, SaysWhichLimitEndedIt) {
+  CaptureSummary summary;
+  for (const auto& [why, words, name] : {std::tuple{StoppedBecause::kFrames, "--frames", "frames"},
+                                         {StoppedBecause::kSeconds, "--max-seconds", "seconds"},
+                                         {StoppedBecause::kEnded, "the device has no more frames", "ended"},
+                                         {StoppedBecause::kSignal, "asked to", "signal"},
+                                         {StoppedBecause::kDeviceLost, "the device is lost", "device_lost"},
+                                         {StoppedBecause::kDisk, "the disk", "disk"},
+                                         {StoppedBecause::kCovered, "the cap is covered", "covered"}}) {
+    summary.stopped_because = why;
+    EXPECT_THAT(ToText(summary, 0), HasSubstr(std::string("\nended          ") + words));
+    nlohmann::json json;
+    AddTo(json, summary, 0);
+    EXPECT_EQ(json["stopped_because"], name);
+  }
+}
+
+TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
+  CaptureSummary summary;
+  EXPECT_THAT(ToText(summary, 0), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
+  summary.calibration = CalibrationCheck{
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .wrong = true};
+  summary.rolling_shutter = Readout{.readout_s = 0.02, .sigma_s = 0.001, .compensated = false};
+  EXPECT_THAT(ToText(summary, 0),
+              AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("--readout-ms 20")));
+  nlohmann::json json;
+  AddTo(json, summary, 0);
+  EXPECT_EQ(json["calibration"]["wrong"], true);
+  EXPECT_NEAR(json["rolling_shutter"]["readout_ms"].get<double>(), 20, 1e-9);
+}
+
+TEST(CaptureReport, OneIsSingular) {
+  CaptureSummary summary;
+  summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;
+  EXPECT_THAT(ToText(summary, 1),
+              AllOf(HasSubstr("1 frame delivered"), HasSubstr("reconnected 1 time\n"),
+                    HasSubstr("paused 1 time,"), HasSubstr("this session   1 frame, 1 tracked")));
+  summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 2;
+  EXPECT_THAT(ToText(summary, 1), AllOf(HasSubstr("2 frames delivered"), HasSubstr("reconnected 2 times\n"),
+                                        HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
+}
+
+TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
+  EXPECT_THAT(ToText(CaptureSummary{}, 0), HasSubstr("0 dropped (processing too slow), 0 missing"));
+}
+
+TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
+  CaptureSummary walk = With(Reason::kOutsideRectangle, 174);
+  walk.frames = 300, walk.recorded = 7, walk.subject_was_found = true;
+  EXPECT_THAT(WhyFewRecorded(walk), AllOf(HasSubstr("only 7 of 300 frames recorded: for 174"),
+                                          HasSubstr("safety rectangle"), HasSubstr("placed by itself"),
+                                          HasSubstr("--subject x,y,z,radius"), HasSubstr("--no-subject")));
+  walk.subject_was_found = false;
+  EXPECT_THAT(WhyFewRecorded(walk), Not(HasSubstr("by itself")));
+  CaptureSummary dark = With(Reason::kExposure, 200);
+  dark.frames = 300, dark.recorded = 7;
+  EXPECT_THAT(WhyFewRecorded(dark), AllOf(HasSubstr("ulf features"), Not(HasSubstr("--no-subject"))));
+  CaptureSummary good = With(Reason::kCovered, 290);
+  good.frames = 300, good.recorded = 10;
+  EXPECT_EQ(WhyFewRecorded(good), "");
+  CaptureSummary wide = With(Reason::kOutsideRectangle, 120);
+  wide.frames = 300, wide.recorded = 120, wide.reasons[static_cast<std::size_t>(Reason::kBlur)] = 60;
+  EXPECT_EQ(WhyFewRecorded(wide), "") << "many were recorded";
+  walk.stopped_because = StoppedBecause::kCovered;
+  EXPECT_EQ(WhyFewRecorded(walk), "") << "all that was wanted is there";
+}
+
+TEST(CaptureReport, ReasonsThatSayTheCameraIsElsewhereCountTogether) {
+  const auto with = [](std::uint64_t outside, std::uint64_t inside, std::uint64_t lost) {
+    CaptureSummary summary = With(Reason::kOutsideRectangle, outside);
+    summary.reasons[static_cast<std::size_t>(Reason::kInsideSphere)] = inside;
+    summary.reasons[static_cast<std::size_t>(Reason::kTracking)] = lost;
+    summary.frames = 300, summary.recorded = 7;
+    return summary;
+  };
+  EXPECT_THAT(WhyFewRecorded(with(130, 60, 103)),
+              AllOf(HasSubstr("only 7 of 300 frames recorded: for 190"), HasSubstr("safety rectangle"),
+                    HasSubstr(std::string("' or '") + InWords(Reason::kInsideSphere)),
+                    HasSubstr("--subject x,y,z,radius")));
+  EXPECT_THAT(WhyFewRecorded(with(80, 60, 153)),
+              AllOf(HasSubstr("for 153"), HasSubstr(InWords(Reason::kTracking)), HasSubstr("sideways"),
+                    Not(HasSubstr("--no-subject"))));
+  CaptureSummary covered = with(80, 60, 103);
+  covered.reasons[static_cast<std::size_t>(Reason::kCovered)] = 5000;
+  covered.frames = 5250;
+  EXPECT_EQ(WhyFewRecorded(covered), "") << "nearly all of it is there";
+}
+
+TEST(CaptureReport, TransportCountersFitTheTerminal) {
+  CaptureSummary summary;
+  for (int i = 0; i < 30; ++i)
+    summary.device.transport.emplace_back(fmt::format("counter number {}", i), i % 3 == 0 ? 0 : 1000 + i);
+  const std::string text = ToText(summary, 0);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 110u) << line;
+  EXPECT_THAT(text, AllOf(HasSubstr("counter number 1 1001"), HasSubstr("counter number 29 1029"),
+                          Not(HasSubstr("counter number 27 "))));
+}
+
+TEST(CaptureReport, NothingRecordedNamesTheCommonestReasonAndTheWayOut) {
+  EXPECT_THAT(NothingRecorded({}, 0), HasSubstr("no complete frame came"));
+  EXPECT_THAT(NothingRecorded(With(Reason::kTracking, 30), 0),
+              AllOf(HasSubstr("in none of 30 frames"), HasSubstr("sideways")));
+  for (const auto& [reason, words] : {std::pair{Reason::kBlur, "expose shorter"},
+                                      {Reason::kExposure, "ulf features"},
+                                      {Reason::kOutsideRectangle, "--subject-size"},
+                                      {Reason::kSpeed, "move slower"},
+                                      {Reason::kSpool, "faster"},
+                                      {Reason::kTracking, "sideways"}}) {
+    CaptureSummary summary = With(reason, 20);
+    summary.frames = 30;
+    summary.reasons[static_cast<std::size_t>(Reason::kBehind)] = 10;
+    EXPECT_THAT(NothingRecorded(summary, 30),
+                AllOf(HasSubstr("20 of 30 frames"), HasSubstr(InWords(reason)), HasSubstr(words)));
+  }
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,390 @@
+// The commands as a person or a script meets them.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/points/point_tracks.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+namespace fs = std::filesystem;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// Where the studio's subject is; small pictures, because they are drawn on the processor.
+const std::string kStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
+const std::string kSubject = " --poses known --subject 0,0,0.07,0.162";
+
+nlohmann::json JsonOf(const CommandResult& result) {
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << "one object, one line";
+  return nlohmann::json::parse(result.output);
+}
+
+TEST(PlanCommand, PrintsWhatTheDerivationSays) {
+  const auto json = JsonOf(RunUlf(
+      "plan --focal-px 600 --width 640 --distance 2 --radius 0.6 --angle-deg 1 --distance-ratio 1 --json"));
+  EXPECT_NEAR(json["disc_radius_deg"], 0.72, 0.006);
+  EXPECT_NEAR(json["distance_window"][0], 0.933, 1e-3);
+  EXPECT_NEAR(json["distance_window"][1], 1.104, 1e-3);
+  EXPECT_NEAR(json["bound_px"], 8.904, 1e-3);
+  EXPECT_GT(json["views_estimate"],
+            2440);  // 0.98 x 0.716 sr / (sqrt(3) x 0.724 degrees squared), and the rim
+  EXPECT_LT(json["views_estimate"], 2640);
+  EXPECT_LT(json["views_spread"][0], json["views_estimate"]);
+  EXPECT_GT(json["views_spread"][1], json["views_estimate"]);
+}
+
+TEST(PlanCommand, NoLimitIsNull) {
+  const auto json = JsonOf(RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.1 --json"));
+  EXPECT_NEAR(json["distance_window"][0], 0.687, 1e-3);
+  EXPECT_TRUE(json["distance_window"][1].is_null());
+  EXPECT_FALSE(json.contains("bound_px"));
+}
+
+TEST(PlanCommand, CoverageWidthScalesTheFocalLength) {
+  const auto native = JsonOf(RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --json"));
+  const auto large = JsonOf(RunUlf("plan --focal-px 3000 --width 3200 --distance 1 --radius 0.2 --json"));
+  EXPECT_DOUBLE_EQ(native["disc_radius_deg"], large["disc_radius_deg"]);
+}
+
+TEST(PlanCommand, QualityIsAThreshold) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --json";
+  EXPECT_EQ(JsonOf(RunUlf(plan + " --quality fast")), JsonOf(RunUlf(plan + " --threshold-px 12")));
+  EXPECT_EQ(JsonOf(RunUlf(plan + " --quality high")), JsonOf(RunUlf(plan)));
+}
+
+TEST(PlanCommand, AShareOfTheCapTakesFewerViews) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --json --cap 60x40";
+  EXPECT_NEAR(JsonOf(RunUlf(plan + ":49%"))["views_estimate"],
+              0.5 * JsonOf(RunUlf(plan))["views_estimate"].get<double>(), 1e-6);
+}
+
+TEST(PlanCommand, MoreThanAnybodyTakesIsSaid) {
+  const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --threshold-px ";
+  const CommandResult usual = RunUlf(plan + "7"), fine = RunUlf(plan + "2.0001");
+  EXPECT_EQ(usual.errors, "");
+  EXPECT_EQ(fine.exit_code, 0);
+  EXPECT_THAT(fine.errors, AllOf(HasSubstr("nobody takes so many"), HasSubstr("larger threshold")));
+}
+
+TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {
+  const CommandResult result =
+      RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --cap 1x1 --cap 2x2");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.errors, "ulf: --cap is given more than once; give it once\n");
+}
+
+TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
+  const std::string good = "plan --focal-px 600 --width 640 --distance 1 ";
+  for (const auto& [arguments, words] : {std::pair<std::string, std::string>{good, "--radius"},
+                                         {good + "--radius 2", "outside the subject's sphere"},
+                                         {good + "--radius -1", "positive"},
+                                         {good + "--radius nan", "positive"},
+                                         {good + "--radius 0.5", "stand at 1.27 or farther"},
+                                         {good + "--radius 0.2 --quality fast --threshold-px 9", "excludes"},
+                                         {good + "--radius 0.2 --threshold-px 2", "2 px"},
+                                         {good + "--radius 0.2 --cap 60", "60x40"},
+                                         {good + "--radius 0.2 --angle-deg 3", "--distance-ratio"}}) {
+    const CommandResult result = RunUlf(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_THAT(result.errors, HasSubstr(words)) << arguments;
+    EXPECT_THAT(result.output, IsEmpty()) << arguments;
+  }
+}
+
+TEST(CaptureCommand, WithoutAViewItFailsAndSaysWhatWasMissing) {
+  const ScratchFolder scratch;
+  const CommandResult result =
+      RunUlf("capture " + kStudio + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(result.exit_code, 1) << result.output;
+  EXPECT_THAT(result.errors, HasSubstr("nothing was recorded"));
+  EXPECT_THAT(result.errors, HasSubstr("sideways"));
+  EXPECT_TRUE(ReadLightField(scratch / "lf").views.empty()) << "closed all the same";
+  // Nothing is lost by beginning anew in the same folder.
+  const CommandResult again =
+      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), 1u);
+  const CommandResult taken =
+      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  EXPECT_EQ(taken.exit_code, 1);
+  EXPECT_THAT(taken.errors, HasSubstr("--resume"));
+}
+
+TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
+  const ScratchFolder scratch;
+  const CommandResult result = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
+                                      " --headless --frames 3 --raw");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("no mosaic"));
+}
+
+TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + dir +
+                                  " --headless --quality fast --frames 120 "
+                                  "--until-covered 60x40 --overlay " +
+                                  (scratch / "overlay.png").string() + " --map " +
+                                  (scratch / "map.png").string() + " --json"));
+  EXPECT_EQ(json["frames"], 120);
+  EXPECT_EQ(json["stopped_because"], "frames");
+  EXPECT_EQ(json["views"], json["recorded"]);
+  EXPECT_GT(json["views"], 10);
+  EXPECT_GT(json["covered"], 0.02);
+  EXPECT_LT(json["covered"], 0.9);
+  EXPECT_NEAR(json["subject"]["radius"], 0.162, 1e-9);
+  EXPECT_GT(json["ms_track_median"], 0);
+  EXPECT_EQ(json["device"]["dropped"], 0);
+  std::uint64_t sum = 0;
+  for (const char* reason : {"recorded", "covered", "outside_rectangle", "behind", "inside_sphere",
+                             "tracking", "blur", "exposure", "speed", "spool"}) {
+    ASSERT_TRUE(json["reasons"].contains(reason)) << reason;
+    sum += json["reasons"][reason].get<std::uint64_t>();
+  }
+  EXPECT_EQ(sum, 120u);
+  for (const char* picture : {"overlay.png", "map.png"})
+    EXPECT_GT(ReadImageFile((scratch / picture).string()).cols, 600) << picture;
+
+  const auto info = JsonOf(RunUlf("info " + dir + " --cap 60x40 --json"));
+  for (const char* key :
+       {"views", "capture_s", "angular_range_deg", "mean_edge_deg", "subject", "covered", "reasons"})
+    EXPECT_EQ(info[key], json[key]) << key;
+  EXPECT_EQ(JsonOf(RunUlf("info " + dir + " --json"))["covered"], json["covered"])
+      << "of the cap that was to be covered";
+  EXPECT_THAT(RunUlf("info " + dir).output, HasSubstr("of 60 x 40 degrees within 12 px"));
+  EXPECT_EQ(ReadLightField(dir).units, "metres");
+  EXPECT_EQ(*ReadLightField(dir).threshold_px, 12);
+}
+
+TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  const std::string tail = " -o " + dir + " --headless --json";
+  const auto first = JsonOf(RunUlf("capture " + kStudio + kSubject + tail + " --quality fast --frames 30"));
+  EXPECT_EQ(RunUlf("capture " + kStudio + kSubject + tail + " --frames 30").exit_code, 1)
+      << "without --resume";
+  const auto second =
+      JsonOf(RunUlf("capture " + kStudio + " --poses known" + tail + " --resume --frames 60"));
+  EXPECT_EQ(second["views"], first["views"].get<int>() + second["recorded"].get<int>());
+  EXPECT_GT(second["recorded"], 0);
+  EXPECT_EQ(second["subject"], first["subject"]);
+}
+
+TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
+  const ScratchFolder scratch;
+  const std::string capture = "capture " + kStudio + " --poses known --headless --quality fast --json -o " +
+                              (scratch / "lf").string();
+  JsonOf(RunUlf(capture + " --subject 0,0,0.07,0.162 --frames 5 --until-covered 20x10:80%"));
+  const std::string resume =
+      "capture " + kStudio + " --poses known --headless --json --resume -o " + (scratch / "lf").string();
+  const CommandResult second = RunUlf(resume + " --frames 1000");
+  EXPECT_EQ(JsonOf(second)["stopped_because"], "covered");
+  EXPECT_THAT(second.errors, HasSubstr("goes on until 80 % of 20 x 10 degrees"));
+  const auto covered_before = JsonOf(RunUlf(resume + " --frames 60"));
+  EXPECT_EQ(covered_before["stopped_because"], "covered") << "nothing is left to record";
+  EXPECT_EQ(covered_before["recorded"], 0);
+  const auto third = JsonOf(RunUlf(resume + " --until-covered none --frames 60"));
+  EXPECT_EQ(third["stopped_because"], "frames");
+  EXPECT_FALSE(third["covered"].is_null()) << "it was to be covered all the same";
+}
+
+TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
+  const ScratchFolder scratch;
+  const CommandResult captured = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
+                                        " --headless --quality fast --frames 500 --until-covered 60x40");
+  EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*° (right|left|down|up)"));
+}
+
+TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
+  const ScratchFolder scratch;
+  const std::string capture =
+      "capture 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
+      (scratch / "lf").string() + " --headless --deterministic --json --quality fast --until-covered 60x40";
+  const auto first = JsonOf(RunUlf(capture + " --frames 100"));
+  ASSERT_GT(first["views"], 10);
+  // The hand begins anew: what it sees first has all been recorded.
+  const std::filesystem::path saved_map = scratch / "lf" / "cache" / "map.ulf";
+  ASSERT_TRUE(std::filesystem::exists(saved_map));
+  // However the map came about, all but a few views keep what they show of the points.
+  const auto observations = [&](const std::string& folder) {
+    const LightField light_field = ReadLightField(scratch / folder);
+    const PointStatistics statistics = StatisticsOf(light_field.points);
+    EXPECT_LT(statistics.mean_error_px, 0.5);
+    EXPECT_GT(statistics.mean_track_length, 4);
+    std::map<int, int> by_view;
+    for (const ScenePoint& point : light_field.points)
+      for (const ViewObservation& seen : point.track) ++by_view[seen.view_id];
+    const auto poor = std::count_if(light_field.views.begin(), light_field.views.end(),
+                                    [&](const View& view) { return by_view[view.id] < 50; });
+    EXPECT_LE(poor, 2) << folder;
+    return statistics.observations;
+  };
+  const std::size_t at_first = observations("lf");
+  EXPECT_GT(at_first, 1000u);
+  const CommandResult with_map = RunUlf(capture + " --resume --frames 130");
+  EXPECT_EQ(with_map.errors.find("made anew"), std::string::npos) << with_map.errors;
+  const auto second = JsonOf(with_map);
+  const auto counted = [&](const char* reason) {
+    return second["reasons"][reason].get<int>() - first["reasons"][reason].get<int>();
+  };
+  EXPECT_EQ(counted("recorded"), second["recorded"]);
+  EXPECT_LT(counted("tracking"), 20) << "the tracker did not find itself on the rebuilt map";
+  EXPECT_GT(counted("covered"), 70);
+  EXPECT_GT(second["recorded"], 2) << "and it goes on";
+  EXPECT_EQ(second["subject"], first["subject"]);
+  EXPECT_GT(observations("lf"), at_first) << "those of both sessions";
+
+  // Refined poses are another world than the saved map's.
+  std::filesystem::copy(scratch / "lf", scratch / "refined", std::filesystem::copy_options::recursive);
+  const auto covered = [&] {
+    return JsonOf(RunUlf("info " + (scratch / "refined").string() + " --json"))["covered"];
+  };
+  const auto before = covered();
+  const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --features 500 --json");
+  ASSERT_EQ(refine.exit_code, 0) << refine.errors;
+  EXPECT_EQ(observations("refined"), nlohmann::json::parse(refine.output)["observations"]);
+  const auto change = nlohmann::json::parse(refine.output)["covered"];
+  EXPECT_GT(change["before"], 0.05);
+  EXPECT_EQ(change["before"], before);
+  EXPECT_EQ(change["after"], covered());
+  EXPECT_NE(change["after"], change["before"]) << "poses moved, and coverage stayed to the last direction";
+  std::string refined = capture + " --resume --frames 15";
+  refined.replace(refined.find("/lf "), 4, "/refined ");
+  const CommandResult stale = RunUlf(refined);
+  EXPECT_EQ(stale.exit_code, 0) << stale.errors;
+  EXPECT_NE(stale.errors.find("map.ulf: "), std::string::npos) << stale.errors;
+  EXPECT_NE(stale.errors.find("; the map is made anew"), std::string::npos) << stale.errors;
+
+  // The map is a cache: torn or missing, it is made anew.
+  std::filesystem::resize_file(saved_map, std::filesystem::file_size(saved_map) / 2);
+  const CommandResult torn = RunUlf(capture + " --resume --frames 15");
+  EXPECT_NE(torn.errors.find("map.ulf: it is damaged; the map is made anew"), std::string::npos)
+      << torn.errors;
+  const auto third = JsonOf(torn);
+  EXPECT_LT(third["reasons"]["tracking"].get<int>() - second["reasons"]["tracking"].get<int>(), 10);
+  std::filesystem::remove(saved_map);
+  const auto points = [&] { return StatisticsOf(ReadLightField(scratch / "lf").points).points; };
+  const std::size_t points_before = points();
+  const CommandResult without = RunUlf(capture + " --resume --frames 15");
+  EXPECT_EQ(without.errors.find("; the map is made anew"), std::string::npos) << without.errors;
+  EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
+  EXPECT_THAT(without.errors, HasSubstr("(the last session left none)"));
+  EXPECT_TRUE(std::filesystem::exists(saved_map));
+  EXPECT_GT(observations("lf"), at_first) << "without the map's memory, too";
+  EXPECT_GE(points(), points_before) << "points that no recorded view shows are kept, too";
+}
+
+TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
+  const ScratchFolder scratch;
+  const std::string first = (scratch / "first").string(), again = (scratch / "again").string();
+  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
+                                  " --headless --quality fast --frames 60 --json"));
+  const auto replayed = JsonOf(
+      RunUlf("capture replay:" + first + " --poses known -o " + again + " --headless --quality fast --json"));
+  EXPECT_EQ(replayed["views"], json["views"]) << "what was recorded is not covered by what came before";
+  EXPECT_EQ(replayed["subject"], json["subject"]);
+}
+
+TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  for (const auto& [arguments, words] : {
+           std::pair<std::string, std::string>{"capture " + kStudio, "--output"},
+           {"capture " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
+           {"capture " + kStudio + " -o " + dir + " --poses known", "--subject"},
+           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3", "1,2,3"},
+           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3,0", "must be positive"},
+           {"capture " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
+           {"capture " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
+           {"capture " + kStudio + " -o " + dir + " --quality best", "best"},
+           {"capture " + kStudio + " -o " + dir + " --until-covered 60", "60x40"},
+           {"capture " + kStudio + " -o " + dir + " --until-covered 60x40:98", "share"},
+           {"capture " + kStudio + " -o " + dir + " --subject-size 0.9", "0.8"},
+           {"capture nonsense -o " + dir, "nonsense"},
+       }) {
+    const CommandResult result = RunUlf(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(words)) << arguments;
+    EXPECT_FALSE(fs::exists(dir)) << arguments;
+  }
+}
+
+TEST(CaptureCommand, AFolderThatIsTakenIsAnError) {
+  const ScratchFolder scratch;
+  std::ofstream(scratch / "mine.txt") << "keep me";
+  const CommandResult result =
+      RunUlf("capture " + kStudio + kSubject + " -o " + scratch.path().string() + " --headless --frames 3");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("not empty"));
+}
+
+// Starts a capture, sends a signal after it has recorded something, and waits.
+int ExitAfterSignal(const fs::path& dir, int signal) {
+  const std::string command = std::string("exec ") + std::getenv("ULF_BINARY") + " capture " + kStudio +
+                              kSubject + " -o " + dir.string() + " --headless --json > " + dir.string() +
+                              ".json 2> /dev/null";
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 400 && !fs::exists(dir / "images" / "000003.png"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  kill(child, signal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+TEST(CaptureCommand, SignalsCloseTheLightFieldAndExitZero) {
+  ASSERT_TRUE(std::getenv("ULF_BINARY")) << "run through ctest";
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const ScratchFolder scratch;
+    EXPECT_EQ(ExitAfterSignal(scratch / "lf", signal), 0) << signal;
+    const LightField light_field = ReadLightField(scratch / "lf");
+    EXPECT_GE(light_field.views.size(), 3u);
+    EXPECT_TRUE(fs::exists(scratch / "lf" / "sparse" / "0" / "images.txt"));
+    std::ifstream file(scratch / "lf.json");
+    const auto json = nlohmann::json::parse(file);
+    EXPECT_EQ(json["stopped_because"], "signal");
+    EXPECT_EQ(json["views"], light_field.views.size());
+    for (const View& view : light_field.views) EXPECT_EQ(ReadViewImage(light_field, view).width(), 320);
+  }
+}
+
+TEST(InfoCommand, MissingThingsAreErrorsThatNameThem) {
+  const ScratchFolder scratch;
+  const CommandResult nothing = RunUlf("info " + (scratch / "none").string());
+  EXPECT_EQ(nothing.exit_code, 1);
+  EXPECT_THAT(nothing.errors, HasSubstr("none"));
+  const CommandResult empty = RunUlf("info " + scratch.path().string());
+  EXPECT_EQ(empty.exit_code, 1);
+  EXPECT_THAT(empty.errors, HasSubstr("no light field"));
+  EXPECT_EQ(RunUlf("info " + scratch.path().string() + " --cap 1x").exit_code, 2);
+}
+
+TEST(InfoCommand, RealCaptureInARow) {
+  ULF_NEED_TEST_DATA(fox, "fox_half");
+  const auto json = JsonOf(RunUlf("info " + fox.string() + " --cap 60x40 --json"));
+  EXPECT_EQ(json["views"], 50);
+  EXPECT_GT(json["angular_range_deg"][0], 30);
+  EXPECT_GT(json["covered"], 0);
+  EXPECT_LT(json["covered"], 1);
+}
+
+}  // namespace
+}  // namespace ulf::test

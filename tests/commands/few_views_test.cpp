@@ -1,0 +1,88 @@
+// Light fields that are hardly any: one view, two views, all views in one place. Every command that reads one
+// serves them or says what is missing; none crashes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/light_field/light_field_io.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+struct FewViews {
+  const char* name;
+  std::vector<Eigen::Vector3d> centers;
+};
+
+const FewViews kCases[] = {{"one view", {{0, 0, 0}}},
+                           {"two views", {{0, 0, 0}, {0.1, 0, 0}}},
+                           {"one place", {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}}};
+
+void Write(const std::filesystem::path& dir, const FewViews& few) {
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(96, 72, 100);
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
+  writer.SetSubject({{0, 0, 1}, 0.15});
+  for (std::size_t i = 0; i < few.centers.size(); ++i) {
+    Frame frame;
+    frame.image.pixels.create(72, 96, CV_8UC3);
+    cv::RNG random(i + 1);
+    random.fill(frame.image.pixels, cv::RNG::UNIFORM, 0, 256);
+    View view;
+    view.cam_from_world = LookAt(few.centers[i], {0, 0, 1}, {0, -1, 0});
+    writer.AddView(frame, view);
+  }
+  writer.Close(1);
+}
+
+TEST(FewViews, EveryCommandServesThemOrSaysWhatIsMissing) {
+  for (const FewViews& few : kCases) {
+    test::ScratchFolder scratch;
+    const std::string dir = (scratch / "lf").string(), picture = (scratch / "p.png").string();
+    Write(dir, few);
+
+    const auto info = test::RunUlf("info " + dir + " --cap 60x40");
+    EXPECT_EQ(info.exit_code, 0) << few.name << ": " << info.errors;
+    EXPECT_THAT(info.output, testing::HasSubstr("average angle: n/a (too few neighbouring views)"))
+        << few.name;
+
+    for (const char* renderer : {"gl", "reference"}) {
+      const auto render = test::RunUlf("render " + dir + " --renderer " + renderer + " -o " + picture);
+      EXPECT_EQ(render.exit_code, 0) << few.name << " " << renderer << ": " << render.errors;
+      EXPECT_THAT(render.errors, testing::HasSubstr("weights are used"))
+          << few.name << ": the fallback is named";
+      cv::Scalar mean, deviation;
+      cv::meanStdDev(cv::imread(picture), mean, deviation);
+      EXPECT_GT(deviation[0], 20) << few.name << " " << renderer << ": the photograph's noise shows";
+    }
+
+    const auto sheet = test::RunUlf("sheet " + dir + " -o " + picture);
+    EXPECT_EQ(sheet.exit_code, 0) << few.name << ": " << sheet.errors;
+
+    const auto evaluate = test::RunUlf("evaluate " + dir + " --every 2");
+    if (few.centers.size() < 2) {
+      EXPECT_EQ(evaluate.exit_code, 1) << few.name;
+      EXPECT_THAT(evaluate.errors, testing::HasSubstr("at least two views")) << few.name;
+    } else {
+      EXPECT_EQ(evaluate.exit_code, 0) << few.name << ": " << evaluate.errors;
+    }
+  }
+}
+
+TEST(FewViews, NoneAtAllIsAnError) {
+  test::ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  Write(dir, {"none", {}});
+  EXPECT_EQ(test::RunUlf("info " + dir).exit_code, 0) << "an empty capture can be looked at";
+  for (const char* command : {"render ", "evaluate ", "sheet "}) {
+    const auto result = test::RunUlf(
+        command + dir + (std::string(command) == "evaluate " ? "" : " -o " + (scratch / "p.png").string()));
+    EXPECT_EQ(result.exit_code, 1) << command;
+    EXPECT_THAT(result.errors, testing::HasSubstr("no views")) << command;
+  }
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,243 @@
+// `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <regex>
+
+#include "core/image/undistortion.h"
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/points/point_tracks.h"
+#include "tests/core/light_field/light_field_samples.h"
+#include "tests/core/light_field/reader_rules.h"
+#include "tests/support/test_paths.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/triangulate.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ColmapRead;
+using test::ReadAsColmap;
+using test::RunUlf;
+using test::ScratchFolder;
+using test::TexturedRoom;
+using testing::HasSubstr;
+using testing::Not;
+
+#ifdef ULF_MANY_VIEWS
+constexpr int kViews = 60;
+const CameraModel kLens{
+    640, 480, 520, 521, 318.2, 243.1, Distortion::kRadialTangential, {-0.12, 0.03, 0.0006, -0.0004, 0}};
+#else
+constexpr int kViews = 10;
+const CameraModel kLens{
+    320, 240, 260, 261, 158.7, 122.1, Distortion::kRadialTangential, {-0.12, 0.03, 0.0006, -0.0004, 0}};
+#endif
+
+// The room as this lens shows it.
+Image Seen(const TexturedRoom& room, const Rigid3& cam_from_world, std::uint64_t id) {
+  CameraModel wide = CameraModel::Pinhole(kLens.width + 160, kLens.height + 120, kLens.fx);
+  Image image = room.Take(cam_from_world, id, wide).image;
+  cv::Mat x(kLens.height, kLens.width, CV_32F), y(kLens.height, kLens.width, CV_32F);
+  for (int v = 0; v < kLens.height; ++v)
+    for (int u = 0; u < kLens.width; ++u) {
+      const Eigen::Vector2d img = *wide.ImgFromCam(*kLens.RayFromImg({u + 0.5, v + 0.5}));
+      x.at<float>(v, u) = static_cast<float>(img.x() - 0.5);
+      y.at<float>(v, u) = static_cast<float>(img.y() - 0.5);
+    }
+  cv::Mat seen;
+  cv::remap(image.pixels, seen, x, y, cv::INTER_CUBIC);
+  if (seen.channels() == 1) cv::cvtColor(seen, seen, cv::COLOR_GRAY2BGR);
+  return {seen, Transfer::kSrgb};
+}
+
+class ExportCommand : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new ScratchFolder;
+    const TexturedRoom room({.seed = 4});
+    CaptureHeader header;
+    header.camera = kLens;
+    LightFieldWriter writer = LightFieldWriter::Create(Dir(), header);
+    for (int i = 0; i < kViews; ++i) {
+      View view;
+      view.cam_from_world = TexturedRoom::HandAt(12 * i);
+      Frame frame;
+      frame.image = Seen(room, view.cam_from_world, static_cast<std::uint64_t>(i));
+      writer.AddView(frame, view);
+    }
+    writer.SetSubject({{0, 0, 3}, 0.5});
+    writer.Close(1);
+    fs::copy(Dir(), *scratch_ / "bare", fs::copy_options::recursive);
+    const LightField& light_field = writer.Contents();
+    TriangulationResult result = TriangulateViews(RefineInputOf(light_field), {.features = 1000});
+    writer.SetPoints(WithViewIds(std::move(result.points), light_field));
+    writer.Close(1);
+  }
+  static void TearDownTestSuite() { delete scratch_; }
+  static fs::path Dir() { return *scratch_ / "lf"; }
+  static fs::path Bare() { return *scratch_ / "bare"; }  // the same without points
+  static nlohmann::json Export(const std::string& arguments, const fs::path& out,
+                               const fs::path& dir = Dir()) {
+    const auto run = RunUlf("export " + arguments + " " + dir.string() + " -o " + out.string() + " --json");
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return nlohmann::json::parse(run.output, nullptr, false);
+  }
+  static void ExpectOurPoses(const ColmapRead& model, double most) {
+    const LightField light_field = ReadLightField(Dir());
+    ASSERT_EQ(model.images.size(), light_field.views.size());
+    for (const auto& [id, image] : model.images) {
+      const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
+                                     [&, &name = image.name](const View& v) {
+                                       return fs::path(v.image_path).stem() == fs::path(name).stem();
+                                     });
+      ASSERT_NE(view, light_field.views.end()) << image.name;
+      EXPECT_LT((image.rotation.toRotationMatrix() - view->cam_from_world.RotationMatrix()).norm(), most);
+      EXPECT_LT((image.translation - view->cam_from_world.translation).norm(), most);
+    }
+  }
+  static ScratchFolder* scratch_;
+};
+ScratchFolder* ExportCommand::scratch_ = nullptr;
+
+TEST_F(ExportCommand, MeasuresThePointsOfASetThatHasNone) {
+  ASSERT_TRUE(ReadLightField(Bare()).points.empty());
+  const ScratchFolder scratch;
+  const auto report = Export("colmap --undistort --binary", scratch / "out", Bare());
+  EXPECT_GT(report["points"], 500);
+  EXPECT_GT(report["observations"], 5 * report["points"].get<int>());
+  EXPECT_LT(report["mean_error_px"], 0.3);
+  EXPECT_LT(report["pose_error_px"], 1);
+  const ColmapRead model = ReadAsColmap(scratch / "out/sparse/0");
+  EXPECT_EQ(model.points.size(), report["points"]);
+  // On the wall and the panels, whose places are known.
+  std::size_t near = 0;
+  for (const auto& [id, point] : model.points) near += point.position.z() > 1.5 && point.position.z() < 4.5;
+  EXPECT_GT(near, 0.99 * static_cast<double>(model.points.size()));
+  for (const auto& read : {test::ReadAsInria, test::ReadAsSceneManager, test::ReadAsLichtFeld})
+    EXPECT_EQ(read(scratch / "out"), static_cast<std::size_t>(kViews));
+  EXPECT_TRUE(ReadLightField(Bare()).points.empty()) << "an export changes nothing";
+}
+
+// Photographs that share nothing: what was there is not thrown away for it.
+TEST_F(ExportCommand, KeepsPointsWhereNoneCanBeMeasured) {
+  const ScratchFolder scratch;
+  WriteSample(scratch / "noise", 3);
+  for (const char* form : {"nerfstudio", "colmap"}) {
+    const auto run = RunUlf(
+        fmt::format("export {} {} -o {}", form, (scratch / "noise").string(), (scratch / form).string()));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.output, testing::AllOf(HasSubstr("points: 2\n"), HasSubstr("those that were there")));
+  }
+  EXPECT_EQ(ReadAsColmap(scratch / "colmap/sparse/0").points.size(), 2u);
+  EXPECT_EQ(ReadLightField(scratch / "nerfstudio").points.size(), 2u);
+}
+
+TEST_F(ExportCommand, SaysWhatItCutAndWhatItFound) {
+  const ScratchFolder scratch;
+  const auto run = RunUlf("export nerfstudio " + Dir().string() + " --undistort --known-points -o " +
+                          (scratch / "out").string());
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("camera 1: "));
+  EXPECT_THAT(run.output, HasSubstr("% of the picture is kept"));
+  EXPECT_THAT(run.output, HasSubstr("px off (mean)"));
+  EXPECT_EQ(test::ReadAsNerfstudio(scratch / "out"), static_cast<std::size_t>(kViews));
+  EXPECT_EQ(test::ReadAsInstantNgp(scratch / "out"), static_cast<std::size_t>(kViews));
+  const auto again = RunUlf("export nerfstudio " + Dir().string() + " -o " + (scratch / "out").string());
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.errors, HasSubstr("not an empty folder"));
+  EXPECT_THAT(again.errors, Not(HasSubstr("reading view"))) << "said before the work";
+  EXPECT_EQ(RunUlf("export").exit_code, 2);
+}
+
+// ---- COLMAP itself (Debian's, without a display or a GPU). ----
+
+struct ByColmap {
+  int exit_code = -1;
+  std::string output;
+};
+
+ByColmap Colmap(const std::string& arguments) {
+  const ScratchFolder scratch;
+  const std::string file = (scratch / "output").string();
+  const int status =
+      std::system(("QT_QPA_PLATFORM=offscreen colmap " + arguments + " >" + file + " 2>&1").c_str());
+  std::ifstream in(file);
+  return {WEXITSTATUS(status), {std::istreambuf_iterator<char>(in), {}}};
+}
+
+double Said(const ByColmap& run, const std::string& what) {
+  std::smatch number;
+  if (!std::regex_search(run.output, number, std::regex(what + ": ([0-9.e+-]+)"))) return -1;
+  return std::stod(number[1]);
+}
+
+bool HasColmap() { return std::system("command -v colmap >/dev/null") == 0; }
+
+TEST_F(ExportCommand, ColmapAnalysesAndUndistortsIt) {
+  if (!HasColmap()) GTEST_SKIP() << "colmap is not installed: ./run deps";
+  const ScratchFolder scratch;
+  const ByColmap as_recorded = Colmap("model_analyzer --path " + (Dir() / "sparse/0").string());
+  EXPECT_EQ(Said(as_recorded, "Registered images"), kViews) << as_recorded.output;
+  EXPECT_GT(Said(as_recorded, "Mean reprojection error"), 0);
+  EXPECT_LT(Said(as_recorded, "Mean reprojection error"), 0.5);
+  EXPECT_GT(Said(as_recorded, "Observations"), 1000);
+  for (const std::string form : {"--binary", ""}) {
+    const fs::path out = scratch / ("out" + form);
+    const auto report = Export("colmap --known-points " + form, out);
+    const ByColmap analysed = Colmap("model_analyzer --path " + (out / "sparse/0").string());
+    EXPECT_EQ(analysed.exit_code, 0) << analysed.output;
+    EXPECT_EQ(Said(analysed, "Registered images"), kViews);
+    EXPECT_EQ(Said(analysed, "Points"), report["points"]);
+    EXPECT_EQ(Said(analysed, "Observations"), report["observations"]);
+    EXPECT_LT(Said(analysed, "Mean reprojection error"), 0.5);
+    EXPECT_GT(Said(analysed, "Mean reprojection error"), 0);
+  }
+  const fs::path undistorted = scratch / "by_colmap";
+  const ByColmap run =
+      Colmap("image_undistorter --image_path " + (scratch / "out/images").string() + " --input_path " +
+             (scratch / "out/sparse/0").string() + " --output_path " + undistorted.string());
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  ExpectOurPoses(ReadAsColmap(undistorted / "sparse"), 1e-9);
+}
+
+TEST_F(ExportCommand, ColmapTriangulatesFromIt) {
+  if (!HasColmap()) GTEST_SKIP() << "colmap is not installed: ./run deps";
+  const ScratchFolder scratch;
+  const fs::path out = scratch / "out", tri = scratch / "triangulated";
+  Export("colmap --undistort --known-points", out, Bare());  // images, cameras, poses
+  const CameraModel to = UndistortionOf(kLens, "the lens").to;
+  const std::string database = " --database_path " + (scratch / "database.db").string();
+  const std::string images = " --image_path " + (out / "images").string();
+  fs::create_directory(tri);
+  for (const std::string& step :
+       {"feature_extractor" + database + images +
+            fmt::format(" --ImageReader.single_camera 1 --ImageReader.camera_model PINHOLE "
+                        "--ImageReader.camera_params {},{},{},{} --SiftExtraction.use_gpu 0 "
+                        "--SiftExtraction.max_num_features 1500 --SiftExtraction.first_octave 0",
+                        to.fx, to.fy, to.cx, to.cy),
+        "sequential_matcher" + database + " --SiftMatching.use_gpu 0 --SequentialMatching.overlap 4",
+        "point_triangulator" + database + images + " --input_path " + (out / "sparse/0").string() +
+            " --output_path " + tri.string() + " --clear_points 1"}) {
+    const ByColmap run = Colmap(step);
+    ASSERT_EQ(run.exit_code, 0) << step << run.output;
+  }
+  const ColmapRead model = ReadAsColmap(tri);
+  ExpectOurPoses(model, 1e-9);
+  EXPECT_GT(model.points.size(), 150u);
+  const ByColmap analysed = Colmap("model_analyzer --path " + tri.string());
+  EXPECT_EQ(analysed.exit_code, 0) << analysed.output;
+  EXPECT_GT(Said(analysed, "Mean reprojection error"), 0) << analysed.output;
+  EXPECT_LT(Said(analysed, "Mean reprojection error"), 0.5);
+  EXPECT_EQ(Said(analysed, "Points"), model.points.size());
+  EXPECT_GT(Said(analysed, "Observations"), 2.0 * static_cast<double>(model.points.size()));
+}
+
+}  // namespace
+}  // namespace ulf

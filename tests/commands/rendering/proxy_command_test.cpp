@@ -1,0 +1,188 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/test_paths.h"
+#include "tests/support/without_opengl.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using test::RunUlf;
+using testing::HasSubstr;
+using testing::Not;
+
+// Twelve photographs of a mottled wall at z = 3, seen from z = 0.
+void WriteWall(const std::filesystem::path& dir, double spacing = 0.3) {
+  const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)};
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(120, 90, 110);
+  auto writer = LightFieldWriter::Create(dir, header);
+  for (const Vector3d& place : test::GridViewpoints(4, 3, spacing, 0.0)) {
+    const test::Drawn drawn = test::Draw({wall}, place, {0, 0, 3});
+    cv::Mat grey, colour;
+    drawn.view.grey.convertTo(grey, CV_8U);
+    cv::merge(std::vector<cv::Mat>(3, grey), colour);
+    Frame frame;
+    frame.image = {.pixels = colour, .transfer = Transfer::kSrgb};
+    View view;
+    view.cam_from_world = drawn.view.cam_from_world;
+    writer.AddView(frame, view);
+  }
+  writer.SetSubject({{0, 0, 3}, 0.8});
+  writer.Close(1.0);
+}
+
+test::SceneSpec PlaneSeenFrom(const std::vector<Vector3d>& viewpoints) {
+  return {.viewpoints = viewpoints, .width = 128, .height = 96, .focal_px = 100};
+}
+
+TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  WriteWall(dir);
+  const std::string journal = ReadWholeFile(scratch / "field/journal.jsonl");
+
+  const auto first = RunUlf("proxy " + dir + " --json");
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  EXPECT_THAT(first.errors, Not(HasSubstr("close together")));
+  const auto report = nlohmann::json::parse(first.output);
+  EXPECT_EQ(report["views"], 12);
+  EXPECT_EQ(report["depth_maps"], 12);
+  EXPECT_GT(report["agreeing_share"], 0.8);
+  EXPECT_GT(report["peak_mib"], 1);
+  EXPECT_LT(report["pixel_depth_radii"], 0.3);
+  const TriangleMesh mesh = ReadMeshFile(scratch / "field/proxy.ply").mesh;
+  EXPECT_EQ(report["triangles"], mesh.triangles.size());
+  ASSERT_GT(mesh.triangles.size(), 500u);
+  double on_the_wall = 0, towards_the_cameras = 0;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) on_the_wall += std::abs(vertex.z() - 3) < 0.03f;
+  for (const Eigen::Vector3f& normal : VertexNormals(mesh)) towards_the_cameras += normal.z() < -0.7f;
+  EXPECT_GT(on_the_wall, 0.95 * static_cast<double>(mesh.vertices.size()));
+  EXPECT_GT(towards_the_cameras, 0.9 * static_cast<double>(mesh.vertices.size()));
+
+  EXPECT_EQ(ReadWholeFile(scratch / "field/journal.jsonl"), journal);
+  const auto again = RunUlf("proxy " + dir + " --explain -o " + (scratch / "again.ply").string());
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(ReadWholeFile(scratch / "again.ply"), ReadWholeFile(scratch / "field/proxy.ply"));
+  EXPECT_THAT(again.output, HasSubstr("12 views, 12 of them with a depth map"));
+  // The wall stays where it is, the plane turns with the camera.
+  EXPECT_THAT(again.errors, ::testing::ContainsRegex("\n  plane +[0-9.]+ dB\n\\* again.ply +[0-9.]+ dB\n"));
+  EXPECT_THAT(again.errors, HasSubstr("a little too well"));
+}
+
+// Masks make photographs linear; what all views mask gives no surface.
+TEST(ProxyCommand, MaskedPartsGiveNoSurface) {
+  const test::ScratchFolder scratch;
+  const auto points = [&](const char* name, bool masked) {
+    WriteWall(scratch / name);
+    LightField light_field = ReadLightField(scratch / name);
+    cv::Mat mask(90, 120, CV_8UC1, cv::Scalar(255));
+    mask.rowRange(0, 45) = 0;
+    std::filesystem::create_directories(scratch / name / "masks");
+    for (View& view : light_field.views) {
+      if (!masked) break;
+      view.mask_path = fmt::format("masks/{}.png", view.id);
+      cv::imwrite((scratch / name / view.mask_path).string(), mask);
+    }
+    if (masked) WriteLightField(light_field);
+    const auto run = RunUlf("proxy " + (scratch / name).string() + " --json");
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return nlohmann::json::parse(run.output, nullptr, false).value("points", 0);
+  };
+  const int whole = points("whole", false), half = points("half", true);
+  EXPECT_GT(half, 0.2 * whole);
+  EXPECT_LT(half, 0.7 * whole);
+}
+
+TEST(ProxyCommand, WorksWithoutOpenGl) {
+  const test::ScratchFolder scratch;
+  WriteWall(scratch / "field");
+  const std::string proxy = "proxy " + (scratch / "field").string();
+  const test::WithoutOpenGl here;
+  const auto wanted = RunUlf(proxy + " --renderer gl");
+  const auto without = RunUlf(proxy);
+  EXPECT_EQ(wanted.exit_code, 1);
+  EXPECT_THAT(wanted.errors, HasSubstr("or do without: --renderer reference"));
+  EXPECT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_FALSE(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.empty());
+}
+
+TEST(ProxyCommand, SaysThatViewsStandTooCloseTogether) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  WriteWall(dir, 0.02);
+  const auto result = RunUlf("proxy " + dir + " --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  // At most three steps apart along the row: z^2 / (f b) over the radius.
+  EXPECT_GT(nlohmann::json::parse(result.output)["pixel_depth_radii"], 9 / (110 * 0.06) / 0.8 / 1.1);
+  EXPECT_THAT(result.errors, HasSubstr("stand close together"));
+}
+
+TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  WriteWall(dir);
+  const auto result = RunUlf("proxy " + dir + " --leave-out-every 4 --depth-maps 5 --triangles 600 --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto report = nlohmann::json::parse(result.output);
+  EXPECT_EQ(report["views"], 9);
+  EXPECT_EQ(report["depth_maps"], 5);
+  EXPECT_LE(report["triangles"], 600);
+}
+
+TEST(ProxyCommand, TakesAMeshMadeElsewhere) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
+  std::ofstream(scratch / "square.obj")
+      << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan 0 0\nf 1 2 3 4\nf 1 2 5\n";
+  const auto result = RunUlf("proxy " + dir + " --from " + (scratch / "square.obj").string());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("dropped 1 vertex that is not finite and 1 face at it"));
+  EXPECT_EQ(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size(), 2u);
+}
+
+TEST(ProxyCommand, SaysWhatIsMissing) {
+  const test::ScratchFolder scratch;
+  const auto field = [&](const std::string& name, const std::vector<Vector3d>& viewpoints, bool subject) {
+    test::WriteLightField(scratch / name, PlaneSeenFrom(viewpoints), subject);
+    return (scratch / name).string();
+  };
+  struct Case {
+    std::string arguments;
+    int exit_code;
+    std::string says;
+  };
+  const std::string one = field("one", {{0, 0, 2}}, true);
+  const std::string place = field("place", {{0, 0, 2}, {0, 0, 2}, {0, 0, 2}}, true);
+  const std::string grid = field("grid", test::GridViewpoints(2, 2, 0.25, 2.0), true);
+  for (const Case& c : {
+           Case{one, 1, "at least two views"},
+           Case{field("no_subject", {{0, 0, 2}}, false), 1, "at least two views"},
+           Case{place, 1, "move the camera sideways"},
+           Case{grid + " --leave-out-every 2 --subject 0,0,0", 2, "x,y,z,radius"},
+           Case{grid + " --subject 0,0,-900,1", 1, "from different places"},
+           Case{grid + " --from " + (scratch / "none.ply").string(), 1, "none.ply"},
+           Case{grid + " -o " + (scratch / "none/mesh.ply").string(), 2, "none"},
+           Case{(scratch / "nowhere").string(), 1, "nowhere"},
+       }) {
+    const auto result = RunUlf("proxy " + c.arguments);
+    EXPECT_EQ(result.exit_code, c.exit_code) << c.arguments << "\n" << result.output << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(c.says)) << c.arguments;
+  }
+  EXPECT_FALSE(std::filesystem::exists(scratch / "grid/proxy.ply"));
+}
+
+}  // namespace
+}  // namespace ulf

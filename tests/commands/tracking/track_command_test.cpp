@@ -1,0 +1,317 @@
+// ulf track as a process: told to stop, it writes what it has.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "commands/tracking/track_report.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/geometry/trajectory.h"
+#include "core/plot/gnuplot.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/test_paths.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/tracker/track_words.h"
+
+namespace ulf {
+namespace {
+
+TEST(TrackCommand, SigintWritesThePosesSoFar) {
+  test::ScratchFolder scratch;
+  const std::string poses = (scratch / "poses.txt").string(), log = (scratch / "log").string();
+  const pid_t child = fork();
+  if (child == 0) {
+    const int file = open(log.c_str(), O_WRONLY | O_CREAT, 0644);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    const char* binary = std::getenv("ULF_BINARY");
+    execl(binary, binary, "track", "sim:studio?width=320&height=240&duration_s=600", "-o", poses.c_str(),
+          nullptr);
+    _exit(127);
+  }
+  // Progress lines come every two seconds: the second one is well after the start.
+  for (int i = 0; i < 600; ++i) {
+    usleep(100000);
+    const std::string said = std::filesystem::exists(log) ? ReadWholeFile(log) : "";
+    if (said.find("frame", said.find("frame") + 1) != std::string::npos) break;
+  }
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0) << ReadWholeFile(log);
+  EXPECT_GT(ReadTum(poses).size(), 20u);
+  EXPECT_THAT(ReadWholeFile(log), testing::HasSubstr("tracked"));
+}
+
+TEST(TrackCommand, OutputsAreCheckedBeforeTheWork) {
+  const auto refused = test::RunUlf("track sim:studio --frames 5 -o /nonexistent/poses.txt");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, testing::HasSubstr("does not exist"));
+}
+
+TEST(TrackCommand, OnAFullDiskTheReportIsPrinted) {
+  const test::ScratchFolder scratch;
+  if (const auto problem = test::MountSmallDisk(scratch.path(), 1 << 20)) GTEST_SKIP() << *problem;
+  test::FillDisk(scratch / "filler");
+  const std::filesystem::path poses = scratch / "poses.txt";
+  const auto run =
+      test::RunUlf("track 'sim:studio?width=160&height=120' --frames 40 --poses known --deterministic -o " +
+                   poses.string());
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.output, testing::HasSubstr("40 frames, 40 tracked"));
+  EXPECT_THAT(run.errors, testing::HasSubstr("poses.txt: writing failed: No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(poses)) << "an empty file is none";
+}
+
+// A map that fails and finds itself within one frame was lost as often as it was found.
+TEST(TrackReport, FindingAgainFollowsLosing) {
+  TrackRun run;
+  for (const bool found : {false, false, true, false}) {
+    TrackedFrame frame;
+    frame.track.state = TrackState::kTracking;
+    frame.track.cam_from_world = Rigid3{};
+    frame.track.relocalized = found;
+    run.live.push_back({frame.time_s, Rigid3{}});
+    run.frames.push_back(frame);
+  }
+  run.final = run.live;
+  EXPECT_THAT(ToText(run, nullptr), testing::HasSubstr("lost 1 time, found again 1 time"));
+}
+
+TEST(TrackCommand, RunsAnySourceOfPoses) {
+  const auto known = test::RunUlf(
+      "track 'sim:studio?width=160&height=120' --frames 12 --poses known --deterministic --json");
+  ASSERT_EQ(known.exit_code, 0) << known.errors;
+  const auto report = nlohmann::json::parse(known.output);
+  EXPECT_EQ(report["tracked"], 12);
+  EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-9);
+  EXPECT_EQ(report["map_points"], 0);
+
+  const test::ScratchFolder drawn;
+  const std::string picture = (drawn / "run.png").string();
+  const auto unseen = test::RunUlf(
+      "track 'sim:studio?width=320&height=240' --frames 5 --poses markers:charuco:7x5:30:22:DICT_5X5_100 "
+      "--plot " +
+      picture);
+  EXPECT_EQ(unseen.exit_code, 1);
+  EXPECT_THAT(unseen.output, testing::HasSubstr("no frame has a pose: check what --poses names"));
+  EXPECT_THAT(unseen.errors, testing::HasSubstr("not drawn"));
+  EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --poses tum:").errors,
+              testing::HasSubstr("write tum:FILE"));
+  const auto unknown = test::RunUlf("track sim:studio --frames 5 --poses rosary");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, testing::HasSubstr("--poses rosary"));
+}
+
+// The simulator knows where the camera was, which is not what explains a bent picture.
+TEST(TrackCommand, OfARollingShutterThePicturesPosesAndTheCamerasAreJudged) {
+  const std::string sim = "track 'sim:studio?width=320&height=240&noise=0&readout_ms=20' --frames 45 ";
+  const auto told = test::RunUlf(sim + "--deterministic --json --readout-ms 20");
+  ASSERT_EQ(told.exit_code, 0) << told.errors;
+  const auto report = nlohmann::json::parse(told.output);
+  EXPECT_LT(report["middle_row"]["ate_live_rmse"], report["ate_live_rmse"]);
+  EXPECT_LT(report["middle_row"]["ate_final_rmse"], report["ate_final_rmse"]);
+  const auto global = test::RunUlf(sim + "--deterministic --json --readout-ms 0");
+  EXPECT_TRUE(nlohmann::json::parse(global.output)["middle_row"].is_null());
+}
+
+// The figures are those of the files, and the picture is one.
+TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
+  const test::ScratchFolder scratch;
+  const std::string sim = "track 'sim:studio?width=320&height=240&noise=0' --frames 40 --deterministic ";
+  const auto in = [&](const char* name) { return (scratch / name).string(); };
+  // The device's own poses, as a file of truth.
+  ASSERT_EQ(test::RunUlf(sim + "--poses known -o " + in("truth.txt")).exit_code, 0);
+  const auto run = test::RunUlf(sim + "--json --truth " + in("truth.txt") + " -o " + in("live.txt") +
+                                " --final " + in("final.txt") + " --plot \"" + in("it's a run.png") + "\"");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output);
+  const auto truth = ReadTum(in("truth.txt"));
+  for (const auto& [which, file] : {std::pair("live", "live.txt"), std::pair("final", "final.txt")}) {
+    const auto error = CompareTrajectories(ReadTum(in(file)), truth, 0.01);
+    ASSERT_TRUE(error);
+    const std::string name = which;
+    const auto near = [&](const std::string& key, double value) {
+      ASSERT_TRUE(report.contains(key)) << key;
+      EXPECT_NEAR(report[key].get<double>(), value, 1e-4 * value + 1e-9) << key;
+    };
+    near("ate_" + name + "_rmse", error->ate_rmse);
+    near("ate_" + name + "_median", error->ate_median);
+    near("ate_" + name + "_max", error->ate_max);
+    near("rpe_" + name + "_rmse", error->rpe_rmse);
+    near("rpe_" + name + "_rotation_rmse_deg", error->rpe_rotation_rmse_deg);
+    near("drift_" + name, error->drift);
+  }
+  EXPECT_FALSE(report.contains("explain")) << "not asked";
+  const auto& stages = report["stage_cpu_ms_mean"];
+  for (const char* stage : {"pyramid", "features", "matching", "alignment", "refinement", "initialisation"})
+    EXPECT_GT(stages[stage].get<double>(), 0) << stage;
+  EXPECT_GE(report["ms_longest"].get<double>(), report["ms_p95"].get<double>());
+  const cv::Mat picture = cv::imread(in("it's a run.png"));
+  ASSERT_FALSE(picture.empty());
+  EXPECT_EQ(picture.cols, 1200);
+}
+
+TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
+  const std::string track = "track 'sim:studio?width=320&height=240' --frames 20 --deterministic --explain ";
+  const auto json = test::RunUlf(track + "--json");
+  ASSERT_EQ(json.exit_code, 0) << json.errors;
+  const auto explained = nlohmann::json::parse(json.output)["explain"];
+  ASSERT_EQ(explained.size(), 3u);
+  const auto count = [&](std::size_t choice, std::size_t candidate) {
+    return std::stoi(explained[choice]["candidates"][candidate]["evidence"].get<std::string>());
+  };
+  const auto& start = explained[0]["candidates"];
+  ASSERT_EQ(start.size(), 3u);
+  const bool flat = count(0, 1) > 0.85 * count(0, 2);  // as the criterion says
+  EXPECT_FALSE(start[0]["chosen"]) << "a rotation starts none";
+  EXPECT_EQ(start[1]["chosen"], flat) << start;
+  EXPECT_EQ(start[2]["chosen"], !flat) << start;
+  EXPECT_LT(count(0, 0), count(0, 1));
+  for (const std::size_t kept : {1u, 2u}) {
+    EXPECT_GT(count(kept, 0), 1);
+    EXPECT_LE(count(kept, 0), count(kept, 1));
+  }
+  EXPECT_LT(count(1, 1), count(1, 2));
+  EXPECT_EQ(count(1, 2), 20);
+  EXPECT_THAT(test::RunUlf(track).output,
+              testing::HasSubstr(flat ? "\n* homography  " : "\n* essential matrix  "));
+}
+
+TEST(TrackCommand, WithoutGnuplotThePackageIsNamedBeforeTheWork) {
+  const test::ScratchFolder scratch;
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", scratch.path().c_str(), 1);
+  const auto refused = test::RunUlf("track sim:studio --frames 5 --plot " + (scratch / "run.png").string());
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, testing::HasSubstr("gnuplot-nox"));
+  EXPECT_EQ(test::RunUlf("track sim:studio --frames 5 --plot run.gif").exit_code, 2);
+}
+
+TEST(TrackCommand, AFailingChartLeavesNoHalfPicture) {
+  const test::ScratchFolder scratch;
+  const std::string path = (scratch / "chart.png").string();
+  try {
+    DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n");
+    FAIL() << "drawn";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("nothing_of_this_name"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+// `count` pictures of a room whose camera has a focal length of 520 px, as a folder to replay.
+void WriteRoom(const std::filesystem::path& folder, int count) {
+  const test::TexturedRoom room({});
+  for (int k = 0; k < count; ++k)
+    cv::imwrite((folder / fmt::format("{:02}.png", k)).string(),
+                room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+}
+
+TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
+  const test::ScratchFolder scratch;
+  WriteRoom(scratch.path(), 60);
+  std::string bytes = ReadWholeFile(scratch / "50.png");
+  for (std::size_t i = 100; i < 300; ++i) bytes[i] = static_cast<char>(~bytes[i]);
+  WriteFileAtomically(scratch / "50.png", bytes);
+  const std::string poses = (scratch / "poses.txt").string();
+  const auto broken =
+      test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --focal-px 520 -o " + poses);
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_THAT(broken.errors, testing::AllOf(testing::HasSubstr("50.png"), testing::HasSubstr("were kept")));
+  EXPECT_GT(ReadTum(poses).size(), 20u);
+}
+
+TEST(TrackCommand, AWrongFocalLengthIsSaid) {
+  const test::ScratchFolder scratch;
+  WriteRoom(scratch.path(), 90);
+  const auto run =
+      test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 546");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("less than the 546.0 given"),
+                                         testing::HasSubstr("calibrate")));
+}
+
+// Pictures that a rolling shutter bends fit another focal length better.
+TEST(TrackCommand, ARollingShutterIsSaidAndThatItLooksLikeAWrongFocalLength) {
+  const auto run = test::RunUlf(
+      "track 'sim:studio?width=320&height=240&duration_s=6&look_away=0&readout_ms=20' --deterministic");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("rolling shutter of about"),
+                                         testing::HasSubstr("--readout-ms"),
+                                         testing::HasSubstr("a rolling shutter can look like that")));
+}
+
+// What the person with the camera reads while nothing has started yet.
+TEST(TrackCommand, TheStartIsToldInWords) {
+  Track track;
+  track.start = StartProgress{StartObstacle::kLowParallax, 0.43, 0.8, 150, 60};
+  EXPECT_THAT(InWords(track),
+              testing::AllOf(testing::HasSubstr("sideways"), testing::HasSubstr("0.4 of 0.8 degrees")));
+  track.start->obstacle = StartObstacle::kRotationOnly;
+  EXPECT_THAT(InWords(track), testing::HasSubstr("only turns"));
+  track.start = StartProgress{StartObstacle::kTooFewMatches, 0, 0.8, 12, 60};
+  EXPECT_THAT(InWords(track), testing::HasSubstr("12 of 60"));
+}
+
+// Where the picture itself shows nothing, nobody is told to move otherwise.
+TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
+  Tracker tracker(test::TexturedRoom::Camera(), {.deterministic = true});
+  Frame frame;
+  frame.status = FrameStatus::kComplete;
+  frame.image = {.pixels = cv::Mat(480, 640, CV_8U, cv::Scalar(90)), .transfer = Transfer::kSrgb};
+  const std::string starting = InWords(tracker.Step(frame));
+  EXPECT_THAT(starting,
+              testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("0 of 80"),
+                             testing::Not(testing::HasSubstr("hand"))));
+  Track lost;
+  lost.state = TrackState::kLost;
+  lost.features = 12;
+  EXPECT_THAT(InWords(lost),
+              testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("12 of 80"),
+                             testing::Not(testing::HasSubstr("seen before"))));
+  lost.features = 700;
+  EXPECT_THAT(InWords(lost), testing::HasSubstr("nothing in view is recognised"));
+}
+
+TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {
+  const auto size_of = [](const std::string& option) {
+    const auto run = test::RunUlf("track 'sim:studio?width=320&height=240' --frames 2 --json " + option);
+    return nlohmann::json::parse(run.output)["tracked_size"];
+  };
+  EXPECT_EQ(
+      size_of("--tracking-side 200"),
+      nlohmann::json({{"width", 200}, {"height", 150}, {"original_width", 320}, {"original_height", 240}}));
+  // What fails on large pictures looks like a wrong movement: said beforehand.
+  for (const bool full : {true, false}) {
+    const auto run = test::RunUlf("track 'sim:studio?width=1000&height=96' --frames 2 " +
+                                  std::string(full ? "--tracking-side full" : ""));
+    EXPECT_EQ(run.errors.find("unless they are sharp") != std::string::npos, full) << run.errors;
+    EXPECT_THAT(run.output, testing::AnyOf(testing::Not(testing::HasSubstr("never initialised")),
+                                           testing::HasSubstr("of 2 frames")));
+  }
+  for (const char* option : {"", "--tracking-side full", "--tracking-side 0"})
+    EXPECT_EQ(size_of(option)["width"], 320) << option;
+  for (const char* command : {"track sim:studio", "capture sim:studio -o nowhere"})
+    for (const char* wrong : {"12", "-1", "640.5", "half", "100000"}) {
+      const auto refused = test::RunUlf(std::string(command) + " --frames 2 --tracking-side " + wrong);
+      EXPECT_EQ(refused.exit_code, 2) << wrong;
+      EXPECT_THAT(refused.errors,
+                  testing::AllOf(testing::HasSubstr("--tracking-side"), testing::HasSubstr(wrong),
+                                 testing::HasSubstr("from 160 to")));
+    }
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,265 @@
+#include "core/fiducials/board.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "acquisition/calibration/board_sheet.h"
+#include "acquisition/simulator/simulated_board.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/fiducials/board_detector.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kBoards[] = {"charuco:7x5:30:22:DICT_5X5_100", "charuco:6x8:20:15.5:DICT_4X4_50",
+                                   "aruco:4x5:37.5:5:DICT_6X6_1000", "chessboard:8x6:25",
+                                   "charuco:5x5:36:27:DICT_APRILTAG_36h11"};
+
+cv::Mat Raster(const std::vector<RectangleMm>& dark, double width_mm, double height_mm, double px_per_mm) {
+  cv::Mat image(static_cast<int>(std::lround(height_mm * px_per_mm)),
+                static_cast<int>(std::lround(width_mm * px_per_mm)), CV_8UC1, cv::Scalar(255));
+  const auto px = [&](double mm) { return static_cast<int>(std::lround(mm * px_per_mm)); };
+  for (const RectangleMm& r : dark)
+    image(cv::Rect({px(r.x), px(r.y)}, cv::Point(px(r.x + r.width), px(r.y + r.height)))) = 0;
+  return image;
+}
+
+TEST(Board, TextComesBack) {
+  for (const char* text : kBoards) EXPECT_EQ(Board::Parse(text).Text(), text);
+}
+
+TEST(Board, WhatCannotBePrintedIsSaid) {
+  const std::pair<const char*, const char*> kCases[] = {
+      {"dots:3x3:5", "dots"},
+      {"charuco:7x5:30:22", "charuco:7x5:30:22:DICT_5X5_100"},
+      {"charuco:7x5:30:31:DICT_5X5_100", "smaller"},
+      {"charuco:7x5:30:22:DICT_9X9", "DICT_9X9"},
+      {"charuco:7by5:30:22:DICT_5X5_100", "7by5"},
+      {"charuco:2x2:30:22:DICT_5X5_100", "squares"},
+      {"charuco:20x20:30:22:DICT_5X5_100", "200 markers"},
+      {"chessboard:8x6:-25", "-25"},
+      {"chessboard:8x6:25mm", "25mm"},
+  };
+  for (const auto& [text, mentioned] : kCases) {
+    try {
+      Board::Parse(text);
+      ADD_FAILURE() << "accepted " << text;
+    } catch (const UsageError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
+    }
+  }
+}
+
+// What is drawn here is what OpenCV draws and looks for.
+TEST(Board, IsOpenCvs) {
+  for (const char* text : kBoards) {
+    const Board board = Board::Parse(text);
+    if (board.kind == BoardKind::kChessboard) continue;
+    const auto dictionary = cv::aruco::getPredefinedDictionary(DictionaryNumber(board.dictionary));
+    const cv::Size size(static_cast<int>(board.WidthMm() * 8), static_cast<int>(board.HeightMm() * 8));
+    cv::Mat theirs;
+    if (board.kind == BoardKind::kCharuco) {
+      const auto charuco =
+          cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_mm),
+                                          static_cast<float>(board.marker_mm), dictionary);
+      charuco->draw(size, theirs, 0, 1);
+      const auto points = board.Points();
+      ASSERT_EQ(points.size(), charuco->chessboardCorners.size());
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_FLOAT_EQ(static_cast<float>(points[i].x()), charuco->chessboardCorners[i].x);
+        EXPECT_FLOAT_EQ(static_cast<float>(points[i].y()), charuco->chessboardCorners[i].y);
+      }
+    } else {
+      const auto grid =
+          cv::aruco::GridBoard::create(board.columns, board.rows, static_cast<float>(board.marker_mm),
+                                       static_cast<float>(board.gap_mm), dictionary);
+      grid->draw(size, theirs, 0, 1);
+      for (std::size_t i = 0; i < grid->objPoints.size(); ++i)
+        for (std::size_t k = 0; k < 4; ++k) {
+          EXPECT_FLOAT_EQ(static_cast<float>(board.Points()[4 * i + k].x()), grid->objPoints[i][k].x);
+          EXPECT_FLOAT_EQ(static_cast<float>(board.Points()[4 * i + k].y()), grid->objPoints[i][k].y);
+        }
+    }
+    const cv::Mat ours = Raster(board.Dark(), board.WidthMm(), board.HeightMm(), 8);
+    ASSERT_EQ(ours.size(), theirs.size());
+    // OpenCV rounds markers to whole cells: a rim of a few pixels may differ, never a cell.
+    cv::Mat differ = ours != theirs;
+    cv::erode(differ, differ, cv::Mat::ones(7, 7, CV_8U));
+    EXPECT_EQ(cv::countNonZero(differ), 0) << text;
+  }
+}
+
+// The numbers in the file itself, read back and drawn: every corner where the layout says.
+std::vector<RectangleMm> PdfRectangles(const std::string& pdf, double page_height_mm) {
+  std::vector<RectangleMm> found;
+  std::istringstream lines(pdf);
+  for (std::string line; std::getline(lines, line);) {
+    RectangleMm r;
+    if (line.ends_with(" re") &&
+        std::sscanf(line.c_str(), "%lf %lf %lf %lf", &r.x, &r.y, &r.width, &r.height) == 4) {
+      r.y = page_height_mm - r.y - r.height;
+      found.push_back(r);
+    }
+  }
+  return found;
+}
+
+std::vector<RectangleMm> SvgRectangles(const std::string& svg) {
+  std::vector<RectangleMm> found;
+  for (std::size_t at = svg.find(" d=\"") + 4; svg[at] == 'M';) {
+    RectangleMm r;
+    int used = 0;
+    if (std::sscanf(svg.c_str() + at, "M%lf %lfh%lfv%lfh%*fz%n", &r.x, &r.y, &r.width, &r.height, &used) != 4)
+      break;
+    found.push_back(r);
+    at += static_cast<std::size_t>(used);
+  }
+  return found;
+}
+
+TEST(BoardSheet, IsTrueInSizeAndDetected) {
+  for (const char* text : kBoards) {
+    const Board board = Board::Parse(text);
+    const SheetLayout layout = LayOutSheet(board, "a4");
+    const std::string pdf = SheetPdf(board, layout), svg = SheetSvg(board, layout);
+    EXPECT_THAT(pdf, HasSubstr(board.Text()));
+    EXPECT_THAT(svg, HasSubstr(board.Text()));
+    EXPECT_THAT(svg, HasSubstr(fmt::format("width=\"{:g}mm\"", layout.page_width_mm)));
+    EXPECT_THAT(pdf, HasSubstr(fmt::format("{:.9f} 0 0 {:.9f} 0 0 cm", 72 / 25.4, 72 / 25.4)));
+    for (const auto& rectangles : {PdfRectangles(pdf, layout.page_height_mm), SvgRectangles(svg)}) {
+      ASSERT_EQ(rectangles.size(), board.Dark().size() + 3) << text;  // and the scale bar
+      EXPECT_NEAR(rectangles[1].x + rectangles[1].width - rectangles[0].x, layout.bar_mm, 1e-3);
+      constexpr double kPxPerMm = 4;
+      const cv::Mat page = Raster(rectangles, layout.page_width_mm, layout.page_height_mm, kPxPerMm);
+      const BoardView view = DetectBoard(board, page);
+      const auto points = board.Points();
+      ASSERT_EQ(view.ids.size(), points.size()) << text;
+      for (std::size_t i = 0; i < view.ids.size(); ++i) {
+        const auto& point = points[static_cast<std::size_t>(view.ids[i])];
+        const Eigen::Vector2d expected =
+            kPxPerMm * Eigen::Vector2d(layout.board_x_mm + point.x(), layout.board_y_mm + point.y());
+        // Marker corners are rounded to whole pixels when drawn; a chessboard may be counted from its other
+        // end.
+        const Eigen::Vector2d other =
+            kPxPerMm * Eigen::Vector2d(layout.board_x_mm + board.WidthMm() - point.x(),
+                                       layout.board_y_mm + board.HeightMm() - point.y());
+        const double miss = (view.img[i] - expected).norm();
+        EXPECT_LT(board.kind == BoardKind::kChessboard ? std::min(miss, (view.img[i] - other).norm()) : miss,
+                  1.0)
+            << text << " point " << view.ids[i];
+      }
+    }
+  }
+}
+
+TEST(BoardSheet, RefusesWhatDoesNotFit) {
+  const Board board = Board::Parse("chessboard:8x6:60");
+  EXPECT_THROW(LayOutSheet(board, "a4"), UsageError);
+  EXPECT_THROW(LayOutSheet(board, "a5"), UsageError);
+  const SheetLayout own = LayOutSheet(board, "board");
+  EXPECT_GE(own.page_width_mm, 8 * 60 + 20);
+}
+
+TEST(BoardSheet, PdfTableOfObjectsIsRight) {
+  const Board board;
+  const std::string pdf = SheetPdf(board, LayOutSheet(board, "a4"));
+  const std::size_t start = static_cast<std::size_t>(std::stoul(pdf.substr(pdf.rfind("startxref\n") + 10)));
+  ASSERT_EQ(pdf.substr(start, 5), "xref\n");
+  for (int object = 1; object <= 5; ++object) {
+    const std::size_t entry = start + 5 + 4 + 20 * static_cast<std::size_t>(object);
+    const std::size_t offset = static_cast<std::size_t>(std::stoul(pdf.substr(entry, 10)));
+    EXPECT_EQ(pdf.substr(offset, 7), fmt::format("{} 0 obj", object));
+  }
+}
+
+TEST(BoardCommand, WritesBothAndRefusesOthers) {
+  const test::ScratchFolder scratch;
+  const auto pdf = (scratch / "b.pdf").string(), svg = (scratch / "b.svg").string();
+  const auto result = test::RunUlf("board chessboard:9x6:20 -o " + pdf + " -o " + svg + " --json");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("chessboard:9x6:20"));
+  EXPECT_TRUE(ReadWholeFile(pdf).starts_with("%PDF-"));
+  EXPECT_TRUE(ReadWholeFile(svg).starts_with("<?xml"));
+  EXPECT_EQ(test::RunUlf("board -o " + (scratch / "b.png").string()).exit_code, 2);
+  EXPECT_EQ(test::RunUlf("board chessboard:90x60:20 -o " + pdf).exit_code, 2);
+  const auto unknown = test::RunUlf("board foo:1 -o " + pdf);
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, AllOf(HasSubstr("board 'foo:1'"), Not(HasSubstr("--board"))));
+}
+
+// Rendered through each lens from known places: found where the model says.
+TEST(BoardDetector, FindsCornersWhereTheLensPutsThem) {
+  for (const char* text :
+       {"charuco:7x5:30:22:DICT_5X5_100", "aruco:4x3:45:9:DICT_6X6_1000", "chessboard:8x6:25"})
+    for (const char* lens : {"pinhole", "barrel", "wide", "fisheye"}) {
+      const Board board = Board::Parse(text);
+      const BoardScene scene({.board = board, .camera = SimulatedLens(lens, 640, 480)});
+      const auto points = board.Points();
+      std::size_t seen = 0;
+      std::vector<double> errors;
+      constexpr std::uint64_t kStops = 8;
+      for (std::uint64_t stop = 0; stop < kStops; ++stop) {
+        const Rigid3 pose = scene.HeldAt(stop, 0);
+        const BoardView view = DetectBoard(board, scene.Render(pose, stop));
+        seen += !view.ids.empty();
+        // Of a chessboard cut by the image's edge a part may be taken for the whole, one square off.
+        const auto& camera = scene.options().camera;
+        const auto in_sight = [&](double x, double y) {
+          const auto img = camera.ImgFromCam(pose * Eigen::Vector3d(x, y, 0));
+          return img && camera.Contains(*img);
+        };
+        const double w = board.WidthMm(), h = board.HeightMm();
+        const bool whole = in_sight(0, 0) && in_sight(w, 0) && in_sight(w, h) && in_sight(0, h);
+        if (board.kind == BoardKind::kChessboard && !whole) continue;
+        for (std::size_t i = 0; i < view.ids.size(); ++i) {
+          const auto id = static_cast<std::size_t>(view.ids[i]);
+          const auto expected = scene.options().camera.ImgFromCam(pose * points[id]);
+          const auto other = scene.options().camera.ImgFromCam(pose * points[points.size() - 1 - id]);
+          ASSERT_TRUE(expected && other);
+          double error = (view.img[i] - *expected).norm();
+          if (board.kind == BoardKind::kChessboard) error = std::min(error, (view.img[i] - *other).norm());
+          errors.push_back(error);
+        }
+      }
+      EXPECT_GE(seen, board.kind == BoardKind::kChessboard ? 2u : 6u) << text << ", " << lens;
+      std::sort(errors.begin(), errors.end());
+      // Marker corners are found less well than saddle points.
+      const double limit = board.kind == BoardKind::kArucoGrid ? 0.6 : 0.12;
+      EXPECT_LT(errors[errors.size() / 2], limit) << text << ", " << lens;
+      if (board.kind != BoardKind::kArucoGrid) {
+        EXPECT_LT(errors[errors.size() * 9 / 10], 3 * limit) << text << ", " << lens;
+      }
+    }
+}
+
+TEST(BoardDetector, SharpnessIsTheBlursWidth) {
+  const Board board;
+  const BoardScene scene(
+      {.board = board, .camera = SimulatedLens("pinhole", 640, 480), .noise_levels = 0, .blur_px = 0});
+  const cv::Mat sharp = scene.Render(scene.HeldAt(3, 0), 1);
+  const BoardView view = DetectBoard(board, sharp);
+  ASSERT_FALSE(view.ids.empty());
+  double last = EdgeBlurPx(view, sharp);
+  EXPECT_LT(last, 0.8);
+  for (const double blur : {1.5, 3.0, 5.0}) {
+    cv::Mat blurred;
+    cv::GaussianBlur(sharp, blurred, {}, blur);
+    const double measured = EdgeBlurPx(view, blurred);
+    EXPECT_GT(measured, last) << blur;
+    EXPECT_NEAR(measured, blur, 0.45 * blur) << blur;
+    last = measured;
+  }
+}
+
+}  // namespace
+}  // namespace ulf

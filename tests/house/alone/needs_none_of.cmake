@@ -1,0 +1,16 @@
+# cmake -DPROGRAM=F -DREADELF=readelf -DNONE_OF="libaravis;libusb" -P needs_none_of.cmake: runs the program, and fails
+# where it, or what of ours went into it, asks the loader for one of these libraries. (What OpenCV's own libraries ask
+# for is theirs.)
+execute_process(COMMAND ${PROGRAM} RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM} ended with ${result}")
+endif()
+execute_process(COMMAND ${READELF} -d ${PROGRAM} OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
+if(NOT dynamic MATCHES "NEEDED.*libopencv_core")
+  message(FATAL_ERROR "${READELF} does not say what ${PROGRAM} needs: ${dynamic}")
+endif()
+foreach(library IN LISTS NONE_OF)
+  if(dynamic MATCHES "NEEDED[^\n]*\\[${library}[^\n]*")
+    message(SEND_ERROR "${PROGRAM} needs ${CMAKE_MATCH_0}")
+  endif()
+endforeach()

@@ -1,0 +1,188 @@
+// How restless a rendering is: what the number punishes, and the command that measures it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "acquisition/simulator/simulated_camera.h"
+#include "core/base/error.h"
+#include "core/light_field/light_field_io.h"
+#include "render/quality/temporal_error.h"
+#include "render/quality/temporal_evaluation.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using test::RunUlf;
+using testing::HasSubstr;
+
+constexpr int kFrames = 30;
+
+// Texture that moves by a quarter of a pixel from picture to picture, in display levels.
+cv::Mat MovingTexture(int frame, double offset_px = 0) {
+  cv::Mat levels(48, 64, CV_32FC3);
+  for (int y = 0; y < levels.rows; ++y)
+    for (int x = 0; x < levels.cols; ++x) {
+      const double u = x - 0.25 * frame + offset_px;
+      const auto wave = [&](double length_px, double phase) {
+        return 128 + 60 * std::sin(2 * M_PI * (u + phase) / length_px) * std::cos(2 * M_PI * y / 17.0);
+      };
+      levels.at<cv::Vec3f>(y, x) = cv::Vec3f(static_cast<float>(wave(7, 0)), static_cast<float>(wave(11, 2)),
+                                             static_cast<float>(wave(19, 5)));
+    }
+  return levels;
+}
+
+// Of what `render(frame)` makes instead of the truth.
+template <typename Render>
+double ErrorOf(Render&& render) {
+  TemporalError error;
+  const cv::Mat all(48, 64, CV_8U, cv::Scalar(255));
+  for (int frame = 0; frame < kFrames; ++frame) error.Add(render(frame), MovingTexture(frame), all);
+  EXPECT_NEAR(error.FrameRms(), error.DiscRms(), 1e-6);
+  EXPECT_EQ(error.over_time().size(), kFrames - 2u);
+  return error.FrameRms();
+}
+
+TEST(TemporalError, IsTheSecondDifferenceOfTheError) {
+  EXPECT_EQ(ErrorOf([](int frame) { return MovingTexture(frame); }), 0);
+  // An error that stays, or grows evenly, is none; one of s t^2 has 2 s.
+  EXPECT_NEAR(ErrorOf([](int frame) { return cv::Mat(MovingTexture(frame) + cv::Scalar::all(9)); }), 0, 1e-3);
+  EXPECT_NEAR(ErrorOf([](int frame) { return cv::Mat(MovingTexture(frame) + cv::Scalar::all(0.5 * frame)); }),
+              0, 1e-3);
+  EXPECT_NEAR(
+      ErrorOf([](int frame) { return cv::Mat(MovingTexture(frame) + cv::Scalar::all(0.1 * frame * frame)); }),
+      0.2, 1e-3);
+  EXPECT_NEAR(ErrorOf([](int frame) { return cv::Mat(MovingTexture(frame) + cv::Scalar::all(frame % 2)); }),
+              2, 1e-3);
+}
+
+TEST(TemporalError, FlickerIsWorseThanBeingSmoothlyWrong) {
+  const double flickers = ErrorOf([](int frame) { return MovingTexture(frame, frame % 2 ? 0.5 : -0.5); });
+  const double jumps = ErrorOf([](int frame) { return MovingTexture(frame, frame / 5 % 2 ? 0.5 : -0.5); });
+  const double displaced = ErrorOf([](int frame) { return MovingTexture(frame, 0.5); });
+  const double drifts = ErrorOf([](int frame) { return MovingTexture(frame, 0.5 - 1.0 * frame / kFrames); });
+  EXPECT_GT(flickers, 5 * displaced);
+  EXPECT_GT(jumps, 3 * displaced);
+  EXPECT_GT(jumps, 3 * drifts);
+}
+
+TEST(TemporalError, ABlurDoesNotWin) {
+  const auto blurred = [](int frame) {
+    cv::Mat blurred;
+    cv::GaussianBlur(MovingTexture(frame), blurred, {0, 0}, 4);
+    return blurred;
+  };
+  const auto sharp = [](int frame) { return MovingTexture(frame, 0.3 * std::sin(0.3 * frame)); };
+  EXPECT_GT(ErrorOf(blurred), 1.2 * ErrorOf(sharp));
+  // The plain second difference of the pictures would have said otherwise.
+  const auto restless = [](auto&& render) {
+    TemporalError error;
+    for (int frame = 0; frame < kFrames; ++frame)
+      error.Add(render(frame), cv::Mat(48, 64, CV_32FC3, cv::Scalar::all(128)), {});
+    return error.FrameRms();
+  };
+  EXPECT_LT(restless(blurred), restless(sharp));
+}
+
+TEST(TemporalError, TheDiscIsThatOfThePictureInTheMiddle) {
+  TemporalError error;
+  const cv::Mat black(4, 4, CV_32FC3, cv::Scalar::all(0)), none(4, 4, CV_8U, cv::Scalar(0));
+  cv::Mat one = none.clone(), spot = black.clone();
+  one.at<std::uint8_t>(1, 1) = 255;
+  spot.at<cv::Vec3f>(1, 1) = cv::Vec3f::all(10);
+  error.Add(black, black, none);
+  error.Add(spot, black, one);
+  error.Add(black, black, none);
+  EXPECT_NEAR(error.DiscRms(), 20, 1e-6);
+  EXPECT_NEAR(error.FrameRms(), 20 / 4.0, 1e-6);
+}
+
+// ---- The command ----
+
+// A few clean photographs of the simulator's studio, from a small cap.
+void CaptureStudio(const fs::path& dir, const std::string& uri) {
+  const SimulatedCamera simulator(SimulationOptions::FromUri(DeviceUri::Parse(uri)));
+  const Scene& scene = simulator.scene();
+  CaptureHeader header;
+  header.camera = simulator.camera();
+  header.device_uri = uri;
+  header.units = "metres";
+  auto writer = LightFieldWriter::Create(dir, header);
+  const Vector3d center = scene.subject().center_in_world, first = scene.FirstDirection();
+  const Vector3d side = first.cross(scene.UpInWorld()).normalized(), up = side.cross(first);
+  std::uint64_t id = 0;
+  for (int row = -2; row <= 2; ++row)
+    for (int column = -2; column <= 2; ++column) {
+      View view;
+      view.cam_from_world = LookAt(center + (first + 0.08 * column * side + 0.08 * row * up).normalized(),
+                                   center, scene.UpInWorld());
+      Frame frame;
+      frame.image = {.pixels = simulator.CleanSrgb(view.cam_from_world), .transfer = Transfer::kSrgb};
+      frame.id = id++;
+      writer.AddView(frame, view);
+    }
+  writer.SetSubject(scene.subject());
+  writer.Close(1.0);
+}
+
+TEST(TemporalCommand, ComparesFieldsWithTheSimulatorsTruth) {
+  test::ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string(), out = scratch.path().string();
+  CaptureStudio(dir, "sim:studio?width=96&height=72&noise=0");
+  const auto result =
+      RunUlf("evaluate " + dir + " --temporal orbit --frames 60 --fields nearest,subdivision" + " --strips " +
+             out + "/strips.png --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto report = nlohmann::json::parse(result.output);
+  EXPECT_EQ(report["truth"], "sim:studio?width=96&height=72&noise=0");
+  ASSERT_EQ(report["results"].size(), 2u);
+  const auto& nearest = report["results"][0];
+  const auto& subdivision = report["results"][1];
+  EXPECT_EQ(subdivision["over_time"].size(), 58u);
+  EXPECT_GT(subdivision["temporal_error"], 0);
+  // The nearest photograph jumps.
+  EXPECT_GT(nearest["temporal_error_disc"], 1.5 * subdivision["temporal_error_disc"].get<double>());
+  const cv::Mat strips = cv::imread(out + "/strips.png");
+  EXPECT_EQ(strips.cols, 480);
+  EXPECT_EQ(strips.rows, 3 * (22 + 36));
+}
+
+TEST(TemporalCommand, SaysWhatItNeeds) {
+  test::ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string(), truth = (scratch / "truth").string();
+  test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(4, 4, 0.2, 2.0)}, true);
+  const std::string command = "evaluate " + dir + " --fields linear --temporal ";
+  const auto expect = [&](const std::string& options, int exit_code, const std::string& says) {
+    const auto result = RunUlf(command + options);
+    EXPECT_EQ(result.exit_code, exit_code) << options << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(says)) << options;
+  };
+  expect("orbit", 2, "--truth");
+  expect("orbit --truth " + truth, 2, "frame_00000.png");
+  expect("orbit --truth sim:studio", 1, "does not look like this scene");
+  expect("orbit --truth " + truth + " --strips strips.gif", 2, ".png");
+  fs::create_directory(truth);
+  expect("orbit --truth " + truth, 1, "frame_00000.png");
+  // Its own pictures as truth: what is drawn again is no error, what differs is.
+  ASSERT_EQ(RunUlf("render " + dir +
+                   " --path spiral --frames 4 --zoom 1 --field linear --proxy plane --format exr -o " + truth)
+                .exit_code,
+            0);
+  const auto same = RunUlf(command + "spiral --frames 4 --fields nearest --truth " + truth + " --json");
+  ASSERT_EQ(same.exit_code, 0) << same.errors;
+  const auto report = nlohmann::json::parse(same.output);
+  EXPECT_LT(report["results"][0]["temporal_error"], 0.1);
+  EXPECT_GT(report["results"][1]["temporal_error"], 1);
+  expect("spiral --frames 5 --truth " + truth, 1, "frame_00004.png");
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,71 @@
+#include "tests/render/stereo/stereo_scenes.h"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace ulf::test {
+
+using Eigen::Vector3d;
+
+std::function<float(double, double)> Mottled(double finest, unsigned seed) {
+  struct Wave {
+    double a, b, phase;
+  };
+  std::vector<Wave> waves;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> any(0, 2 * M_PI), scale(0.15, 1);
+  for (int i = 0; i < 24; ++i) {
+    const double angle = any(random), frequency = 2 * M_PI * scale(random) / finest;
+    waves.push_back({frequency * std::cos(angle), frequency * std::sin(angle), any(random)});
+  }
+  return [waves](double u, double v) {
+    double sum = 0;
+    for (const Wave& wave : waves) sum += std::sin(wave.a * u + wave.b * v + wave.phase);
+    return static_cast<float>(120 + 22 * sum);
+  };
+}
+
+std::function<float(double, double)> Plain(float grey) {
+  return [grey](double, double) { return grey; };
+}
+
+Drawn Draw(const std::vector<Patch>& patches, const Vector3d& center, const Vector3d& target, int width,
+           int height, double focal_px, float gain, float offset) {
+  Drawn drawn;
+  drawn.view.camera = CameraModel::Pinhole(width, height, focal_px);
+  drawn.view.cam_from_world = LookAt(center, target, Vector3d::UnitY());
+  drawn.view.center_in_world = center;
+  drawn.view.grey = cv::Mat(height, width, CV_32F, cv::Scalar(0));
+  drawn.depth = cv::Mat::zeros(height, width, CV_32F);
+  const Rigid3 world_from_cam = drawn.view.cam_from_world.Inverse();
+  // Grey and depth of the nearest patch; the depth is along the axis, because rays have a z of 1.
+  const auto look = [&](double x, double y) {
+    const Vector3d ray = world_from_cam.rotation * Vector3d((x - drawn.view.camera.cx) / focal_px,
+                                                            (y - drawn.view.camera.cy) / focal_px, 1);
+    std::pair<float, double> nearest{0, std::numeric_limits<double>::infinity()};
+    for (const Patch& patch : patches) {
+      Eigen::Matrix3d sides;
+      sides << patch.side, patch.other_side, -ray;
+      const Vector3d at = sides.fullPivLu().solve(center - patch.corner);
+      if (at.x() < 0 || at.x() > 1 || at.y() < 0 || at.y() > 1 || at.z() <= 0 || at.z() >= nearest.second)
+        continue;
+      nearest = {patch.grey(at.x(), at.y()), at.z()};
+    }
+    return nearest;
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      float grey = 0;
+      for (const auto& [dx, dy] : {std::pair{0.25, 0.25}, {0.75, 0.25}, {0.25, 0.75}, {0.75, 0.75}})
+        grey += look(x + dx, y + dy).first / 4;
+      drawn.view.grey.at<float>(y, x) = gain * grey + offset;
+      const double depth = look(x + 0.5, y + 0.5).second;
+      if (std::isfinite(depth)) drawn.depth.at<float>(y, x) = static_cast<float>(depth);
+    }
+  return drawn;
+}
+
+}  // namespace ulf::test

@@ -1,0 +1,81 @@
+// Views for refining: the textured room with poses that are a little off, and what became of them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/geometry/trajectory.h"
+#include "tests/tracking/scenes/geometry_scene.h"
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/refine/refine.h"
+
+namespace ulf::test {
+
+inline Rigid3 Disturbed(const Rigid3& cam_from_world, double shift, double angle_deg, Draw& draw) {
+  Rigid3 world_from_cam = cam_from_world.Inverse();
+  world_from_cam.translation += shift * draw.Direction();
+  world_from_cam.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle_deg * M_PI / 180, draw.Direction())) *
+                            world_from_cam.rotation;
+  return world_from_cam.Inverse();
+}
+
+struct RoomViews {
+  RefineInput input;
+  std::vector<Rigid3> truth;
+  std::vector<Image> images;
+};
+
+enum class Way { kHand, kTurning, kSideways };
+
+// Views of the room with poses off by `shift` metres and `angle_deg` degrees.
+inline std::unique_ptr<RoomViews> MakeViews(int count, double shift, double angle_deg, unsigned seed,
+                                            Way way = Way::kHand, bool panels = true) {
+  const TexturedRoom room({.furniture = panels ? Furniture::kPanels : Furniture::kWall, .seed = seed});
+  auto views = std::make_unique<RoomViews>();
+  Draw draw(seed);
+  views->input.lenses = {TexturedRoom::Camera()};
+  for (int i = 0; i < count; ++i) {
+    Rigid3 pose = way == Way::kTurning ? TexturedRoom::TurningAt(3 * i) : TexturedRoom::HandAt(12 * i);
+    if (way == Way::kSideways)
+      pose = LookAt({0.06 * i - 0.4, 0, 0}, {0.06 * i - 0.4, 0, 3}, -Eigen::Vector3d::UnitY());
+    views->truth.push_back(pose);
+    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i)).image);
+    views->input.views.push_back({"view " + std::to_string(i), 0, Disturbed(pose, shift, angle_deg, draw)});
+  }
+  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
+  return views;
+}
+
+struct PoseErrors {
+  double center = 0, rotation_deg = 0;  // root mean square after the similarity that fits best
+};
+
+template <typename PoseOf>
+PoseErrors ErrorsOf(const std::vector<Rigid3>& truth, PoseOf pose_of) {
+  std::vector<TimedPose> estimated, true_poses;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    estimated.push_back({static_cast<double>(i), pose_of(i)});
+    true_poses.push_back({static_cast<double>(i), truth[i]});
+  }
+  const auto error = CompareTrajectories(estimated, true_poses, 0.1);
+  return error ? PoseErrors{error->ate_rmse, error->rotation_rmse_deg} : PoseErrors{1e9, 1e9};
+}
+
+inline PoseErrors Before(const RoomViews& views) {
+  return ErrorsOf(views.truth, [&](std::size_t i) { return views.input.views[i].cam_from_world; });
+}
+
+inline PoseErrors After(const RoomViews& views, const RefineResult& result) {
+  return ErrorsOf(views.truth, [&](std::size_t i) { return result.views[i].cam_from_world; });
+}
+
+// Fewer corners than by default: time.
+inline RefineResult RefineRoom(const RoomViews& views, bool intrinsics = false) {
+  RefineOptions options;
+  options.features = 800;
+  options.intrinsics = intrinsics;
+  return Refine(views.input, options);
+}
+
+}  // namespace ulf::test

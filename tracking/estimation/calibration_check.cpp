@@ -1,0 +1,97 @@
+#include "tracking/estimation/calibration_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tracking/estimation/lens_evidence.h"
+#include "tracking/map/map.h"
+
+namespace ulf {
+namespace {
+
+constexpr double kTelling = 0.015;        // share of the focal length that is worth saying
+constexpr double kSigmas = 5;             // beyond which chance is out
+constexpr double kMostUncertain = 0.005;  // share of the focal length: more is undetermined
+
+}  // namespace
+
+CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
+  CalibrationCheck check = *this;
+  const double scale = resized.MeanFocalPx() / given_focal_px;
+  check.given_focal_px = resized.MeanFocalPx();
+  check.fitted_focal_px *= scale;
+  check.sigma_px *= scale;
+  return check;
+}
+
+std::string CalibrationCheck::Advice() const {
+  return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
+                                        "then see which of the two is still said"
+                                      : ": calibrate, or run ulf refine --intrinsics");
+}
+
+std::string CalibrationCheck::Text() const {
+  if (!wrong) return {};
+  return fmt::format("images fit a focal length of {:.1f} px (± {:.1f}), {:.1f} % {} than the {:.1f} given",
+                     fitted_focal_px, sigma_px, 100 * std::abs(fitted_focal_px / given_focal_px - 1),
+                     fitted_focal_px > given_focal_px ? "more" : "less", given_focal_px);
+}
+
+nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
+  if (!check) return nullptr;
+  return {{"given_focal_px", check->given_focal_px},
+          {"fitted_focal_px", check->fitted_focal_px},
+          {"sigma_px", check->sigma_px},
+          {"determined", check->determined},
+          {"wrong", check->wrong}};
+}
+
+std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
+                                                 int lens) {
+  constexpr std::size_t kCameras = 5, kPoints = 200;
+  const LensEvidenceOptions options{.max_cameras = 30, .max_points = 1000, .iterations = 30};
+  const BundleProblem part = PartForLens(problem, lens, options);
+  if (part.cam_from_world.size() < kCameras || part.points.size() < kPoints) return std::nullopt;
+  const auto fits = FitLens(given, part, {{.focal = true}, {.focal = true, .k1 = true}}, options);
+  if (fits.size() < 2) return std::nullopt;
+  // The less surprising of the two answers.
+  const auto off = [&](const LensEstimate& fit) {
+    return std::abs(fit.lens.MeanFocalPx() / given.MeanFocalPx() - 1);
+  };
+  const LensEstimate& fit = off(fits[0]) < off(fits[1]) ? fits[0] : fits[1];
+  CalibrationCheck check;
+  check.given_focal_px = given.MeanFocalPx();
+  check.fitted_focal_px = fit.lens.MeanFocalPx();
+  check.sigma_px = std::max(fits[0].focal_sigma_px, fits[1].focal_sigma_px);
+  check.determined = check.sigma_px < kMostUncertain * check.given_focal_px;
+  const bool same_side = (fits[0].lens.MeanFocalPx() > check.given_focal_px) ==
+                         (fits[1].lens.MeanFocalPx() > check.given_focal_px);
+  check.wrong = check.determined && same_side && off(fit) > kTelling &&
+                std::abs(check.fitted_focal_px - check.given_focal_px) > kSigmas * check.sigma_px &&
+                fits[0].gain > 0 && fits[1].gain > 0;
+  return check;
+}
+
+std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map) {
+  BundleProblem problem;
+  std::vector<int> index(map.keyframes().size(), -1);
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (!keyframe.alive) continue;
+    index[static_cast<std::size_t>(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
+    problem.cam_from_world.push_back(keyframe.cam_from_world);
+  }
+  for (const MapPoint& point : map.points()) {
+    if (!point.alive) continue;
+    for (const Observation& o : point.observations)
+      problem.observations.push_back({index[static_cast<std::size_t>(o.keyframe)],
+                                      static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
+    problem.points.push_back(point.position);
+  }
+  return CheckCalibration(given, problem);
+}
+
+}  // namespace ulf

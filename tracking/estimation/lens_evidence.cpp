@@ -1,0 +1,232 @@
+#include "tracking/estimation/lens_evidence.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <unordered_map>
+
+#include "core/base/quantile.h"
+#include "tracking/estimation/residuals.h"
+
+namespace ulf {
+namespace {
+
+constexpr double kHuberSigmas = 2.45;
+
+// Twice the negative logarithm of the likelihood but for a constant: Huber's loss of errors in units of
+// `scale`.
+double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale) {
+  double cost = 0;
+  for (const BundleObservation& seen : problem.observations) {
+    const double squared = SquaredErrorSigmas(lenses, problem, seen) / (scale * scale);
+    cost += squared <= kHuberSigmas * kHuberSigmas
+                ? squared
+                : 2 * kHuberSigmas * std::sqrt(squared) - kHuberSigmas * kHuberSigmas;
+  }
+  return cost;
+}
+
+// Covariance of the free intrinsics for unit-variance errors: the inverse of the normal equations after
+// points, then poses are eliminated. The gauge's seven directions do not touch the lens; a little damping
+// makes them solvable.
+Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& problem,
+                               const FreeIntrinsics& free) {
+  const int cameras = static_cast<int>(problem.cam_from_world.size());
+  const int own = free.Count(), size = 6 * cameras + own;
+  const Eigen::MatrixXd directions = FreeDirections(lens, free);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+  std::vector<std::vector<const BundleObservation*>> by_point(problem.points.size());
+  for (const BundleObservation& seen : problem.observations)
+    by_point[static_cast<std::size_t>(seen.point)].push_back(&seen);
+  const IntrinsicsBlock block = ToBlock(lens);
+  for (std::size_t p = 0; p < by_point.size(); ++p) {
+    if (by_point[p].size() < 2) continue;
+    Eigen::Matrix3d by_itself = Eigen::Matrix3d::Zero();
+    std::vector<std::pair<int, Eigen::Matrix<double, 6, 3>>> cross;
+    Eigen::MatrixXd lens_cross = Eigen::MatrixXd::Zero(own, 3);
+    for (const BundleObservation* seen : by_point[p]) {
+      const IntrinsicsReprojectionCost cost(lens, seen->img, seen->sigma_px);
+      const PoseBlock pose = ToBlock(problem.cam_from_world[static_cast<std::size_t>(seen->camera)]);
+      const double* parameters[] = {pose.data(), problem.points[p].data(), block.data()};
+      Eigen::Vector2d error;
+      Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
+      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point_j;
+      Eigen::Matrix<double, 2, 9, Eigen::RowMajor> by_lens;
+      double* jacobians[] = {by_pose.data(), by_point_j.data(), by_lens.data()};
+      cost.Evaluate(parameters, error.data(), jacobians);
+      if (error.norm() > kHuberSigmas * 2) continue;
+      const Eigen::Matrix<double, 2, 6> j = by_pose.leftCols<6>();
+      const Eigen::MatrixXd k = by_lens * directions;
+      const int at = 6 * seen->camera;
+      normal.block<6, 6>(at, at) += j.transpose() * j;
+      normal.block(at, 6 * cameras, 6, own) += j.transpose() * k;
+      normal.block(6 * cameras, at, own, 6) += k.transpose() * j;
+      normal.bottomRightCorner(own, own) += k.transpose() * k;
+      by_itself += by_point_j.transpose() * by_point_j;
+      cross.emplace_back(at, j.transpose() * by_point_j);
+      lens_cross += k.transpose() * by_point_j;
+    }
+    const Eigen::FullPivLU<Eigen::Matrix3d> lu(by_itself);
+    if (!lu.isInvertible()) continue;
+    const Eigen::Matrix3d inverse = lu.inverse();
+    for (const auto& [a, cross_a] : cross) {
+      const Eigen::Matrix<double, 6, 3> left = cross_a * inverse;
+      for (const auto& [b, cross_b] : cross) normal.block<6, 6>(a, b) -= left * cross_b.transpose();
+      normal.block(a, 6 * cameras, 6, own) -= left * lens_cross.transpose();
+      normal.block(6 * cameras, a, own, 6) -= lens_cross * left.transpose();
+    }
+    normal.bottomRightCorner(own, own) -= lens_cross * inverse * lens_cross.transpose();
+  }
+  Eigen::MatrixXd poses = normal.topLeftCorner(6 * cameras, 6 * cameras);
+  for (int i = 0; i < 6 * cameras; ++i) poses(i, i) += 1e-9 * poses(i, i) + 1e-9;
+  const Eigen::MatrixXd to_lens = normal.topRightCorner(6 * cameras, own);
+  // By columns and plain products: Eigen's blocked kernels need more alignment than this build gives them.
+  const Eigen::LDLT<Eigen::MatrixXd> solver(poses);
+  Eigen::MatrixXd solved(to_lens.rows(), own);
+  for (int i = 0; i < own; ++i) solved.col(i) = solver.solve(Eigen::VectorXd(to_lens.col(i)));
+  const Eigen::MatrixXd reduced =
+      normal.bottomRightCorner(own, own) - to_lens.transpose().lazyProduct(solved);
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(reduced);
+  if (!lu.isInvertible()) return Eigen::MatrixXd::Constant(own, own, std::numeric_limits<double>::infinity());
+  return lu.inverse();
+}
+
+void AddSigmas(const BundleProblem& solved, double scale, LensEstimate& fit) {
+  const Eigen::MatrixXd covariance = LensCovariance(fit.lens, solved, fit.free);
+  // Negative where rounding is all there is: nothing is known.
+  const auto sigma = [&](int i) {
+    return covariance(i, i) > 0 ? scale * std::sqrt(covariance(i, i))
+                                : std::numeric_limits<double>::infinity();
+  };
+  int at = 0;
+  if (fit.free.focal) fit.focal_sigma_px = fit.lens.MeanFocalPx() * sigma(at++);
+  if (fit.free.principal_point) {
+    fit.principal_point_sigma_px = std::max(sigma(at), sigma(at + 1));
+    at += 2;
+  }
+  if (fit.free.k1) fit.k1_sigma = sigma(at++);
+  if (fit.free.k2) fit.k2_sigma = sigma(at++);
+}
+
+BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics& free) {
+  BundleOptions options;
+  options.robust_iterations = evidence.iterations;
+  options.iterations = 0;
+  options.free = free;
+  options.function_tolerance = 1e-7;
+  return options;
+}
+
+// Whether every number that `larger` frees beyond `smaller` has moved by more than three sigmas.
+bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const CameraModel& from) {
+  constexpr double kSigmas = 3;
+  const CameraModel& to = larger.lens;
+  if (larger.free.focal && !smaller.focal)
+    return std::abs(to.MeanFocalPx() - from.MeanFocalPx()) > kSigmas * larger.focal_sigma_px;
+  if (larger.free.principal_point && !smaller.principal_point)
+    return std::hypot(to.cx - from.cx, to.cy - from.cy) > kSigmas * larger.principal_point_sigma_px;
+  if (larger.free.k1 && !smaller.k1)
+    return std::abs(to.coefficients[0] - from.coefficients[0]) > kSigmas * larger.k1_sigma;
+  return std::abs(to.coefficients[1] - from.coefficients[1]) > kSigmas * larger.k2_sigma;
+}
+
+}  // namespace
+
+BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options) {
+  std::vector<int> of_lens;
+  std::vector<bool> observed(problem.cam_from_world.size());
+  for (const BundleObservation& seen : problem.observations)
+    if (!seen.outlier) observed[static_cast<std::size_t>(seen.camera)] = true;
+  for (int c = 0; c < static_cast<int>(problem.cam_from_world.size()); ++c)
+    if (observed[static_cast<std::size_t>(c)] &&
+        (problem.lens.empty() ? 0 : problem.lens[static_cast<std::size_t>(c)]) == lens)
+      of_lens.push_back(c);
+  BundleProblem part;
+  std::vector<int> camera_of(problem.cam_from_world.size(), -1);
+  const std::size_t count = std::min(of_lens.size(), static_cast<std::size_t>(options.max_cameras));
+  for (std::size_t i = 0; i < count; ++i) {
+    const int c = of_lens[i * of_lens.size() / count];
+    camera_of[static_cast<std::size_t>(c)] = static_cast<int>(part.cam_from_world.size());
+    part.cam_from_world.push_back(problem.cam_from_world[static_cast<std::size_t>(c)]);
+  }
+  part.fixed.assign(part.cam_from_world.size(), false);
+  if (!part.fixed.empty()) part.fixed[0] = true;
+  std::vector<int> seen_by(problem.points.size(), 0);
+  const auto takes_part = [&](const BundleObservation& seen) {
+    return !seen.outlier && camera_of[static_cast<std::size_t>(seen.camera)] >= 0;
+  };
+  for (const BundleObservation& seen : problem.observations)
+    seen_by[static_cast<std::size_t>(seen.point)] += takes_part(seen);
+  std::vector<int> order;
+  for (int p = 0; p < static_cast<int>(seen_by.size()); ++p)
+    if (seen_by[static_cast<std::size_t>(p)] >= 2) order.push_back(p);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return seen_by[static_cast<std::size_t>(a)] > seen_by[static_cast<std::size_t>(b)];
+  });
+  if (order.size() > static_cast<std::size_t>(options.max_points))
+    order.resize(static_cast<std::size_t>(options.max_points));
+  std::vector<int> point_of(problem.points.size(), -1);
+  for (const int p : order) {
+    point_of[static_cast<std::size_t>(p)] = static_cast<int>(part.points.size());
+    part.points.push_back(problem.points[static_cast<std::size_t>(p)]);
+  }
+  for (const BundleObservation& seen : problem.observations) {
+    const int p = point_of[static_cast<std::size_t>(seen.point)];
+    if (p >= 0 && takes_part(seen))
+      part.observations.push_back(
+          {camera_of[static_cast<std::size_t>(seen.camera)], p, seen.img, seen.sigma_px, false});
+  }
+  return part;
+}
+
+std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem& part,
+                                  const std::vector<FreeIntrinsics>& choices,
+                                  const LensEvidenceOptions& options) {
+  std::vector<LensEstimate> fits;
+  if (part.cam_from_world.size() < 3 || part.observations.size() < 100) return fits;
+  std::vector<CameraModel> lenses{given};
+  BundleProblem base = part;
+  if (!AdjustBundle(lenses, base, Options(options, {})).usable) return fits;
+  for (const FreeIntrinsics& free : choices) {
+    LensEstimate fit{free, given};
+    std::vector<CameraModel> freed{given};
+    BundleProblem solved = part;
+    solved.cam_from_world = base.cam_from_world;
+    solved.points = base.points;
+    if (!AdjustBundle(freed, solved, Options(options, free)).usable) continue;
+    fit.lens = freed[0];
+    const double scale = std::max(1e-6, ErrorScale(freed, solved));
+    fit.gain = RobustCost(lenses, base, scale) - RobustCost(freed, solved, scale) -
+               free.Count() * std::log(2.0 * static_cast<double>(part.observations.size()));
+    AddSigmas(solved, scale, fit);
+    fits.push_back(std::move(fit));
+  }
+  return fits;
+}
+
+std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
+                                       const LensEvidenceOptions& options, std::vector<LensTrial>* trials) {
+  std::optional<LensEstimate> best;
+  FreeIntrinsics free;
+  for (const auto step :
+       {&FreeIntrinsics::focal, &FreeIntrinsics::k1, &FreeIntrinsics::principal_point, &FreeIntrinsics::k2}) {
+    FreeIntrinsics next = free;
+    next.*step = true;
+    const std::vector<LensEstimate> fits = FitLens(given, part, {next}, options);
+    if (fits.empty()) return best;
+    const LensEstimate& fit = fits.front();
+    const double gain_before = best ? best->gain : 0;
+    const bool moved = HasMoved(fit, free, best ? best->lens : given);
+    const LensTrial trial{fit, gain_before, moved, moved && fit.gain > gain_before + kVeryStrongEvidence};
+    if (trials) trials->push_back(trial);
+    if (!trial.kept) continue;
+    best = fit;
+    free = next;
+  }
+  return best;
+}
+
+}  // namespace ulf

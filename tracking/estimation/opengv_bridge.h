@@ -1,0 +1,26 @@
+// The one place that knows OpenGV. Its poses are camera-to-world and its relative poses take the second frame
+// to the first; ours come out as cam_from_world and second_from_first. Only the solvers that the charts in
+// docs/ chose are here (docs/tracking.md tells why); the sampling is ours (sampling.h). All directions are
+// unit vectors in the camera frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+// Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011): chosen in
+// docs/charts/one_camera_solvers.png.
+std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
+                             std::span<const Eigen::Vector3d> rays_in_camera);
+
+// Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels and
+// Nister 2006): chosen in docs/charts/two_view_solvers.png.
+std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
+                                            std::span<const Eigen::Vector3d> rays_in_second);
+
+}  // namespace ulf

@@ -1,0 +1,27 @@
+#include "tracking/estimation/pose_error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+double QualityOf(double center_sigma, double distance) {
+  constexpr double kHalf = 0.01;
+  return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
+}
+
+void MapUnrest::Give(const Anchored& anchor, const Rigid3& cam_from_world) {
+  given_.push_back({anchor, cam_from_world});
+  if (given_.size() > kRecent) given_.pop_front();
+}
+
+double MapUnrest::Of(const Map& map, double distance) const {
+  // What is known of a map that has not been adjusted yet counts as two keyframes.
+  constexpr double kYoung = 0.00015, kYoungCounts = 2;
+  double sum = kYoungCounts * kYoung * kYoung * distance * distance;
+  for (const Given& given : given_)
+    sum += (map.PoseOf(given.anchor).OriginInSource() - given.cam_from_world.OriginInSource()).squaredNorm();
+  return std::sqrt(sum / (kYoungCounts + static_cast<double>(given_.size())));
+}
+
+}  // namespace ulf

@@ -1,0 +1,409 @@
+#include "tracking/estimation/relative_pose.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "core/base/quantile.h"
+#include "core/geometry/triangulation.h"
+#include "tracking/estimation/opengv_bridge.h"
+#include "tracking/estimation/sampling.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kDegrees = 180 / M_PI;
+constexpr int kMinMatches = 20;
+
+double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
+  Matrix3d correlation = Matrix3d::Zero();
+  for (const int i : used) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    correlation += pair.second * pair.first.transpose();
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (!(svd.singularValues()(1) > 1e-12)) return std::nullopt;
+  Matrix3d flip = Matrix3d::Identity();
+  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  return Matrix3d(svd.matrixU() * flip * svd.matrixV().transpose());
+}
+
+std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> pairs, double threshold,
+                                                       unsigned seed) {
+  const auto fit = [&](const std::vector<int>& used) { return RotationFromPairs(pairs, used); };
+  const auto solve = [&](const std::vector<int>& sample) {
+    const auto rotation = fit(sample);
+    return rotation ? std::vector<Matrix3d>{*rotation} : std::vector<Matrix3d>{};
+  };
+  const auto residual2 = [&](const Matrix3d& rotation, int i) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    return (rotation * pair.first - pair.second).squaredNorm();
+  };
+  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
+  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 2, solve, residual2, improve,
+                                   {.threshold = threshold, .max_iterations = 300, .seed = seed});
+}
+
+// By the directions of translation, as axes: the sign follows from which side the points are on.
+bool ClearlyDifferent(const Rigid3& a, const Rigid3& b) {
+  constexpr double kDifferent = 10 / kDegrees;
+  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) > kDifferent;
+}
+
+// `other_than`: only motions clearly different from this one count.
+std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> pairs, double threshold,
+                                                      unsigned seed, int max_iterations,
+                                                      const std::optional<Rigid3>& other_than = {}) {
+  const auto counts = [&](const Motion& motion) {
+    return !other_than || ClearlyDifferent(motion.second_from_first, *other_than);
+  };
+  const auto solve = [&](const std::vector<int>& sample) {
+    std::array<Vector3d, 5> first, second;
+    for (std::size_t k = 0; k < 5; ++k) {
+      first[k] = pairs[static_cast<std::size_t>(sample[k])].first;
+      second[k] = pairs[static_cast<std::size_t>(sample[k])].second;
+    }
+    std::vector<Motion> motions;
+    for (const Matrix3d& essential : SolveFivePoint(first, second)) {
+      // A sixth and further points choose the sign of translation only; the sample's own five suffice.
+      if (const auto motion = BestMotion(essential, pairs, sample); motion && counts(*motion))
+        motions.push_back(*motion);
+    }
+    return motions;
+  };
+  const auto residual2 = [&](const Motion& motion, int i) {
+    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
+    return error * error;
+  };
+  const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
+    if (inliers.size() < 8) return std::nullopt;
+    const Motion refined = RefineMotion(motion, pairs, inliers, 1.5 * threshold, 4);
+    return counts(refined) ? std::optional(refined) : std::nullopt;
+  };
+  return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve,
+                                 {.threshold = threshold, .max_iterations = max_iterations, .seed = seed});
+}
+
+// second ~ H first, from four or more pairs of unit rays (direct linear transform).
+std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
+  Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+  for (const int i : used) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    Eigen::Matrix<double, 3, 9> rows;  // [second]x H first = 0, H row by row
+    const Matrix3d cross = CrossMatrix(pair.second);
+    for (int r = 0; r < 3; ++r)
+      for (int k = 0; k < 3; ++k) rows.block<1, 3>(r, 3 * k) = cross(r, k) * pair.first.transpose();
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
+  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  Matrix3d homography = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
+  const double determinant = homography.determinant();
+  if (std::abs(determinant) < 1e-9) return std::nullopt;
+  // det > 0 puts both views on one side of the plane.
+  return Matrix3d(homography / std::cbrt(determinant));
+}
+
+std::optional<SamplingResult<Matrix3d>> SampleHomography(std::span<const RayPair> pairs, double threshold,
+                                                         unsigned seed) {
+  const auto fit = [&](const std::vector<int>& used) { return HomographyFromPairs(pairs, used); };
+  const auto solve = [&](const std::vector<int>& sample) {
+    const auto homography = fit(sample);
+    return homography ? std::vector<Matrix3d>{*homography} : std::vector<Matrix3d>{};
+  };
+  const auto residual2 = [&](const Matrix3d& homography, int i) {
+    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    return ((homography * pair.first).normalized() - pair.second).squaredNorm();
+  };
+  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
+  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 4, solve, residual2, improve,
+                                   {.threshold = threshold, .max_iterations = 500, .seed = seed});
+}
+
+std::vector<Rigid3> DecomposeHomography(const Matrix3d& homography) {
+  cv::Mat matrix;
+  cv::eigen2cv(homography, matrix);
+  std::vector<cv::Mat> rotations, translations, normals;
+  cv::decomposeHomographyMat(matrix, cv::Mat::eye(3, 3, CV_64F), rotations, translations, normals);
+  std::vector<Rigid3> poses;
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    Matrix3d rotation;
+    Vector3d translation;
+    cv::cv2eigen(rotations[i], rotation);
+    cv::cv2eigen(translations[i], translation);
+    if (translation.norm() < 1e-9 || rotation.determinant() < 0.5) continue;
+    poses.push_back({Eigen::Quaterniond(rotation).normalized(), translation.normalized()});
+  }
+  return poses;
+}
+
+// What a motion makes of the pairs: points in front of both views whose reprojections agree.
+struct Reconstruction {
+  Rigid3 pose;
+  std::vector<std::optional<Vector3d>> points;
+  int count = 0;
+  double median_parallax_deg = 0;
+};
+
+Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, double threshold) {
+  Reconstruction result{pose, std::vector<std::optional<Vector3d>>(pairs.size()), 0, 0};
+  const Vector3d center2 = pose.OriginInSource();
+  std::vector<double> parallax_deg;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto point = TriangulatePoint(Rigid3{}, pairs[i].first, pose, pairs[i].second);
+    if (!point || Angle(*point, pairs[i].first) > threshold ||
+        Angle(pose * *point, pairs[i].second) > threshold)
+      continue;
+    result.points[i] = point;
+    ++result.count;
+    parallax_deg.push_back(ParallaxAngle(*point, Vector3d::Zero(), center2) * kDegrees);
+  }
+  result.median_parallax_deg = Median(parallax_deg);
+  return result;
+}
+
+// The motion of least truncated epipolar cost, and by how much the best clearly different one is worse.
+struct MotionChoice {
+  std::optional<Motion> best;
+  double noise = 0;      // standard deviation of the epipolar error, radians
+  double runner_up = 0;  // excess cost over noise²
+};
+
+// Translation directions over a half sphere: the sign is the cheirality test's business.
+std::vector<Vector3d> FanOfDirections() {
+  std::vector<Vector3d> fan;
+  for (const double x : {-1.0, 0.0, 1.0})
+    for (const double y : {-1.0, 0.0, 1.0})
+      for (const double z : {0.0, 1.0})
+        if (z > 0 || y > 0 || (y == 0 && x > 0)) fan.push_back(Vector3d(x, y, z).normalized());
+  return fan;
+}
+
+// A start, drawn in by some of the pairs while the gate closes, then settled on all. A far start begins wide.
+std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<const RayPair> pairs,
+                                   const std::vector<int>& all, double threshold) {
+  Motion motion(start);
+  if (far) {
+    constexpr std::size_t kEnough = 200;
+    std::vector<int> some;
+    for (std::size_t i = 0; i < all.size(); i += std::max<std::size_t>(1, all.size() / kEnough))
+      some.push_back(all[i]);
+    for (const double widen : {8.0, 4.0, 2.0})
+      motion = RefineMotion(motion, pairs, some, widen * threshold, 4);
+  }
+  motion = RefineMotion(motion, pairs, all, 1.5 * threshold);
+  std::vector<int> near;
+  for (const int i : all)
+    if (EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]) < threshold) near.push_back(i);
+  if (static_cast<int>(near.size()) < kMinMatches) return std::nullopt;
+  auto faced = BestMotion(motion.essential, pairs, near);
+  if (faced) faced->direction_sigma = motion.direction_sigma;
+  return faced;
+}
+
+MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
+                          double threshold) {
+  std::vector<Motion> motions;
+  std::vector<int> all(pairs.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (const auto& [start, far] : starts)
+    if (const auto motion = SettleMotion(start, far, pairs, all, threshold)) motions.push_back(*motion);
+  MotionChoice choice;
+  if (motions.empty()) return choice;
+  const auto costs_by = [&](const auto& cost_of) {
+    std::vector<double> costs;
+    for (const Motion& motion : motions) costs.push_back(cost_of(motion));
+    return costs;
+  };
+  const auto index_of_least = [](const std::vector<double>& costs) {
+    return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+  };
+  const std::size_t nearest = index_of_least(
+      costs_by([&](const Motion& motion) { return TruncatedCost(motion, pairs, all, threshold); }));
+  std::vector<double> errors;
+  for (const RayPair& pair : pairs) {
+    const double error = EpipolarError(motions[nearest].essential, pair);
+    if (error < threshold) errors.push_back(error);
+  }
+  constexpr double kSigmaOverMedian = 1.4826, kLeastNoise = 1e-6;
+  choice.noise = std::max(kLeastNoise, kSigmaOverMedian * Median(errors));
+  // A plane's second motion has the same epipolar lines' worth, but much of it behind the cameras as soon as
+  // the noise lets that be seen.
+  constexpr double kSurelyBehind = 5;
+  const std::vector<double> costs = costs_by([&](const Motion& motion) {
+    return CostInFront(motion, pairs, threshold, std::min(2 * threshold, kSurelyBehind * choice.noise));
+  });
+  const std::size_t best = index_of_least(costs);
+  choice.best = motions[best];
+  double runner_up = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    if (ClearlyDifferent(motions[i].second_from_first, choice.best->second_from_first))
+      runner_up = std::min(runner_up, costs[i] - costs[best]);
+  choice.runner_up = runner_up / (choice.noise * choice.noise);
+  // Once more on what is certainly its own: outliers that happen to lie in the band pull no longer.
+  const double direction_sigma = choice.best->direction_sigma;
+  if (const auto polished =
+          BestMotion(RefineMotion(*choice.best, pairs, all, std::min(threshold, 4 * choice.noise)).essential,
+                     pairs, all)) {
+    choice.best = polished;
+    choice.best->direction_sigma = direction_sigma;
+  }
+  return choice;
+}
+
+}  // namespace
+
+const char* Name(RelativePoseOutcome outcome) {
+  switch (outcome) {
+    case RelativePoseOutcome::kFound:
+      return "found";
+    case RelativePoseOutcome::kTooFewMatches:
+      return "too few matches";
+    case RelativePoseOutcome::kRotationOnly:
+      return "rotation only";
+    case RelativePoseOutcome::kLowParallax:
+      return "low parallax";
+    case RelativePoseOutcome::kTooFewPoints:
+      return "too few points";
+    case RelativePoseOutcome::kAmbiguous:
+      return "ambiguous";
+    case RelativePoseOutcome::kConflicting:
+      return "conflicting motions";
+  }
+  return "unknown";
+}
+
+Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
+                               unsigned seed) {
+  const auto found = SampleRotation(pairs, threshold_px / focal_px, seed);
+  return found ? Eigen::Quaterniond(found->model).normalized() : Eigen::Quaterniond::Identity();
+}
+
+RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options) {
+  RelativePoseResult result;
+  result.parallax_needed_deg = options.min_parallax_deg;
+  if (static_cast<int>(pairs.size()) < kMinMatches) return result;
+  const double threshold = options.threshold_px / options.focal_px;
+
+  const auto rotation = SampleRotation(pairs, 1.5 * threshold, options.seed);
+  if (rotation) {
+    std::vector<double> left_over;
+    for (const RayPair& pair : pairs)
+      left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
+    result.median_parallax_deg = Median(left_over);
+    // A rotation takes up most of a distant wall's parallax, not nine tenths of it: with so little left the
+    // search, which costs more than tracking a frame, cannot end well.
+    constexpr double kLeastLeftOver = 0.1, kNearlyAll = 0.9;
+    if (result.median_parallax_deg<kLeastLeftOver *
+                                   options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
+            kNearlyAll *
+        static_cast<double>(pairs.size())) {
+      result.outcome = RelativePoseOutcome::kRotationOnly;
+      return result;
+    }
+  }
+  const auto essential = SampleEssential(pairs, threshold, options.seed + 1, 500);
+  const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
+
+  // A homography constrains a point in two directions, the essential matrix in one: nearly equal support
+  // means a flat scene.
+  const bool flat =
+      homography && essential &&
+      static_cast<double>(homography->inliers.size()) > 0.85 * static_cast<double>(essential->inliers.size());
+  result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
+  std::vector<std::pair<Rigid3, bool>> starts;  // and whether it may be far off
+  if (essential) {
+    starts.emplace_back(essential->model.second_from_first, false);
+    // Points on a ruled quadric through both centres have a second motion that explains them all: most
+    // samples lead to either, so a few find the one that the first search did not.
+    constexpr int kRivalSamples = 40;
+    if (const auto rival = SampleEssential(pairs, threshold, options.seed + 3, kRivalSamples,
+                                           essential->model.second_from_first))
+      starts.emplace_back(rival->model.second_from_first, false);
+  }
+  if (homography)
+    for (const Rigid3& pose : DecomposeHomography(homography->model)) starts.emplace_back(pose, false);
+  if (rotation)
+    for (const Vector3d& direction : FanOfDirections())
+      starts.emplace_back(Rigid3{Eigen::Quaterniond(rotation->model).normalized(), direction}, true);
+  const MotionChoice choice = ChooseMotion(starts, pairs, threshold);
+  // Any motion fits a rotation's matches: nearly all that the best one explains then lie within the rotation,
+  // whose residual has two dimensions and the noise of both views.
+  const double noise = std::max(choice.noise, 0.05 * threshold);
+  const auto explained =
+      !choice.best ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+        return EpipolarError(choice.best->essential, pair) < std::min(threshold, 3 * noise);
+      });
+  const auto turned = !rotation ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+    return (rotation->model * pair.first - pair.second).norm() < (choice.best ? 4.5 * noise : threshold);
+  });
+  if (turned >= kMinMatches && static_cast<double>(turned) > 0.9 * static_cast<double>(explained)) {
+    result.outcome = RelativePoseOutcome::kRotationOnly;
+    return result;
+  }
+  if (!choice.best) return result;
+  result.direction_sigma_deg = choice.best->direction_sigma * choice.noise * kDegrees;
+  const auto support = [](const auto& found) { return found ? static_cast<int>(found->inliers.size()) : 0; };
+  result.evidence = {static_cast<int>(pairs.size()),
+                     static_cast<int>(turned),
+                     support(homography),
+                     support(essential),
+                     choice.runner_up,
+                     0};
+  // The excess must be more than noise would produce, more than unmodelled errors (rolling shutter, lens) of
+  // some percent can, and more than outliers make that happen to lie in one motion's band and not in the
+  // other's.
+  const double outliers = static_cast<double>(pairs.size()) - static_cast<double>(explained);
+  constexpr double kChanceInBand = 0.03;
+  const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
+                           (choice.noise * choice.noise);
+  const double margin = std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance;
+  result.evidence.runner_up_needed = margin;
+  if (choice.runner_up < margin) {
+    result.outcome = RelativePoseOutcome::kAmbiguous;
+    // The excess grows with the square of the parallax.
+    constexpr double kMostGrowth = 100;
+    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, kMostGrowth);
+    result.parallax_needed_deg =
+        std::max(options.min_parallax_deg, result.median_parallax_deg * std::sqrt(growth));
+    return result;
+  }
+  const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
+  result.points = made.count;
+  if (made.count < options.min_point_share * static_cast<double>(pairs.size())) {
+    result.outcome = RelativePoseOutcome::kConflicting;
+    return result;
+  }
+  if (made.count < options.min_points) {
+    result.outcome = RelativePoseOutcome::kTooFewPoints;
+    return result;
+  }
+  result.median_parallax_deg = made.median_parallax_deg;
+  if (made.median_parallax_deg < options.min_parallax_deg ||
+      result.direction_sigma_deg > options.max_direction_sigma_deg) {
+    result.outcome = RelativePoseOutcome::kLowParallax;
+    // The direction's error falls as the parallax grows.
+    result.parallax_needed_deg =
+        std::max(options.min_parallax_deg,
+                 result.median_parallax_deg * result.direction_sigma_deg / options.max_direction_sigma_deg);
+    return result;
+  }
+  result.outcome = RelativePoseOutcome::kFound;
+  result.second_from_first = made.pose;
+  result.points_in_first = made.points;
+  return result;
+}
+
+}  // namespace ulf

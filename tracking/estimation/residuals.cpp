@@ -1,0 +1,180 @@
+#include "tracking/estimation/residuals.h"
+
+#include <algorithm>
+
+#include "tracking/estimation/absolute_pose.h"
+
+namespace ulf {
+namespace {
+
+// A point that cannot be projected (behind the camera): a large constant, so that a step losing points is
+// refused.
+constexpr double kLostResidual = 100;
+
+bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& observed, double inverse_sigma,
+                          const double* const* parameters, double* residuals, double** jacobians,
+                          double* by_intrinsics) {
+  const Rigid3 pose = FromBlock(parameters[0]);
+  const Eigen::Matrix3d rotation = pose.RotationMatrix();
+  const Eigen::Vector3d point =
+      rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]) + pose.translation;
+  Eigen::Matrix<double, 2, 3> img_by_point;
+  Eigen::Matrix<double, 2, 9> img_by_parameters;
+  const auto img = camera.ImgFromCam(point, jacobians ? &img_by_point : nullptr,
+                                     by_intrinsics ? &img_by_parameters : nullptr);
+  Eigen::Map<Eigen::Vector2d> residual(residuals);
+  residual =
+      img ? Eigen::Vector2d((*img - observed) * inverse_sigma) : Eigen::Vector2d::Constant(kLostResidual);
+  if (!jacobians) return true;
+  if (!img) {
+    img_by_point.setZero();
+    img_by_parameters.setZero();
+  }
+  img_by_point *= inverse_sigma;
+  if (jacobians[0]) {
+    Eigen::Matrix3d minus_cross;
+    minus_cross << 0, point.z(), -point.y(), -point.z(), 0, point.x(), point.y(), -point.x(), 0;
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
+    j.leftCols<3>() = img_by_point * minus_cross;
+    j.middleCols<3>(3) = img_by_point;
+    j.col(6).setZero();
+  }
+  if (jacobians[1]) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j(jacobians[1]);
+    j = img_by_point * rotation;
+  }
+  if (by_intrinsics) {
+    Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> j(by_intrinsics);
+    j = inverse_sigma * img_by_parameters;
+  }
+  return true;
+}
+
+}  // namespace
+
+PoseBlock ToBlock(const Rigid3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  const Eigen::Vector3d& t = pose.translation;
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Rigid3 FromBlock(const double* block) {
+  return {Eigen::Quaterniond(block[3], block[0], block[1], block[2]), {block[4], block[5], block[6]}};
+}
+
+bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const PoseBlock moved =
+      ToBlock(Perturbed(FromBlock(x), Eigen::Map<const Eigen::Matrix<double, 6, 1>>(delta)));
+  std::copy(moved.begin(), moved.end(), x_plus_delta);
+  return true;
+}
+
+bool PoseManifold::PlusJacobian(const double*, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
+  j.setZero();
+  j.topRows<6>().setIdentity();
+  return true;
+}
+
+bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Rigid3 to = FromBlock(y), from = FromBlock(x);
+  const Eigen::AngleAxisd turn(to.rotation * from.rotation.conjugate());
+  Eigen::Map<Eigen::Matrix<double, 6, 1>> twist(y_minus_x);
+  twist.head<3>() = turn.angle() * turn.axis();
+  twist.tail<3>() = to.translation - turn * from.translation;
+  return true;
+}
+
+bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> j(jacobian);
+  j.setZero();
+  j.leftCols<6>().setIdentity();
+  return true;
+}
+
+IntrinsicsBlock ToBlock(const CameraModel& camera) {
+  IntrinsicsBlock block{camera.fx, camera.fy, camera.cx, camera.cy};
+  std::copy(camera.coefficients.begin(), camera.coefficients.end(), block.begin() + 4);
+  return block;
+}
+
+CameraModel WithIntrinsics(const CameraModel& camera, const double* block) {
+  CameraModel moved = camera;
+  moved.fx = block[0];
+  moved.fy = block[1];
+  moved.cx = block[2];
+  moved.cy = block[3];
+  std::copy(block + 4, block + 9, moved.coefficients.begin());
+  return moved;
+}
+
+CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera) {
+  CameraModel roomy = camera;
+  if ((free.k1 || free.k2) && camera.distortion == Distortion::kNone) {
+    roomy.distortion = Distortion::kRadialTangential;
+    roomy.coefficients = {};
+  }
+  return roomy;
+}
+
+Eigen::Matrix<double, 9, Eigen::Dynamic> FreeDirections(const CameraModel& camera,
+                                                        const FreeIntrinsics& free) {
+  Eigen::Matrix<double, 9, Eigen::Dynamic> directions(9, free.Count());
+  directions.setZero();
+  int column = 0;
+  if (free.focal) {
+    directions(0, column) = camera.fx;
+    directions(1, column++) = camera.fy;
+  }
+  if (free.principal_point) {
+    directions(2, column++) = 1;
+    directions(3, column++) = 1;
+  }
+  if (free.k1) directions(4, column++) = 1;
+  if (free.k2) directions(5, column++) = 1;
+  return directions;
+}
+
+bool IntrinsicsManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  Eigen::Map<Eigen::Matrix<double, 9, 1>> moved(x_plus_delta);
+  moved = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(x) +
+          directions_ * Eigen::Map<const Eigen::VectorXd>(delta, directions_.cols());
+  return true;
+}
+
+bool IntrinsicsManifold::PlusJacobian(const double*, double* jacobian) const {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(jacobian, 9, directions_.cols()) = directions_;
+  return true;
+}
+
+bool IntrinsicsManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  // The directions are orthogonal to one another.
+  const Eigen::Matrix<double, 9, 1> apart =
+      Eigen::Map<const Eigen::Matrix<double, 9, 1>>(y) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(x);
+  for (int k = 0; k < directions_.cols(); ++k)
+    y_minus_x[k] = directions_.col(k).dot(apart) / directions_.col(k).squaredNorm();
+  return true;
+}
+
+bool IntrinsicsManifold::MinusJacobian(const double*, double* jacobian) const {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor> j(jacobian, directions_.cols(), 9);
+  for (int k = 0; k < directions_.cols(); ++k)
+    j.row(k) = directions_.col(k).transpose() / directions_.col(k).squaredNorm();
+  return true;
+}
+
+template <int... Blocks>
+bool ReprojectionError<Blocks...>::Evaluate(const double* const* parameters, double* residuals,
+                                            double** jacobians) const {
+  if constexpr (sizeof...(Blocks) == 2)
+    return EvaluateReprojection(camera_, img_, inverse_sigma_, parameters, residuals, jacobians, nullptr);
+  else
+    return EvaluateReprojection(WithIntrinsics(camera_, parameters[2]), img_, inverse_sigma_, parameters,
+                                residuals, jacobians, jacobians ? jacobians[2] : nullptr);
+}
+template class ReprojectionError<7, 3>;
+template class ReprojectionError<7, 3, 9>;
+
+}  // namespace ulf

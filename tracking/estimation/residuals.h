@@ -1,0 +1,77 @@
+// The reprojection error for Ceres, with analytic derivatives.
+//
+// A pose block holds quaternion (x y z w) and translation of cam_from_world, a point block a world position.
+// Derivatives by the pose are by a twist applied on the left in the camera frame: they fill the first six of
+// the seven columns, and PoseManifold passes them on unchanged (its PlusJacobian is the identity over a zero
+// row). An intrinsics block holds fx fy cx cy and the five coefficients; which of them move, and that both
+// focal lengths keep their ratio, is its manifold's business.
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Core>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "tracking/estimation/free_intrinsics.h"
+
+namespace ulf {
+
+using PoseBlock = std::array<double, 7>;
+PoseBlock ToBlock(const Rigid3& pose);
+Rigid3 FromBlock(const double* block);
+
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+using IntrinsicsBlock = std::array<double, 9>;
+IntrinsicsBlock ToBlock(const CameraModel& camera);
+// The camera of the same size and kind of distortion with these numbers.
+CameraModel WithIntrinsics(const CameraModel& camera, const double* block);
+// A camera that has radial coefficients to be freed: a pinhole becomes radial-tangential with zeros.
+CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
+
+// Free directions as columns over the block: relative focal length, principal point (px), k1, k2.
+Eigen::Matrix<double, 9, Eigen::Dynamic> FreeDirections(const CameraModel& camera,
+                                                        const FreeIntrinsics& free);
+
+class IntrinsicsManifold final : public ceres::Manifold {
+ public:
+  IntrinsicsManifold(const CameraModel& camera, const FreeIntrinsics& free)
+      : directions_(FreeDirections(camera, free)) {}
+  int AmbientSize() const override { return 9; }
+  int TangentSize() const override { return static_cast<int>(directions_.cols()); }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
+};
+
+// Of pose and point, or of pose, point and intrinsics.
+template <int... Blocks>
+class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
+ public:
+  // `camera` must outlive this; where intrinsics move, its size and kind of distortion stay.
+  ReprojectionError(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px)
+      : camera_(camera), img_(img), inverse_sigma_(1 / sigma_px) {}
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  const CameraModel& camera_;
+  Eigen::Vector2d img_;
+  double inverse_sigma_;
+};
+using ReprojectionCost = ReprojectionError<7, 3>;
+using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
+
+}  // namespace ulf

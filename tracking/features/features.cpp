@@ -1,0 +1,306 @@
+#include "tracking/features/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr int kPatchRadius = 15;  // of orientation and descriptor
+constexpr int kBorder =
+    20;  // level pixels: the rotated descriptor patch and the corner refinement fit inside
+constexpr int kFastStart = 15, kFastLowest = 6, kFastHighest = 40;
+
+struct Corner {
+  int x = 0, y = 0;
+  int response = 0;
+};
+
+bool Stronger(const Corner& a, const Corner& b) {
+  if (a.response != b.response) return a.response > b.response;
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
+// Chooses corners even over the image: the strongest of each cell first, then the second strongest of each,
+// until there are enough.
+class Spreader {
+ public:
+  // Leaves at most `count` in `corners`.
+  void Keep(std::vector<Corner>& corners, int count, cv::Size size) {
+    if (static_cast<int>(corners.size()) <= count) return;
+    const double cell = std::max(8.0, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
+    const double cells_per_px = 1 / cell;
+    const int columns = static_cast<int>(size.width / cell) + 1;
+    const auto cell_of = [&](const Corner& corner) {
+      return static_cast<std::size_t>(static_cast<int>(corner.y * cells_per_px) * columns +
+                                      static_cast<int>(corner.x * cells_per_px));
+    };
+    starts_.assign(static_cast<std::size_t>(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
+    for (const Corner& corner : corners) ++starts_[cell_of(corner) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    next_.assign(starts_.begin(), starts_.end() - 1);
+    by_cell_.resize(corners.size());
+    for (const Corner& corner : corners)
+      by_cell_[static_cast<std::size_t>(next_[cell_of(corner)]++)] = corner;
+    corners.clear();
+    next_.clear();  // now: the cells that are not exhausted
+    for (std::size_t c = 0; c + 1 < starts_.size(); ++c) {
+      if (starts_[c] == starts_[c + 1]) continue;
+      std::sort(by_cell_.begin() + starts_[c], by_cell_.begin() + starts_[c + 1], Stronger);
+      next_.push_back(static_cast<int>(c));
+    }
+    for (int rank = 0; static_cast<int>(corners.size()) < count; ++rank) {
+      const std::size_t before = corners.size();
+      std::erase_if(next_, [&](int c) {
+        const int at = starts_[static_cast<std::size_t>(c)] + rank;
+        corners.push_back(by_cell_[static_cast<std::size_t>(at)]);
+        return at + 1 == starts_[static_cast<std::size_t>(c) + 1];
+      });
+      std::sort(corners.begin() + static_cast<long>(before), corners.end(), Stronger);
+    }
+    corners.resize(static_cast<std::size_t>(count));
+  }
+
+ private:
+  std::vector<int> starts_, next_;
+  std::vector<Corner> by_cell_;
+};
+
+constexpr int kSide = 32;  // pixels that a row of a patch is read as: whole vectors
+using PatchRow = std::array<std::int16_t, kSide>;
+
+// By row of the orientation patch: all ones inside the circle, from x - kPatchRadius on.
+std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
+  std::array<PatchRow, kPatchRadius + 1> masks{};
+  for (int v = 0; v <= kPatchRadius; ++v) {
+    const int extent =
+        static_cast<int>(std::lround(std::sqrt(static_cast<double>(kPatchRadius * kPatchRadius - v * v))));
+    for (int u = -extent; u <= extent; ++u)
+      masks[static_cast<std::size_t>(v)][static_cast<std::size_t>(u + kPatchRadius)] = -1;
+  }
+  return masks;
+}
+
+// Direction from the patch's centre to its centroid of intensity. Rows above and below the centre are taken
+// together, so that 16 bits hold every sum of a column.
+float Orientation(const cv::Mat& image, int x, int y) {
+  static const std::array<PatchRow, kPatchRadius + 1> masks = CircleMasks();
+  PatchRow column{}, column_by_y{};
+  const std::uint8_t* center = image.ptr<std::uint8_t>(y) + x - kPatchRadius;
+  for (std::size_t u = 0; u < kSide; ++u) column[u] = static_cast<std::int16_t>(center[u] & masks[0][u]);
+  for (int v = 1; v <= kPatchRadius; ++v) {
+    const std::uint8_t* above = image.ptr<std::uint8_t>(y - v) + x - kPatchRadius;
+    const std::uint8_t* below = image.ptr<std::uint8_t>(y + v) + x - kPatchRadius;
+    const PatchRow& mask = masks[static_cast<std::size_t>(v)];
+    for (std::size_t u = 0; u < kSide; ++u) {
+      column[u] = static_cast<std::int16_t>(column[u] + ((below[u] + above[u]) & mask[u]));
+      column_by_y[u] = static_cast<std::int16_t>(column_by_y[u] + v * ((below[u] - above[u]) & mask[u]));
+    }
+  }
+  int moment_x = 0, moment_y = 0;
+  for (int u = 0; u < kSide; ++u) {
+    moment_x += (u - kPatchRadius) * column[static_cast<std::size_t>(u)];
+    moment_y += column_by_y[static_cast<std::size_t>(u)];
+  }
+  return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
+}
+
+// The peak of the corner response around an integer corner, by parabolas: FAST's own maximum is quantised to
+// pixels.
+Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
+  constexpr int kWindow = 3, kReach = kWindow + 1, kRows = 2 * kReach + 1, kLanes = 16;
+  // Structure tensors of a window's columns: of the window around the corner, and one row up and down.
+  using Columns = std::array<std::int32_t, kLanes>;
+  struct Sums {
+    Columns xx{}, xy{}, yy{};
+  };
+  Sums middle, first, second_last, second, last;
+  for (int v = 0; v < kRows; ++v) {
+    const std::uint8_t* row = image.ptr<std::uint8_t>(y + v - kReach) + x - kReach;
+    const std::uint8_t* above = row - image.step;
+    const std::uint8_t* below = row + image.step;
+    Sums of_row;
+    for (std::size_t u = 0; u < kLanes; ++u) {
+      const std::int32_t gx = row[u + 1] - *(row + u - 1), gy = below[u] - above[u];
+      of_row.xx[u] = gx * gx;
+      of_row.xy[u] = gx * gy;
+      of_row.yy[u] = gy * gy;
+    }
+    if (v == 0) first = of_row;
+    if (v == 1) second = of_row;
+    if (v == kRows - 2) second_last = of_row;
+    if (v == kRows - 1) last = of_row;
+    if (v == 0 || v == kRows - 1) continue;
+    for (std::size_t u = 0; u < kLanes; ++u) {
+      middle.xx[u] += of_row.xx[u];
+      middle.xy[u] += of_row.xy[u];
+      middle.yy[u] += of_row.yy[u];
+    }
+  }
+  const auto window = [](const Columns& columns, int from) {
+    std::int32_t sum = 0;
+    for (int u = from; u <= from + 2 * kWindow; ++u) sum += columns[static_cast<std::size_t>(u)];
+    return sum;
+  };
+  const auto of = [](std::int32_t xx, std::int32_t xy, std::int32_t yy) {
+    const float a = static_cast<float>(xx), b = static_cast<float>(xy), c = static_cast<float>(yy);
+    return a * c - b * b - 0.04f * (a + c) * (a + c);
+  };
+  const auto beside = [&](int from) {
+    return of(window(middle.xx, from), window(middle.xy, from), window(middle.yy, from));
+  };
+  const auto moved = [&](const Sums& gained, const Sums& left_behind) {
+    const auto one = [&](Columns Sums::*which) {
+      return window(middle.*which, 1) + window(gained.*which, 1) - window(left_behind.*which, 1);
+    };
+    return of(one(&Sums::xx), one(&Sums::xy), one(&Sums::yy));
+  };
+  const float center = beside(1);
+  const auto peak = [center](float before, float after) {
+    const float curvature = before - 2 * center + after;
+    if (curvature >= 0) return 0.0f;
+    return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
+  };
+  return {x + peak(beside(0), beside(2)), y + peak(moved(first, second_last), moved(last, second))};
+}
+
+}  // namespace
+
+Vector2d Pyramid::ToLevel(int level, const Vector2d& img) const {
+  const cv::Mat &base = levels[0], &image = levels[static_cast<std::size_t>(level)];
+  return {img.x() * image.cols / base.cols, img.y() * image.rows / base.rows};
+}
+
+Vector2d Pyramid::FromLevel(int level, const Vector2d& on_level) const {
+  const cv::Mat &base = levels[0], &image = levels[static_cast<std::size_t>(level)];
+  return {on_level.x() * base.cols / image.cols, on_level.y() * base.rows / image.rows};
+}
+
+Pyramid BuildPyramid(const cv::Mat& gray) {
+  Pyramid pyramid;
+  pyramid.levels[0] = gray;
+  for (int level = 1; level < kPyramidLevels; ++level) {
+    const double scale = LevelScale(level);
+    const cv::Size size(std::max(1, static_cast<int>(std::lround(gray.cols / scale))),
+                        std::max(1, static_cast<int>(std::lround(gray.rows / scale))));
+    cv::resize(pyramid.levels[static_cast<std::size_t>(level - 1)],
+               pyramid.levels[static_cast<std::size_t>(level)], size, 0, 0, cv::INTER_LINEAR);
+  }
+  return pyramid;
+}
+
+FeatureSet::FeatureSet(std::vector<Feature> features, int width, int height)
+    : features_(std::move(features)),
+      columns_(std::max(1, static_cast<int>(std::ceil(width / kCellPx)))),
+      rows_(std::max(1, static_cast<int>(std::ceil(height / kCellPx)))) {
+  const auto cell_of = [&](const Feature& feature) {
+    return static_cast<std::size_t>(Cell(feature.img.y(), rows_) * columns_ +
+                                    Cell(feature.img.x(), columns_));
+  };
+  starts_.assign(static_cast<std::size_t>(columns_ * rows_) + 1, 0);
+  for (const Feature& feature : features_) ++starts_[cell_of(feature) + 1];
+  for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+  std::vector<int> next(starts_.begin(), starts_.end() - 1);
+  members_.resize(features_.size());
+  for (int i = 0; i < size(); ++i) {
+    const std::size_t cell = cell_of(features_[static_cast<std::size_t>(i)]);
+    members_[static_cast<std::size_t>(next[cell]++)] = i;
+  }
+}
+
+int FeatureSet::Cell(double coordinate, int count) {
+  if (!(coordinate > 0)) return 0;
+  return coordinate >= kCellPx * count ? count - 1 : static_cast<int>(coordinate / kCellPx);
+}
+
+struct FeatureExtractor::State {
+  CameraModel camera;
+  int levels = kPyramidLevels;
+  cv::Ptr<cv::ORB> describer;
+  std::array<int, kPyramidLevels> fast_threshold;
+  Spreader spreader;
+  // Kept from frame to frame for their memory.
+  std::vector<cv::KeyPoint> keypoints;
+  std::vector<Corner> corners;
+  cv::Mat descriptors;
+};
+
+FeatureExtractor::FeatureExtractor(const CameraModel& camera, int levels)
+    : state_(std::make_unique<State>()) {
+  state_->camera = camera;
+  state_->levels = std::clamp(levels, 1, kPyramidLevels);
+  // One level only: positions, levels and orientations are ours.
+  state_->describer =
+      cv::ORB::create(1, 1.2f, 1, kPatchRadius + 1, 0, 2, cv::ORB::FAST_SCORE, 2 * kPatchRadius + 1);
+  state_->fast_threshold.fill(kFastStart);
+}
+FeatureExtractor::~FeatureExtractor() = default;
+FeatureExtractor::FeatureExtractor(FeatureExtractor&&) noexcept = default;
+FeatureExtractor& FeatureExtractor::operator=(FeatureExtractor&&) noexcept = default;
+
+FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
+  // Levels share the features in proportion to their side length.
+  double shares = 0;
+  for (int level = 0; level < state_->levels; ++level) shares += 1 / LevelScale(level);
+
+  std::vector<Feature> features;
+  features.reserve(static_cast<std::size_t>(count) + kPyramidLevels);
+  std::vector<cv::KeyPoint>& keypoints = state_->keypoints;
+  std::vector<Corner>& corners = state_->corners;
+  for (int level = 0; level < state_->levels; ++level) {
+    const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
+    if (image.cols <= 2 * kBorder || image.rows <= 2 * kBorder) break;
+    const int wanted = static_cast<int>(std::lround(count / LevelScale(level) / shares));
+    int& threshold = state_->fast_threshold[static_cast<std::size_t>(level)];
+    const cv::Rect inside(kBorder - 3, kBorder - 3, image.cols - 2 * kBorder + 6,
+                          image.rows - 2 * kBorder + 6);
+    cv::FAST(image(inside), keypoints, threshold, true);
+    // More candidates than wanted leave something for poorly textured cells; many more cost time. The
+    // threshold keeps them between 1.5 and 2.25 times as many.
+    const int found = static_cast<int>(keypoints.size());
+    if (2 * found < 3 * wanted) threshold = std::max(kFastLowest, threshold - std::max(1, threshold / 8));
+    if (4 * found > 9 * wanted) threshold = std::min(kFastHighest, threshold + std::max(1, threshold / 8));
+
+    corners.clear();
+    for (const cv::KeyPoint& keypoint : keypoints)
+      corners.push_back({static_cast<int>(keypoint.pt.x) + inside.x,
+                         static_cast<int>(keypoint.pt.y) + inside.y, static_cast<int>(keypoint.response)});
+    state_->spreader.Keep(corners, wanted, image.size());
+
+    keypoints.clear();
+    for (const Corner& corner : corners) {
+      cv::KeyPoint keypoint(static_cast<float>(corner.x), static_cast<float>(corner.y), 2 * kPatchRadius + 1);
+      keypoint.angle = Orientation(image, corner.x, corner.y) * static_cast<float>(180 / M_PI);
+      if (keypoint.angle < 0) keypoint.angle += 360;
+      keypoint.octave = 0;
+      keypoint.class_id = static_cast<int>(keypoints.size());
+      keypoints.push_back(keypoint);
+    }
+    if (keypoints.empty()) continue;
+    cv::Mat& descriptors = state_->descriptors;
+    state_->describer->compute(image, keypoints, descriptors);
+    for (int k = 0; k < static_cast<int>(keypoints.size()); ++k) {
+      const cv::KeyPoint& keypoint = keypoints[static_cast<std::size_t>(k)];
+      const Corner& corner = corners[static_cast<std::size_t>(keypoint.class_id)];
+      // From OpenCV's integer centres to ours: half a pixel of this level.
+      const Vector2d on_level = SubpixelCorner(image, corner.x, corner.y) + Vector2d(0.5, 0.5);
+      Feature feature;
+      feature.img = pyramid.FromLevel(level, on_level);
+      const auto ray = state_->camera.RayFromImg(feature.img);
+      if (!ray) continue;
+      feature.ray = *ray;
+      feature.angle_rad = keypoint.angle * static_cast<float>(M_PI / 180);
+      feature.level = level;
+      std::memcpy(feature.descriptor.data(), descriptors.ptr(k), sizeof(Descriptor));
+      features.push_back(feature);
+    }
+  }
+  return FeatureSet(std::move(features), state_->camera.width, state_->camera.height);
+}
+
+}  // namespace ulf

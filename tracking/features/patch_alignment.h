@@ -1,0 +1,48 @@
+// Where exactly a map point is seen: its reference patch, warped as the pose predicts, is aligned with the
+// image to a fraction of a pixel (inverse compositional, Baker and Matthews 2004; as in Forster et al. 2014),
+// with gain and offset free so that automatic exposure does not matter. All observations of a point are then
+// measured against one picture of it, where corners detected anew in every frame wander by half a pixel.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "tracking/features/features.h"
+
+namespace ulf {
+
+// The surroundings of a point on a pyramid level of its reference view. Pixel (row, column) of the patch lies
+// at (column, row) - (kSide - 1) / 2 from the point, in that level's pixels.
+struct ReferencePatch {
+  static constexpr int kSide = 24;
+  std::array<std::uint8_t, kSide * kSide> pixels{};
+  int level = 0;
+};
+
+// None where the patch would leave the image.
+std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Eigen::Vector2d& img, int level);
+
+// World displacements that move the point's image in its reference view by one reference-level pixel in x and
+// in y, on the surface facing that view; none when the point does not project there.
+using PatchAxes = Eigen::Matrix<double, 3, 2>;
+std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& reference_from_world,
+                                const Eigen::Vector3d& point_in_world, int level);
+
+struct PatchAlignment {
+  Eigen::Vector2d img;     // where the point is seen, level 0 pixels
+  int level = 0;           // where it was measured
+  double correlation = 0;  // normalised, of the aligned patches
+};
+
+// Starting at `expected_img`; none when the patch cannot be warped, leaves the image, moves more than
+// `max_shift` pixels of its level, or does not look alike in the end.
+std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
+                                         const PatchAxes& axes, const Eigen::Vector3d& point_in_world,
+                                         const Rigid3& cam_from_world, const Pyramid& pyramid,
+                                         const Eigen::Vector2d& expected_img, double max_shift = 2.5);
+
+}  // namespace ulf

@@ -1,0 +1,248 @@
+#include "tracking/map/map.h"
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+
+namespace ulf {
+
+using Eigen::Vector3d;
+
+int Map::AddKeyframe(Keyframe keyframe) {
+  keyframe.id = static_cast<int>(keyframes_.size());
+  keyframe.point_of_feature.assign(static_cast<std::size_t>(keyframe.features->size()), -1);
+  keyframe.points = 0;
+  if (keyframe.pyramid) keyframe.rows = keyframe.pyramid->rows;
+  keyframes_.push_back(std::move(keyframe));
+  if (keyframes_.back().alive) living_.push_back(keyframes_.back().id);
+  return keyframes_.back().id;
+}
+
+int Map::AddPoint(const Vector3d& position) {
+  const int keyframes = static_cast<int>(keyframes_.size());
+  MapPoint made;
+  made.position = position;
+  made.first_keyframe = keyframes - 1;
+  ++living_points_;
+  if (!free_.empty() && free_.front().keyframes + kPointRest <= keyframes) {
+    made.id = free_.front().point;
+    free_.pop_front();
+    point(made.id) = std::move(made);
+    return made.id;
+  }
+  made.id = static_cast<int>(points_.size());
+  points_.push_back(std::move(made));
+  return points_.back().id;
+}
+
+bool Map::Observe(int id, const Observation& observation) {
+  MapPoint& seen = point(id);
+  Keyframe& by = keyframe(observation.keyframe);
+  int& slot = by.point_of_feature[static_cast<std::size_t>(observation.feature)];
+  if (!seen.alive || !by.alive || slot >= 0) return false;
+  for (const Observation& other : seen.observations)
+    if (other.keyframe == observation.keyframe) return false;
+  slot = id;
+  ++by.points;
+  seen.observations.push_back(observation);
+  return true;
+}
+
+void Map::SeenInView(int id, const ViewObservation& seen) {
+  std::vector<ViewObservation>& views = point(id).views;
+  // The newest stand last, and few views ask for the same point twice.
+  if (std::none_of(views.rbegin(), views.rend(),
+                   [&](const ViewObservation& o) { return o.view_id == seen.view_id; }))
+    views.push_back(seen);
+}
+
+void Map::Forget(int id, int keyframe_id) {
+  MapPoint& seen = point(id);
+  const auto found = std::find_if(seen.observations.begin(), seen.observations.end(),
+                                  [&](const Observation& o) { return o.keyframe == keyframe_id; });
+  if (found == seen.observations.end()) return;
+  Keyframe& by = keyframe(keyframe_id);
+  by.point_of_feature[static_cast<std::size_t>(found->feature)] = -1;
+  --by.points;
+  seen.observations.erase(found);
+  if (seen.observations.size() < 2) RemovePoint(id);
+}
+
+void Map::RemovePoint(int id) {
+  MapPoint& gone = point(id);
+  for (const Observation& observation : gone.observations) {
+    Keyframe& by = keyframe(observation.keyframe);
+    by.point_of_feature[static_cast<std::size_t>(observation.feature)] = -1;
+    --by.points;
+  }
+  if (!gone.alive) return;
+  gone.observations = {};
+  gone.views = {};
+  gone.patch.reset();
+  gone.alive = false;
+  --living_points_;
+  free_.push_back({id, static_cast<int>(keyframes_.size())});
+}
+
+void Map::Merge(int gone_id, int kept_id) {
+  if (gone_id == kept_id) return;
+  const std::vector<Observation> moving = point(gone_id).observations;
+  const std::vector<ViewObservation> views = std::move(point(gone_id).views);
+  RemovePoint(gone_id);
+  for (const Observation& observation : moving) Observe(kept_id, observation);
+  for (const ViewObservation& view : views) SeenInView(kept_id, view);
+  point(kept_id).found += point(gone_id).found;
+  point(kept_id).expected += point(gone_id).expected;
+  point(gone_id).merged_into = kept_id;
+}
+
+void Map::RemoveKeyframe(int id) {
+  Keyframe& gone = keyframe(id);
+  const std::vector<Neighbour> neighbours = Covisible(id, 1);
+  int parent = -1;
+  if (!neighbours.empty())
+    parent = neighbours.front().keyframe;
+  else if (living_.size() > 1)  // the one before it, or the second
+    parent = id == living_.front() ? living_[1] : *std::prev(std::find(living_.begin(), living_.end(), id));
+  if (parent < 0) return;
+  for (const int point_id : std::vector<int>(gone.point_of_feature))
+    if (point_id >= 0) Forget(point_id, id);
+  const auto hang_on_parent = [&](int child_id, const Rigid3& cam_from_world) {
+    Keyframe& child = keyframe(child_id);
+    child.parent = parent;
+    child.cam_from_parent = cam_from_world * keyframe(parent).cam_from_world.Inverse();
+    keyframe(parent).children.push_back(child_id);
+  };
+  for (const int child : gone.children)
+    hang_on_parent(child, keyframe(child).cam_from_parent * gone.cam_from_world);
+  hang_on_parent(id, gone.cam_from_world);
+  std::erase(living_, id);
+  gone.alive = false;
+  gone.features.reset();
+  gone.pyramid.reset();
+  gone.rows.reset();
+  gone.color.release();
+  gone.point_of_feature = {};
+  gone.children = {};
+  gone.corners = {};
+}
+
+int Map::Resolve(int id) const {
+  while (id >= 0 && !point(id).alive) id = point(id).merged_into;
+  return id;
+}
+
+Rigid3 Map::PoseOf(int id) const {
+  const Keyframe& found = keyframe(id);
+  return found.alive || found.parent < 0 ? found.cam_from_world
+                                         : found.cam_from_parent * keyframe(found.parent).cam_from_world;
+}
+
+Rigid3 Map::PoseOf(const Anchored& anchor) const {
+  Rigid3 cam_from_keyframe = anchor.cam_from_keyframe;
+  cam_from_keyframe.translation *= keyframe(anchor.keyframe_id).unit / anchor.unit;
+  return cam_from_keyframe * PoseOf(anchor.keyframe_id);
+}
+
+std::vector<Map::Neighbour> Map::Covisible(int id, int min_shared) const {
+  std::unordered_map<int, int> shared;
+  for (const int point_id : keyframe(id).point_of_feature)
+    if (point_id >= 0)
+      for (const Observation& observation : point(point_id).observations) ++shared[observation.keyframe];
+  std::vector<Neighbour> neighbours;
+  for (const auto& [other, count] : shared)
+    if (other != id && count >= min_shared) neighbours.push_back({other, count});
+  std::sort(neighbours.begin(), neighbours.end(), [](const Neighbour& a, const Neighbour& b) {
+    return a.shared != b.shared ? a.shared > b.shared : a.keyframe < b.keyframe;
+  });
+  return neighbours;
+}
+
+void Map::Update(int id) {
+  MapPoint& updated = point(id);
+  if (!updated.alive || updated.observations.empty()) return;
+  UpdateDescriptor(updated);
+  UpdateGeometry(id);
+}
+
+void Map::UpdateDescriptor(MapPoint& updated) {
+  // The descriptor nearest to all others, by median distance.
+  constexpr std::size_t kMost = 12;
+  const std::size_t first = updated.observations.size() > kMost ? updated.observations.size() - kMost : 0;
+  std::vector<const Descriptor*> descriptors;
+  for (std::size_t i = first; i < updated.observations.size(); ++i) {
+    const Observation& o = updated.observations[i];
+    descriptors.push_back(&(*keyframe(o.keyframe).features)[o.feature].descriptor);
+  }
+  int least = std::numeric_limits<int>::max();
+  std::vector<int> distances(descriptors.size());
+  for (const Descriptor* candidate : descriptors) {
+    for (std::size_t i = 0; i < descriptors.size(); ++i) distances[i] = Distance(*candidate, *descriptors[i]);
+    const auto middle = distances.begin() + static_cast<long>((distances.size() - 1) / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    if (*middle < least) {
+      least = *middle;
+      updated.descriptor = *candidate;
+    }
+  }
+}
+
+void Map::UpdateGeometry(int id) {
+  MapPoint& updated = point(id);
+  if (!updated.alive || updated.observations.empty()) return;
+  Vector3d direction = Vector3d::Zero();
+  double log_distance = 0;
+  for (const Observation& o : updated.observations) {
+    const Keyframe& by = keyframe(o.keyframe);
+    const Vector3d towards = updated.position - by.cam_from_world.OriginInSource();
+    direction += towards.normalized();
+    log_distance += std::log(towards.norm() * LevelScale((*by.features)[o.feature].level));
+  }
+  updated.mean_direction = direction.normalized();
+  updated.reference_distance = std::exp(log_distance / static_cast<double>(updated.observations.size()));
+  updated.farthest = updated.reference_distance * 1.3;
+  updated.nearest = updated.reference_distance / LevelScale(kPyramidLevels - 1) / 1.3;
+  if (updated.patch) {
+    const auto axes = AxesOf(camera_, PoseOf(updated.patch_keyframe), updated.position, updated.patch->level);
+    if (axes) updated.patch_axes = *axes;
+  }
+}
+
+void Map::SetPatch(int id, const Observation& from) {
+  const Keyframe& by = keyframe(from.keyframe);
+  if (!by.pyramid) return;
+  const int level = (*by.features)[from.feature].level;
+  const auto patch = CutPatch(*by.pyramid, from.img, level);
+  if (!patch) return;
+  MapPoint& updated = point(id);
+  updated.patch = std::make_shared<const ReferencePatch>(*patch);
+  updated.patch_keyframe = from.keyframe;
+}
+
+void Map::Clear() {
+  for (MapPoint& gone : points_) {
+    for (const Observation& o : gone.observations) keyframe(o.keyframe).point_of_feature.clear();
+    gone.observations.clear();
+    if (gone.alive) RemovePoint(gone.id);
+    gone.merged_into = -1;
+  }
+  for (Keyframe& gone : keyframes_) {
+    gone.cam_from_world = PoseOf(gone.id);
+    if (!gone.alive) gone.parent = -1;
+  }
+  for (const int id : living_) {
+    Keyframe& gone = keyframe(id);
+    gone.alive = false;
+    gone.features.reset();
+    gone.pyramid.reset();
+    gone.rows.reset();
+    gone.color.release();
+    gone.point_of_feature = {};
+    gone.children = {};
+    gone.corners = {};
+    gone.points = 0;
+  }
+  living_.clear();
+}
+
+}  // namespace ulf

@@ -1,0 +1,180 @@
+#include "tracking/map/map_adjustment.h"
+
+#include <spdlog/spdlog.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+#include <utility>
+
+#include "core/geometry/trajectory.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+// The similarity that brings one set of camera poses nearest to another, centres and directions of view
+// counting alike: centres alone leave the turn about a straight path open.
+Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to) {
+  const double n = static_cast<double>(from.size());
+  Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from_mean += from[i].OriginInSource() / n;
+    to_mean += to[i].OriginInSource() / n;
+  }
+  double from_spread = 0, to_spread = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from_spread += (from[i].OriginInSource() - from_mean).squaredNorm() / n;
+    to_spread += (to[i].OriginInSource() - to_mean).squaredNorm() / n;
+  }
+  if (!(from_spread > 0 && to_spread > 0)) return {};
+  Eigen::Matrix3d agreement = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    agreement += (to[i].OriginInSource() - to_mean) * (from[i].OriginInSource() - from_mean).transpose() /
+                     std::sqrt(from_spread * to_spread) +
+                 to[i].RotationMatrix().transpose() * from[i].RotationMatrix();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(agreement, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  Similarity3 to_from;
+  to_from.rotation = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  to_from.scale = std::sqrt(to_spread / from_spread);
+  to_from.translation = to_mean - to_from.scale * (to_from.rotation * from_mean);
+  return to_from;
+}
+
+// Images say nothing about where the world's origin, axes and unit are. Holding the first keyframe would
+// leave all others swinging about it; poses that were given out agree best with the adjusted map when the
+// keyframes together stay where they were. With a pose that is given, nothing is open.
+void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
+  std::vector<Rigid3> before;
+  for (const int id : keyframes) {
+    if (map.keyframe(id).pinned) return;
+    before.push_back(map.keyframe(id).cam_from_world);
+  }
+  const Similarity3 to_from = AlignPoses(problem.cam_from_world, before);
+  for (Rigid3& pose : problem.cam_from_world) {
+    const Vector3d center = to_from * pose.OriginInSource();
+    pose.rotation = (pose.rotation * Eigen::Quaterniond(to_from.rotation).conjugate()).normalized();
+    pose.translation = -(pose.rotation * center);
+  }
+  for (Vector3d& point : problem.points) point = to_from * point;
+}
+
+// Corners of a given world, as points that are known.
+void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
+  problem.known.assign(problem.points.size(), false);
+  for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {
+    if (problem.fixed[static_cast<std::size_t>(index)]) continue;
+    for (const PointObservation& corner : map.keyframe(id).corners) {
+      problem.observations.push_back(
+          {index, static_cast<int>(problem.points.size()), corner.img, corner.sigma_px, false});
+      problem.points.push_back(corner.point_in_world);
+      problem.known.push_back(true);
+    }
+  }
+}
+
+// Whether the corners these keyframes saw fix the map's place, turn and scale: seen from centres that lie
+// apart. Fewer leave the scale to chance.
+bool CornersFixTheMap(const Map& map, const std::vector<int>& keyframes) {
+  constexpr std::size_t kLeastCorners = 4;
+  constexpr int kLeastViews = 3;
+  constexpr double kLeastSpread = 0.02;  // root mean square, of the distance
+  Vector3d mean = Vector3d::Zero();
+  double squared = 0, distance = 0;
+  int views = 0;
+  for (const int id : keyframes) {
+    const Keyframe& keyframe = map.keyframe(id);
+    if (keyframe.corners.size() < kLeastCorners) continue;
+    const Vector3d center = keyframe.cam_from_world.OriginInSource();
+    ++views;
+    mean += center;
+    squared += center.squaredNorm();
+    distance += (keyframe.corners.front().point_in_world - center).norm();
+  }
+  if (views < kLeastViews) return false;
+  const double spread = squared / views - (mean / views).squaredNorm();
+  return spread > std::pow(kLeastSpread * distance / views, 2);
+}
+
+// In pieces where the map is large, so that nobody waits for long.
+void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_index,
+               const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
+               const BundleProblem& problem) {
+  Map& map = shared.map;
+  std::vector<int> changed;  // points that lost observations
+  {
+    const std::lock_guard lock(shared.mutex);
+    for (const auto& [id, index] : camera_index)
+      map.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(index)];
+    for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
+    for (std::size_t i = 0; i < origin.size(); ++i) {
+      if (!problem.observations[i].outlier || !map.point(origin[i].first).alive) continue;
+      map.Forget(origin[i].first, origin[i].second);
+      changed.push_back(origin[i].first);
+    }
+  }
+  constexpr std::size_t kAtOnce = 500;
+  for (std::size_t from = 0; from < point_ids.size(); from += kAtOnce) {
+    const std::lock_guard lock(shared.mutex);
+    for (std::size_t i = from; i < std::min(point_ids.size(), from + kAtOnce); ++i)
+      map.UpdateGeometry(point_ids[i]);
+  }
+  const std::lock_guard lock(shared.mutex);
+  for (const int id : changed) map.Update(id);
+}
+
+}  // namespace
+
+BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options) {
+  Map& map = shared.map;
+  BundleProblem problem;
+  std::unordered_map<int, int> camera_index, point_index;
+  std::vector<int> point_ids;
+  std::vector<std::pair<int, int>> origin;  // point id and keyframe of each observation
+  const auto add_camera = [&](int id, bool fixed) {
+    camera_index[id] = static_cast<int>(problem.cam_from_world.size());
+    problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
+    problem.fixed.push_back(fixed || map.keyframe(id).pinned);
+  };
+  // The first keyframe holds the world where it takes part and nothing else does.
+  const bool given = shared.world_given && CornersFixTheMap(map, free);
+  for (const int id : free) add_camera(id, id == map.FirstKeyframe() && !given);
+  for (const int id : held) add_camera(id, true);
+  if (!given && std::find(problem.fixed.begin(), problem.fixed.end(), true) == problem.fixed.end())
+    problem.fixed[0] = true;
+  const std::vector<int>& owners = free.empty() ? held : free;
+  for (const int keyframe : owners)
+    for (const int id : map.keyframe(keyframe).point_of_feature) {
+      if (id < 0 || point_index.contains(id)) continue;
+      point_index[id] = static_cast<int>(point_ids.size());
+      point_ids.push_back(id);
+    }
+  for (const int id : point_ids) {
+    const MapPoint& point = map.point(id);
+    problem.points.push_back(point.position);
+    for (const Observation& o : point.observations) {
+      const auto seen_by = camera_index.find(o.keyframe);
+      if (seen_by == camera_index.end()) continue;
+      problem.observations.push_back({seen_by->second, point_index[id], o.img, o.sigma_px, false});
+      origin.emplace_back(id, o.keyframe);
+    }
+  }
+  if (shared.world_given) AddCorners(map, camera_index, problem);
+  const BundleSummary summary = AdjustBundle(camera, problem, options);
+  spdlog::debug(
+      "bundle: {} cameras ({} held), {} points, {} observations: {:.3f} -> {:.3f} sigmas, {} outliers",
+      problem.cam_from_world.size(), held.size(), problem.points.size(), problem.observations.size(),
+      summary.initial_rms_sigmas, summary.final_rms_sigmas, summary.outliers);
+  if (!summary.usable) return summary;
+
+  if (held.empty() && free.size() > 2 && !given) KeepGauge(map, free, problem);
+  WriteBack(shared, camera_index, point_ids, origin, problem);
+  return summary;
+}
+
+}  // namespace ulf

@@ -1,0 +1,236 @@
+#include "tracking/map/map_matching.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+// Takes the points that a camera may see.
+class Gatherer {
+ public:
+  Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)
+      : camera_(camera),
+        options_(options),
+        center_(cam_from_world.OriginInSource()),
+        rotation_(cam_from_world.RotationMatrix()),
+        axis_(cam_from_world.DirectionInSource(Vector3d::UnitZ())),
+        widest_cosine_(std::cos(
+            std::min(M_PI, camera.MaxRayAngle() + std::atan(2 * options.margin_px / camera.MeanFocalPx())))),
+        min_cosine_(std::cos(options.max_view_change_deg * M_PI / 180)) {}
+
+  void Offer(const MapPoint& point) {
+    if (!point.alive) return;
+    const Vector3d towards = point.position - center_;
+    const double distance = towards.norm();
+    // Most points of a large map end here, before more of them is fetched from memory.
+    if (towards.dot(axis_) < widest_cosine_ * distance) return;
+    if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) return;
+    if (towards.dot(point.mean_direction) < min_cosine_ * distance) return;
+    const auto img = camera_.ImgFromCam(rotation_ * towards);
+    if (!img || img->x() < -options_.margin_px || img->y() < -options_.margin_px ||
+        img->x() > camera_.width + options_.margin_px || img->y() > camera_.height + options_.margin_px)
+      return;
+    taken_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
+                      point.reference_distance, point.nearest, point.farthest,
+                      (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes,
+                      point.expected, point.observations.size() > 2});
+  }
+  std::vector<Candidate> Taken() && { return std::move(taken_); }
+
+ private:
+  const CameraModel& camera_;
+  CandidateOptions options_;
+  Vector3d center_;
+  Eigen::Matrix3d rotation_;
+  Vector3d axis_;
+  double widest_cosine_;  // of the angle from the axis that any pixel, or one beside the image, has
+  double min_cosine_;
+  std::vector<Candidate> taken_;
+};
+
+// The keyframes that see most of these points, by id.
+std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, Vector2d>& points, int most) {
+  std::vector<int> seen(map.keyframes().size(), 0);
+  for (const auto& [id, img] : points)
+    if (const int alive = map.Resolve(id); alive >= 0)
+      for (const Observation& o : map.point(alive).observations) ++seen[static_cast<std::size_t>(o.keyframe)];
+  std::vector<int> chosen;
+  for (int k = 0; k < static_cast<int>(seen.size()); ++k)
+    if (seen[static_cast<std::size_t>(k)] > 0) chosen.push_back(k);
+  if (static_cast<int>(chosen.size()) > most) {
+    std::nth_element(chosen.begin(), chosen.begin() + most, chosen.end(), [&](int a, int b) {
+      const int in_a = seen[static_cast<std::size_t>(a)], in_b = seen[static_cast<std::size_t>(b)];
+      return in_a != in_b ? in_a > in_b : a > b;
+    });
+    chosen.resize(static_cast<std::size_t>(most));
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
+                                        const Rigid3& cam_from_world, const CandidateOptions& options) {
+  Gatherer gatherer(camera, cam_from_world, options);
+  for (const MapPoint& point : map.points()) gatherer.Offer(point);
+  return std::move(gatherer).Taken();
+}
+
+std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
+                                            const Rigid3& cam_from_world,
+                                            const std::unordered_map<int, Vector2d>& seen_before, int& sweep,
+                                            const CandidateOptions& options) {
+  const int count = static_cast<int>(map.points().size());
+  if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, options);
+  constexpr int kKeyframes = 20;
+  Gatherer gatherer(camera, cam_from_world, options);
+  std::vector<bool> offered(static_cast<std::size_t>(count), false);
+  const auto offer = [&](int id) {
+    if (offered[static_cast<std::size_t>(id)]) return;
+    offered[static_cast<std::size_t>(id)] = true;
+    gatherer.Offer(map.point(id));
+  };
+  for (const int keyframe : KeyframesSeeing(map, seen_before, kKeyframes))
+    for (const int id : map.keyframe(keyframe).point_of_feature)
+      if (id >= 0) offer(id);
+  if (sweep >= count) sweep = 0;
+  for (int k = 0; k < kSweptPoints; ++k) {
+    offer(sweep);
+    sweep = (sweep + 1) % count;
+  }
+  return std::move(gatherer).Taken();
+}
+
+MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
+                    std::span<const Candidate> candidates, std::span<const int> only,
+                    const Rigid3& cam_from_world, const MapMatchOptions& options) {
+  MapMatches result;
+  std::vector<Expected> expected;
+  const Vector3d center = cam_from_world.OriginInSource();
+  constexpr double kBorderPx = 20;  // where no features are detected
+  const auto consider = [&](int index) {
+    const Candidate& candidate = candidates[static_cast<std::size_t>(index)];
+    const double distance = (candidate.position - center).norm();
+    if (distance < candidate.nearest || distance > candidate.farthest) return;
+    const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
+    if (!img || img->x() < 0 || img->y() < 0 || img->x() >= camera.width || img->y() >= camera.height) return;
+    const int level = NearestLevel(candidate.reference_distance / distance);
+    if (img->x() >= kBorderPx && img->y() >= kBorderPx && img->x() < camera.width - kBorderPx &&
+        img->y() < camera.height - kBorderPx)
+      result.expected.push_back(index);
+    expected.push_back({*img, options.radius_px * LevelScale(level), std::max(0, level - 1),
+                        std::min(kPyramidLevels - 1, level + 1), &candidate.descriptor});
+    result.matches.push_back({index, -1, *img, 1, false});
+  };
+  if (only.empty())
+    for (int i = 0; i < static_cast<int>(candidates.size()); ++i) consider(i);
+  else
+    for (const int i : only) consider(i);
+
+  const std::vector<int> features = MatchExpected(
+      expected, *image.features, {.max_distance = options.max_distance, .max_ratio = options.max_ratio});
+  std::vector<PointMatch> matches;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (features[i] < 0) continue;
+    const Feature& feature = (*image.features)[features[i]];
+    PointMatch match{result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level),
+                     false};
+    if (image.pyramid && image.pyramid->rows) {  // with the point's own depth instead of a guess
+      const Vector3d in_cam = cam_from_world * candidates[static_cast<std::size_t>(match.candidate)].position;
+      match.img = image.pyramid->Global(image.pyramid->Seen(feature.img), &in_cam);
+    }
+    matches.push_back(match);
+  }
+  result.matches = std::move(matches);
+  if (options.align) AlignMatches(camera, image, candidates, cam_from_world, result.matches);
+  return result;
+}
+
+void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
+                  const Rigid3& cam_from_world, std::vector<PointMatch>& matches) {
+  for (PointMatch& match : matches) {
+    const Candidate& candidate = candidates[static_cast<std::size_t>(match.candidate)];
+    if (!candidate.patch) continue;
+    const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
+                                    cam_from_world, *image.pyramid, match.img);
+    if (!aligned) continue;
+    match.img = aligned->img;
+    match.sigma_px = AlignedSigmaPx(aligned->level);
+    match.aligned = true;
+  }
+}
+
+std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
+                                 std::span<const Candidate> candidates, std::span<const int> expected,
+                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
+  constexpr double kCellPx = 32, kMaxShift = 2, kMinCorrelation = 0.9;
+  const int columns = static_cast<int>(camera.width / kCellPx) + 1;
+  const int rows = static_cast<int>(camera.height / kCellPx) + 1;
+  const int per_cell = 1 + (most + static_cast<int>(matches.size())) / (columns * rows / 2);
+  std::vector<int> in_cell(static_cast<std::size_t>(columns * rows), 0);
+  const auto cell_of = [&](const Vector2d& img) {
+    return static_cast<std::size_t>(static_cast<int>(img.y() / kCellPx) * columns +
+                                    static_cast<int>(img.x() / kCellPx));
+  };
+  std::vector<bool> matched(candidates.size(), false);
+  for (const PointMatch& match : matches) {
+    matched[static_cast<std::size_t>(match.candidate)] = true;
+    if (camera.Contains(match.img)) ++in_cell[cell_of(match.img)];
+  }
+  std::vector<int> open, looked_for;
+  for (const int i : expected) {
+    const bool by_patch =
+        !matched[static_cast<std::size_t>(i)] && candidates[static_cast<std::size_t>(i)].patch;
+    (by_patch ? open : looked_for).push_back(i);
+  }
+  std::stable_sort(open.begin(), open.end(), [&](int a, int b) {
+    return candidates[static_cast<std::size_t>(a)].find_rate >
+           candidates[static_cast<std::size_t>(b)].find_rate;
+  });
+  int tried = 0;
+  for (const int i : open) {
+    if (tried >= most) break;
+    const Candidate& candidate = candidates[static_cast<std::size_t>(i)];
+    const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
+    if (!img || !camera.Contains(*img)) continue;
+    int& crowd = in_cell[cell_of(*img)];
+    if (crowd >= per_cell) continue;
+    ++tried;
+    looked_for.push_back(i);
+    const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
+                                    cam_from_world, *image.pyramid, *img, kMaxShift);
+    if (!aligned || aligned->correlation < kMinCorrelation) continue;
+    ++crowd;
+    matches.push_back({i, -1, aligned->img, AlignedSigmaPx(aligned->level), true});
+  }
+  return looked_for;
+}
+
+std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
+                                             std::span<const PointMatch> matches) {
+  std::vector<PointObservation> observations;
+  observations.reserve(matches.size());
+  for (const PointMatch& match : matches)
+    observations.push_back(
+        {candidates[static_cast<std::size_t>(match.candidate)].position, match.img, match.sigma_px});
+  return observations;
+}
+
+std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
+                                        const Rigid3& cam_from_world) {
+  if (!image.sight || !shared.world_given) return {};
+  std::vector<PointObservation> corners = image.sight->corners;
+  for (PointObservation& corner : corners) {
+    const Eigen::Vector3d in_cam = cam_from_world * corner.point_in_world;
+    corner.img = image.pyramid->Global(corner.img, &in_cam);
+  }
+  return corners;
+}
+
+}  // namespace ulf

@@ -1,0 +1,79 @@
+#include "tracking/sources/board_from_map.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostPairs = 400, kLeastPairs = 4;
+// What is not known better than this would leave the adjustment of the whole map far to go.
+constexpr double kMostScaleError = 0.05;
+
+}  // namespace
+
+void BoardFromMap::Add(const Anchored& anchor, const MarkerPose& pose) {
+  // No board is better than a ten-thousandth of its distance, whatever its corners say.
+  pairs_.push_back({anchor, pose.cam_from_world, std::max(pose.center_sigma, 1e-4 * pose.distance)});
+  if (pairs_.size() > kMostPairs) pairs_.erase(pairs_.begin() + kMostPairs / 2);  // both ends stay
+}
+
+std::optional<Similarity3> BoardFromMap::Fit(const Tracker& tracker) const {
+  if (pairs_.size() < kLeastPairs) return std::nullopt;
+  std::vector<Rigid3> in_map;
+  std::vector<double> weights;
+  for (const Pair& pair : pairs_) {
+    in_map.push_back(tracker.PoseOf(pair.anchor));
+    weights.push_back(1 / (pair.sigma * pair.sigma));
+  }
+  constexpr int kRounds = 3;
+  std::optional<Similarity3> fitted;
+  for (int round = 0; round < kRounds; ++round) {
+    fitted = Fit(in_map, weights);
+    if (!fitted) return std::nullopt;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const double off =
+          (*fitted * in_map[i].OriginInSource() - pairs_[i].cam_from_board.OriginInSource()).norm();
+      weights[i] =
+          std::min(1.0, 3 * pairs_[i].sigma / std::max(1e-12, off)) / (pairs_[i].sigma * pairs_[i].sigma);
+    }
+  }
+  return fitted;
+}
+
+std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
+                                             const std::vector<double>& weights) const {
+  Eigen::Matrix4d turns = Eigen::Matrix4d::Zero();
+  Vector3d mean_map = Vector3d::Zero(), mean_board = Vector3d::Zero();
+  double total = 0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Eigen::Quaterniond turn = pairs_[i].cam_from_board.rotation.conjugate() * in_map[i].rotation;
+    turns += weights[i] * turn.coeffs() * turn.coeffs().transpose();
+    mean_map += weights[i] * in_map[i].OriginInSource();
+    mean_board += weights[i] * pairs_[i].cam_from_board.OriginInSource();
+    total += weights[i];
+  }
+  mean_map /= total;
+  mean_board /= total;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> axes(turns);
+  const Eigen::Quaterniond turn(Eigen::Vector4d(axes.eigenvectors().col(3)));
+  Similarity3 fitted;
+  fitted.rotation = turn.normalized().toRotationMatrix();
+  double across = 0, along = 0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Vector3d in_turned_map = fitted.rotation * (in_map[i].OriginInSource() - mean_map);
+    across += weights[i] * in_turned_map.dot(pairs_[i].cam_from_board.OriginInSource() - mean_board);
+    along += weights[i] * in_turned_map.squaredNorm();
+  }
+  if (!(along > 0) || !(across > 0)) return std::nullopt;
+  fitted.scale = across / along;
+  // One standard deviation of the scale: each centre's error along its distance from their middle.
+  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > kMostScaleError) return std::nullopt;
+  fitted.translation = mean_board - fitted.scale * (fitted.rotation * mean_map);
+  return fitted;
+}
+
+}  // namespace ulf

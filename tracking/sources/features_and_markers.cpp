@@ -1,0 +1,175 @@
+#include <spdlog/spdlog.h>
+
+#include "core/base/thread_clock.h"
+#include "tracking/sources/board_from_map.h"
+#include "tracking/sources/marker_locator.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf {
+namespace {
+
+// The board gives poses at once, the world and its metre. Meanwhile the tracker begins a map of its own,
+// whose place in the board's frame is learnt from frames that have both; then the map moves there, and the
+// board's corners are part of it and of every frame's pose (world_sight.h). Where the board is out of sight
+// features go on; where features fail the board carries, and tells them where they are.
+class FeaturesAndMarkers : public PoseSource {
+ public:
+  FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
+      : locator_(camera, spec),
+        tracker_(camera, options),
+        given_(MakeKnownPoseSource(camera, Subject{spec.Middle(), 0.1})) {}
+
+  Track Step(const Frame& frame) override {
+    const double start_s = ThreadCpuSeconds();
+    std::optional<MarkerPose> pose;
+    if (frame.status == FrameStatus::kComplete && !frame.image.empty())
+      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
+    const double located_s = ThreadCpuSeconds();
+    Track track = tracker_.Step(frame, SightOf(pose));
+    const double tracker_cpu_s = track.cpu_s, tracked_s = ThreadCpuSeconds();
+    if (track.map_id != map_id_) frames_.Clear();
+    map_id_ = track.map_id;
+    if (track.cam_from_world && pose && !pose->by_history && !tracker_.WorldIsGiven())
+      LearnWorld(*pose, track);
+    on_map_ =
+        track.cam_from_world && tracker_.WorldIsGiven() && !(pose && IsFarOff(*track.cam_from_world, *pose));
+    if (!on_map_) track = CarriedByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
+    by_features_ += on_map_;
+    track.map_id = 0;  // one world: the board's
+    track.cpu_s = tracker_cpu_s + (located_s - start_s) + (ThreadCpuSeconds() - tracked_s);
+    track.relocalized = track.cam_from_world && began_ && lost_;
+    if (!track.skipped) lost_ = !track.cam_from_world;
+    began_ = began_ || track.cam_from_world;
+    return track;
+  }
+
+  std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
+                              const std::optional<Rigid3>& near) const override {
+    const auto pose = LocateByMarkers(locator_, photograph, camera);
+    if (tracker_.WorldIsGiven()) {
+      const std::optional<Rigid3> expected = pose ? pose->cam_from_world : near;
+      if (auto track = tracker_.Locate(photograph.image, camera, expected, SightOf(pose)))
+        if (!pose || !IsFarOff(*track->cam_from_world, *pose)) return track;
+    }
+    if (!pose) return std::nullopt;
+    Track track;
+    Describe(*pose, track);
+    track.anchor = Anchored{kByBoardForGood, pose->cam_from_world};
+    return track;
+  }
+  Rigid3 PoseOf(const Anchored& anchor) const override {
+    if (anchor.keyframe_id == kByBoardForGood) return anchor.cam_from_keyframe;
+    if (anchor.keyframe_id > kByBoard) return tracker_.PoseOf(anchor);
+    const ByBoard& given = by_board_[static_cast<std::size_t>(kByBoard - anchor.keyframe_id)];
+    return given.in_map && given.map_id == map_id_ && tracker_.WorldIsGiven() ? tracker_.PoseOf(*given.in_map)
+                                                                              : given.cam_from_board;
+  }
+  std::vector<VisiblePoint> VisiblePoints() const override {
+    return on_map_ ? tracker_.VisiblePoints() : visible_;
+  }
+  std::vector<ExpectedPoint> ExpectedPoints() const override {
+    return on_map_ ? tracker_.ExpectedPoints() : std::vector<ExpectedPoint>();
+  }
+  void NoteView(int view_id, const Track& track) override { tracker_.NoteView(view_id, track); }
+  std::vector<ScenePoint> Points() const override {
+    return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
+  }
+  // The recorded views' world is the board's already.
+  bool SeedMap(std::span<const SeedView> views) override {
+    if (!tracker_.SeedMap(views)) return false;
+    tracker_.MoveWorld({});
+    return true;
+  }
+  // A map in a world of its own would be of no use to a later session.
+  void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
+    if (tracker_.WorldIsGiven()) tracker_.SaveMap(file, key);
+  }
+  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key) override {
+    std::string problem = tracker_.RestoreMap(file, key);
+    if (problem.empty()) tracker_.MoveWorld({});
+    return problem;
+  }
+  void Finish() override {
+    tracker_.Finish();
+    if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
+    spdlog::debug("markers: {} frames by features, {} by the board", by_features_, by_board_.size());
+  }
+  TrackerStatistics Statistics() const override { return tracker_.Statistics(); }
+  bool IsMetric() const override { return true; }
+
+ private:
+  // Anchors of poses that the board gave are numbered downwards from kByBoard. While the map has not been
+  // moved the tracker may know them as well, and better once it has been.
+  static constexpr int kByBoardForGood = -2, kByBoard = -3;
+  struct ByBoard {
+    Rigid3 cam_from_board;
+    std::optional<Anchored> in_map;
+    int map_id = 0;
+  };
+  Anchored AnchorByBoard(const Rigid3& cam_from_board, const std::optional<Anchored>& in_map) {
+    by_board_.push_back({cam_from_board, in_map, map_id_});
+    return {kByBoard - static_cast<int>(by_board_.size()) + 1, cam_from_board};
+  }
+
+  static std::optional<WorldSight> SightOf(const std::optional<MarkerPose>& pose) {
+    return pose ? std::optional(WorldSight{pose->corners, pose->cam_from_world,
+                                           pose->by_history ? 0 : pose->center_sigma})
+                : std::nullopt;
+  }
+
+  void LearnWorld(const MarkerPose& pose, Track& track) {
+    frames_.Add(*track.anchor, pose);
+    const auto board_from_map = frames_.Fit(tracker_);
+    if (!board_from_map) return;
+    spdlog::debug("markers: the map moves into the board's frame; its unit is {:.4f} m",
+                  board_from_map->scale);
+    tracker_.MoveWorld(*board_from_map);
+    track.cam_from_world = tracker_.PoseOf(*track.anchor);
+    if (track.center_sigma) *track.center_sigma *= board_from_map->scale;
+  }
+
+  // A map that the board contradicts is not believed for this frame.
+  static bool IsFarOff(const Rigid3& by_map, const MarkerPose& pose) {
+    if (pose.by_history) return false;
+    constexpr double kFar = 0.05;  // of the distance, or radians
+    const double off = (by_map.OriginInSource() - pose.cam_from_world.OriginInSource()).norm();
+    const double turned = RotationAngle(by_map.rotation * pose.cam_from_world.rotation.conjugate());
+    const double sigma = pose.center_sigma / pose.distance;
+    const bool far = off > (kFar + 5 * sigma) * pose.distance || turned > kFar + 5 * sigma;
+    if (far)
+      spdlog::debug("markers: the map is {:.3f} m and {:.3f} off the board: not believed", off, turned);
+    return far;
+  }
+
+  Track CarriedByBoard(const Frame& frame, const std::optional<MarkerPose>& pose,
+                       const std::optional<Anchored>& in_map) {
+    Track track = given_->Step(WithPose(frame, pose));
+    visible_.clear();
+    if (pose) {
+      Describe(*pose, track);
+      track.anchor = AnchorByBoard(pose->cam_from_world, in_map);
+      visible_ = VisibleCorners(*pose);
+    } else {
+      track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
+    }
+    return track;
+  }
+
+  MarkerLocator locator_;
+  Tracker tracker_;
+  std::unique_ptr<PoseSource> given_;  // judges sharpness and motion while the board carries
+  BoardFromMap frames_;
+  bool on_map_ = false, began_ = false, lost_ = false;
+  int map_id_ = 0, by_features_ = 0;
+  std::vector<ByBoard> by_board_;
+  std::vector<VisiblePoint> visible_;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseSource> MakeFeaturesAndMarkersSource(const CameraModel& camera, const MarkerSpec& spec,
+                                                         const TrackerOptions& options) {
+  return std::make_unique<FeaturesAndMarkers>(camera, spec, options);
+}
+
+}  // namespace ulf

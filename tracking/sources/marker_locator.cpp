@@ -1,0 +1,326 @@
+#include "tracking/sources/marker_locator.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/fiducials/board_detector.h"
+#include "core/fiducials/marker_detector.h"
+#include "tracking/estimation/pose_error.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kMostRmsPx = 2.5;   // more is no marker, or not this board
+constexpr int kSearchAllEvery = 10;  // frames: markers may come in elsewhere
+
+double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation> corners, const Rigid3& pose,
+                     double sigma_px) {
+  double sum = 0;
+  for (const PointObservation& corner : corners) {
+    const auto img = camera.ImgFromCam(pose * corner.point_in_world);
+    sum += img ? (*img - corner.img).squaredNorm() / (sigma_px * sigma_px) : 1e6;
+  }
+  return sum;
+}
+
+// Both poses of a plane, from points in it; or what a general method finds for points in space.
+std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const PointObservation> corners) {
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> normalized;
+  Vector3d mean = Vector3d::Zero();
+  for (const PointObservation& corner : corners) mean += corner.point_in_world;
+  mean /= static_cast<double>(corners.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const PointObservation& corner : corners) {
+    const auto ray = camera.RayFromImg(corner.img);
+    if (!ray || ray->z() < 0.05) continue;
+    const Vector3d p = corner.point_in_world - mean;
+    scatter += p * p.transpose();
+    points.emplace_back(p.x(), p.y(), p.z());
+    normalized.emplace_back(ray->x() / ray->z(), ray->y() / ray->z());
+  }
+  if (points.size() < 4) return {};
+  // The plane that holds the points, as z = 0 of a frame of its own.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  const bool planar = axes.eigenvalues()[0] < 1e-4 * axes.eigenvalues()[1];
+  if (axes.eigenvalues()[1] < 1e-3 * axes.eigenvalues()[2]) return {};  // a line
+  Eigen::Matrix3d plane_from_world;
+  plane_from_world.row(0) = axes.eigenvectors().col(2);
+  plane_from_world.row(1) = axes.eigenvectors().col(1);
+  plane_from_world.row(2) = plane_from_world.row(0).cross(plane_from_world.row(1));
+  for (cv::Point3d& point : points) {
+    const Vector3d turned = plane_from_world * Vector3d(point.x, point.y, point.z);
+    point = {turned.x(), turned.y(), planar ? 0 : turned.z()};
+  }
+  std::vector<cv::Mat> rotations, translations;
+  try {
+    cv::solvePnPGeneric(points, normalized, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotations,
+                        translations, false, planar ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP);
+  } catch (const cv::Exception&) {
+    return {};  // a degenerate homography
+  }
+  std::vector<Rigid3> guesses;
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    const cv::Vec3d turn(rotations[i]), shift(translations[i]);
+    const Vector3d axis(turn[0], turn[1], turn[2]);
+    const double angle = axis.norm();
+    const Eigen::Quaterniond cam_from_plane(angle > 1e-12 ? Eigen::AngleAxisd(angle, axis / angle)
+                                                          : Eigen::AngleAxisd::Identity());
+    Rigid3 guess;
+    guess.rotation = cam_from_plane * Eigen::Quaterniond(plane_from_world);
+    guess.translation = Vector3d(shift[0], shift[1], shift[2]) - guess.rotation * mean;
+    if (guess.translation.allFinite() && guess.rotation.coeffs().allFinite()) guesses.push_back(guess);
+  }
+  return guesses;
+}
+
+}  // namespace
+
+MarkerLocator::MarkerLocator(const CameraModel& camera, const MarkerSpec& spec,
+                             const MarkerLocatorOptions& options)
+    : camera_(camera), spec_(spec), options_(options), map_(camera, spec.side_m) {
+  camera.Validate("markers");
+  if (spec_.kind == MarkerSpec::Kind::kOne) map_.Begin(spec_.id);
+}
+
+MarkerLocator MarkerLocator::For(const CameraModel& camera) const {
+  MarkerLocator other = *this;
+  other.camera_ = camera;
+  other.last_seen_.reset();
+  other.history_.clear();
+  return other;
+}
+
+int MarkerLocator::KnownMarkers() const { return spec_.kind == MarkerSpec::Kind::kSeveral ? map_.Size() : 1; }
+
+std::string MarkerLocator::WorldInWords() const {
+  if (spec_.kind != MarkerSpec::Kind::kSeveral || map_.First() < 0) return {};
+  return fmt::format("the world is the frame of marker {} (marker:{:g}:{}:{}), {} learnt", map_.First(),
+                     1000 * spec_.side_m, spec_.dictionary, map_.First(), Counted(map_.Size(), "marker"));
+}
+
+MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
+  Detections found;
+  if (spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kCharuco) {
+    const auto points = spec_.board.Points();
+    const BoardView view = DetectBoard(spec_.board, gray);
+    for (std::size_t i = 0; i < view.ids.size(); ++i) {
+      found.board.push_back(
+          {0.001 * points[static_cast<std::size_t>(view.ids[i])], view.img[i], options_.corner_sigma_px});
+      found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
+    }
+    return found;
+  }
+  const bool board = spec_.kind == MarkerSpec::Kind::kBoard;
+  const auto points = board ? spec_.board.Points() : std::vector<Vector3d>();
+  std::map<int, int> times;
+  for (const auto& [id, img] : DetectMarkers(spec_.dictionary, gray)) {
+    const auto first = static_cast<std::size_t>(4 * id);
+    if (board && first + 4 > points.size()) continue;  // of another sheet
+    if (spec_.kind == MarkerSpec::Kind::kOne && id != spec_.id) continue;
+    ++times[id];
+    found.markers[id] = img;
+  }
+  // Two of the same number: nobody knows which is which.
+  std::erase_if(found.markers, [&](const auto& marker) { return times[marker.first] > 1; });
+  for (const auto& [id, img] : found.markers)
+    for (std::size_t k = 0; k < 4; ++k) {
+      found.all.emplace_back(static_cast<float>(img[k].x()), static_cast<float>(img[k].y()));
+      if (board)
+        found.board.push_back(
+            {0.001 * points[static_cast<std::size_t>(4 * id) + k], img[k], options_.corner_sigma_px});
+    }
+  return found;
+}
+
+MarkerLocator::Detections MarkerLocator::DetectNearLast(const cv::Mat& gray) const {
+  const cv::Rect part = *last_seen_ & cv::Rect({}, gray.size());
+  if (part.width < 32 || part.height < 32) return {};
+  Detections found = Detect(gray(part));
+  const Vector2d shift(part.x, part.y);
+  for (PointObservation& corner : found.board) corner.img += shift;
+  for (auto& [id, img] : found.markers)
+    for (Vector2d& corner : img) corner += shift;
+  for (cv::Point2f& corner : found.all) corner += cv::Point2f(part.tl());
+  return found;
+}
+
+std::vector<PointObservation> MarkerLocator::KnownCorners(const Detections& detections) const {
+  return spec_.kind == MarkerSpec::Kind::kBoard ? detections.board
+                                                : map_.Corners(detections.markers, options_.corner_sigma_px);
+}
+
+std::optional<Rigid3> MarkerLocator::Predicted(double time_s) const {
+  if (history_.empty() || std::abs(time_s - history_.back().time_s) > options_.history_s) return std::nullopt;
+  return history_.back().cam_from_world;
+}
+
+std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> corners,
+                                               const std::optional<Rigid3>& history, bool* ambiguous) const {
+  *ambiguous = false;
+  if (corners.size() < 4) return std::nullopt;
+  struct Candidate {
+    PoseRefinement refined;
+    double error;
+  };
+  std::vector<Candidate> candidates;
+  // A wrong corner among many is gated; of a single marker's four none can be spared.
+  const RefinePoseOptions refine{.gate_sigmas = corners.size() > 8 ? 10.0 : 1e6, .max_iterations = 20};
+  for (const Rigid3& guess : FirstGuesses(camera_, corners))
+    if (auto refined = RefinePose(camera_, corners, guess, refine)) {
+      const double error = SquaredSigmas(camera_, corners, refined->cam_from_world, options_.corner_sigma_px);
+      candidates.push_back({std::move(*refined), error});
+    }
+  if (candidates.empty()) return std::nullopt;
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
+  // The corners' own scatter says how good they are, where they are many; what is usual, where they are few.
+  const auto freedom = 2 * static_cast<double>(corners.size()) - 6;
+  constexpr double kUsual = 10;  // as if so many errors of the usual size had been seen
+  const double worse = (kUsual + candidates[0].error) / (kUsual + freedom);
+  std::size_t chosen = 0;
+  MarkerPose pose;
+  double between = 0;
+  if (candidates.size() > 1) {
+    const auto apart = [](const Rigid3& a, const Rigid3& b) {
+      return RotationAngle(a.rotation * b.rotation.conjugate());
+    };
+    const Rigid3 &first = candidates[0].refined.cam_from_world,
+                 &second = candidates[1].refined.cam_from_world;
+    constexpr double kSame = 1e-3;  // radians
+    const bool sure = candidates[1].error - candidates[0].error > options_.sure_difference * worse;
+    if (!sure && apart(first, second) > kSame) {
+      between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
+    }
+    // Where both say nearly the same it does not matter which; the predicted error covers both.
+    constexpr double kLittle = 0.01;  // of the distance
+    if (between > kLittle * first.translation.norm()) {
+      constexpr double kClearly = 0.5;
+      if (!history) {
+        *ambiguous = true;
+        return std::nullopt;
+      }
+      const double to_first = apart(first, *history), to_second = apart(second, *history);
+      if (std::min(to_first, to_second) > kClearly * std::max(to_first, to_second)) {
+        *ambiguous = true;
+        return std::nullopt;
+      }
+      chosen = to_first <= to_second ? 0 : 1;
+      pose.by_history = true;
+      between = 0;  // told apart
+    }
+  }
+  const Candidate& best = candidates[chosen];
+  pose.cam_from_world = best.refined.cam_from_world;
+  Vector3d mean = Vector3d::Zero();
+  double squared = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (!best.refined.inlier[i]) continue;
+    const auto img = camera_.ImgFromCam(pose.cam_from_world * corners[i].point_in_world);
+    if (!img) return std::nullopt;
+    squared += (*img - corners[i].img).squaredNorm();
+    mean += pose.cam_from_world * corners[i].point_in_world;
+    pose.corners.push_back(corners[i]);
+  }
+  const auto count = static_cast<double>(pose.corners.size());
+  pose.rms_px = std::sqrt(squared / count);
+  pose.distance = (mean / count).norm();
+  if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() || pose.rms_px > kMostRmsPx ||
+      (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
+    return std::nullopt;
+  // What neighbouring corners have in common (the lens, the light, the print) no number of them averages out.
+  constexpr double kIndependent = 8;
+  const double alike = std::max(1.0, count / kIndependent);
+  pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse * alike));
+  for (PointObservation& corner : pose.corners) corner.sigma_px *= std::sqrt(worse * alike);
+  return pose;
+}
+
+void MarkerLocator::Learn(const Detections& detections, const std::optional<MarkerPose>& pose) {
+  if (spec_.kind != MarkerSpec::Kind::kSeveral) return;
+  const auto local = MarkerCorners(spec_.side_m);
+  std::map<int, Rigid3> alone;  // markers whose own pose leaves no doubt
+  for (const auto& [id, img] : detections.markers) {
+    if (map_.Knows(id)) continue;
+    std::vector<PointObservation> corners;
+    for (std::size_t k = 0; k < 4; ++k) corners.push_back({local[k], img[k], options_.corner_sigma_px});
+    bool ambiguous = false;
+    if (const auto own = Solve(std::move(corners), std::nullopt, &ambiguous)) alone[id] = own->cam_from_world;
+  }
+  if (map_.Size() == 0) {
+    if (!alone.empty()) map_.Begin(alone.begin()->first);
+  } else if (pose && !pose->by_history) {
+    map_.Add(pose->cam_from_world, detections.markers, alone);
+  }
+}
+
+std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time_s) {
+  if (gray.cols != camera_.width || gray.rows != camera_.height)
+    throw Error("markers: an image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
+                gray.cols, gray.rows, camera_.width, camera_.height);
+  Detections found;
+  if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < kSearchAllEvery)) {
+    found = DetectNearLast(gray);
+    ++frames_near_;
+  }
+  if (found.all.empty()) {
+    found = Detect(gray);
+    frames_near_ = 0;
+  }
+  last_seen_.reset();
+  if (!found.all.empty()) {
+    const cv::Rect box = cv::boundingRect(found.all);
+    // As far as a hand moves between frames, and the board's rest that was hidden.
+    const int margin = std::max(box.width, box.height) / 3 + gray.cols / 24;
+    last_seen_ = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin);
+  }
+  bool ambiguous = false;
+  if (spec_.kind == MarkerSpec::Kind::kSeveral && map_.Size() == 0) Learn(found, std::nullopt);
+  const auto pose = Solve(KnownCorners(found), Predicted(time_s), &ambiguous);
+  ambiguous_frames_ += ambiguous;
+  Learn(found, pose);
+  if (!pose) return std::nullopt;
+  history_.push_back({time_s, pose->cam_from_world});
+  if (history_.size() > 2) history_.erase(history_.begin());
+  return pose;
+}
+
+void Describe(const MarkerPose& pose, Track& track) {
+  track.state = TrackState::kTracking;
+  track.cam_from_world = pose.cam_from_world;
+  track.matched_points = static_cast<int>(pose.corners.size());
+  track.center_sigma = pose.center_sigma;
+  track.quality = QualityOf(pose.center_sigma, pose.distance);
+}
+
+std::vector<VisiblePoint> VisibleCorners(const MarkerPose& pose) {
+  std::vector<VisiblePoint> visible;
+  for (const PointObservation& corner : pose.corners)
+    visible.push_back({corner.point_in_world, corner.img, (pose.cam_from_world * corner.point_in_world).z()});
+  return visible;
+}
+
+Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose) {
+  Frame posed = frame;
+  posed.known_cam_from_world.reset();
+  if (pose) posed.known_cam_from_world = pose->cam_from_world;
+  return posed;
+}
+
+std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
+                                          const CameraModel& camera) {
+  MarkerLocator other = locator.For(camera);
+  return other.Locate(GrayForTracking(photograph.image), 0);
+}
+
+}  // namespace ulf

@@ -1,0 +1,114 @@
+#include "tracking/sources/marker_map.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "tracking/sources/marker_spec.h"
+
+namespace ulf {
+
+namespace {
+
+constexpr std::size_t kProposals = 6;  // that must agree
+constexpr double kAgreeAngle = 0.06;   // radians between proposals
+constexpr std::size_t kMostKeyframes = 60;
+
+// The proposal that most others agree with, and how many do.
+std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m) {
+  std::pair<Rigid3, std::size_t> best{proposals.front(), 0};
+  for (const Rigid3& candidate : proposals) {
+    const auto agree =
+        static_cast<std::size_t>(std::count_if(proposals.begin(), proposals.end(), [&](const Rigid3& other) {
+          return (candidate.translation - other.translation).norm() < agree_m &&
+                 RotationAngle(candidate.rotation.conjugate() * other.rotation) < kAgreeAngle;
+        }));
+    if (agree > best.second) best = {candidate, agree};
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<PointObservation> MarkerMap::Corners(const std::map<int, MarkerImage>& seen,
+                                                 double sigma_px) const {
+  const auto local = MarkerCorners(side_m_);
+  std::vector<PointObservation> corners;
+  for (const auto& [id, img] : seen) {
+    const auto found = world_from_marker_.find(id);
+    if (found == world_from_marker_.end()) continue;
+    for (std::size_t k = 0; k < 4; ++k) corners.push_back({found->second * local[k], img[k], sigma_px});
+  }
+  return corners;
+}
+
+void MarkerMap::Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,
+                    const std::map<int, Rigid3>& cam_from_new) {
+  bool grew = false;
+  for (const auto& [id, cam_from_marker] : cam_from_new) {
+    std::vector<Rigid3>& proposals = proposed_[id];
+    proposals.push_back(cam_from_world.Inverse() * cam_from_marker);
+    if (proposals.size() > 4 * kProposals) proposals.erase(proposals.begin());
+    const auto [place, agree] = Consensus(proposals, 0.5 * side_m_);
+    if (agree < kProposals) continue;
+    world_from_marker_[id] = place;
+    proposed_.erase(id);
+    grew = true;
+  }
+  // A keyframe for every new direction or set of markers.
+  const auto known = [&](const auto& entry) { return Knows(entry.first); };
+  if (std::count_if(seen.begin(), seen.end(), known) < 2) return;
+  const double distance = cam_from_world.translation.norm();
+  const bool like_another = std::any_of(keyframes_.begin(), keyframes_.end(), [&](const Keyframe& k) {
+    return (k.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm() < 0.05 * distance &&
+           std::all_of(seen.begin(), seen.end(), [&](const auto& s) { return k.seen.contains(s.first); });
+  });
+  if (like_another && !grew) return;
+  if (keyframes_.size() >= kMostKeyframes) keyframes_.erase(keyframes_.begin() + kMostKeyframes / 2);
+  keyframes_.push_back({cam_from_world, seen});
+  Adjust(grew ? 20 : 5);
+}
+
+void MarkerMap::Adjust(int rounds) {
+  const auto local = MarkerCorners(side_m_);
+  for (int round = 0; round < rounds; ++round) {
+    for (Keyframe& keyframe : keyframes_)
+      if (const auto refined = RefinePose(camera_, Corners(keyframe.seen, 0.5), keyframe.cam_from_world,
+                                          {.huber_sigmas = 2.45, .gate_sigmas = 1e6, .rounds = 1}))
+        keyframe.cam_from_world = refined->cam_from_world;
+    for (auto& [id, world_from_marker] : world_from_marker_) {
+      if (id == first_) continue;
+      // A marker's pose from all its frames is a rig of cameras' pose: Gauss-Newton by numeric derivatives.
+      Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+      Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+      int corners = 0;
+      for (const Keyframe& keyframe : keyframes_) {
+        const auto seen = keyframe.seen.find(id);
+        if (seen == keyframe.seen.end()) continue;
+        const Rigid3 cam_from_marker = keyframe.cam_from_world * world_from_marker;
+        for (std::size_t k = 0; k < 4; ++k) {
+          Eigen::Matrix<double, 2, 3> img_by_point;
+          const auto img = camera_.ImgFromCam(cam_from_marker * local[k], &img_by_point);
+          if (!img) continue;
+          const Eigen::Vector2d residual = *img - seen->second[k];
+          // The marker is moved by a twist of its own frame: point -> point + omega x point + v.
+          Eigen::Matrix3d minus_cross;
+          const Eigen::Vector3d& p = local[k];
+          minus_cross << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+          Eigen::Matrix<double, 2, 6> jacobian;
+          const Eigen::Matrix<double, 2, 3> by_local = img_by_point * cam_from_marker.RotationMatrix();
+          jacobian << by_local * minus_cross, by_local;
+          const double weight = std::min(1.0, 1.0 / std::max(1e-9, residual.norm()));
+          hessian += weight * jacobian.transpose() * jacobian;
+          gradient += weight * jacobian.transpose() * residual;
+          ++corners;
+        }
+      }
+      if (corners < 8) continue;
+      const Eigen::Matrix<double, 6, 1> step = -hessian.ldlt().solve(gradient);
+      if (!step.allFinite()) continue;
+      world_from_marker = world_from_marker * Perturbed({}, step);
+    }
+  }
+}
+
+}  // namespace ulf

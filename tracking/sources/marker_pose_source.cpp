@@ -1,0 +1,67 @@
+#include <spdlog/spdlog.h>
+
+#include "core/base/counted.h"
+#include "core/base/thread_clock.h"
+#include "tracking/sources/marker_locator.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf {
+namespace {
+
+class MarkerSource : public PoseSource {
+ public:
+  MarkerSource(const CameraModel& camera, const MarkerSpec& spec)
+      : locator_(camera, spec), given_(MakeKnownPoseSource(camera, Subject{spec.Middle(), 0.1})) {}
+
+  Track Step(const Frame& frame) override {
+    const double start_s = ThreadCpuSeconds();
+    std::optional<MarkerPose> pose;
+    if (frame.status == FrameStatus::kComplete && !frame.image.empty())
+      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
+    Track track = given_->Step(WithPose(frame, pose));
+    if (pose) {
+      Describe(*pose, track);
+      track.relocalized = began_ && lost_;
+      began_ = true;
+      visible_ = VisibleCorners(*pose);
+    } else {
+      track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
+      visible_.clear();
+    }
+    if (!track.skipped) lost_ = !pose;
+    track.cpu_s = ThreadCpuSeconds() - start_s;
+    return track;
+  }
+  std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
+                              const std::optional<Rigid3>& /*near*/) const override {
+    const auto pose = LocateByMarkers(locator_, photograph, camera);
+    if (!pose) return std::nullopt;
+    Track track;
+    Describe(*pose, track);
+    track.anchor = Anchored{0, pose->cam_from_world};
+    return track;
+  }
+  Rigid3 PoseOf(const Anchored& anchor) const override { return anchor.cam_from_keyframe; }
+  std::vector<VisiblePoint> VisiblePoints() const override { return visible_; }
+  bool IsMetric() const override { return true; }
+  void Finish() override {
+    if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
+    if (locator_.AmbiguousFrames() > 0)
+      spdlog::info("markers: {} without a pose because two were equally likely; larger or more markers help",
+                   ulf::Counted(locator_.AmbiguousFrames(), "frame"));
+  }
+
+ private:
+  MarkerLocator locator_;
+  std::unique_ptr<PoseSource> given_;  // judges sharpness and motion
+  std::vector<VisiblePoint> visible_;
+  bool began_ = false, lost_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseSource> MakeMarkerSource(const CameraModel& camera, const MarkerSpec& spec) {
+  return std::make_unique<MarkerSource>(camera, spec);
+}
+
+}  // namespace ulf

@@ -1,0 +1,36 @@
+// What markers a pose may come from: a board of known layout, or single markers of known size.
+//
+//   charuco:7x5:30:22:DICT_5X5_100, aruco:4x5:37.5:5:DICT_6X6_1000   a board (core/fiducials/board.h)
+//   marker:80:DICT_APRILTAG_36h11:3     the marker with number 3, its black square 80 mm wide
+//   marker:80:DICT_APRILTAG_36h11       several of that size, arranged nobody knows how: learnt on the way
+//
+// Frame: metres, origin at the board's upper left corner, or in the middle of a single marker; x to the
+// right, y down, z into the sheet. Of learnt markers the first that is seen well is the world.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/fiducials/board.h"
+
+namespace ulf {
+
+struct MarkerSpec {
+  enum class Kind { kBoard, kOne, kSeveral };
+  Kind kind = Kind::kBoard;
+  Board board;        // of a board
+  double side_m = 0;  // of single markers
+  int id = 0;         // of one
+  std::string dictionary;
+
+  static MarkerSpec Parse(const std::string& text);  // throws UsageError
+  // The middle of the board, in its own frame; zero for single markers.
+  Eigen::Vector3d Middle() const;
+};
+
+// The corners of a single marker in its own frame, metres, clockwise from its upper left one.
+std::vector<Eigen::Vector3d> MarkerCorners(double side_m);
+
+}  // namespace ulf

@@ -1,0 +1,34 @@
+// Poses with times, as a robot or a motion-capture system gives them, and what they say of a moment between
+// two: the position on the line, the orientation on the shortest arc. In a gap nothing is said.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+
+#include "core/geometry/rigid3.h"
+
+namespace ulf {
+
+enum class PoseAnswer { kFound, kBefore, kAfter, kGap };  // kAfter: the moment is after the newest pose
+
+class PoseHistory {
+ public:
+  // Between poses farther apart than `max_gap_s` there is none. Of more than `most` the earliest are
+  // forgotten.
+  explicit PoseHistory(double max_gap_s, std::size_t most = std::size_t(-1))
+      : max_gap_s_(max_gap_s), most_(most) {}
+
+  // In any order; a second pose of one time replaces the first.
+  void Add(double time_s, const Rigid3& world_from_body);
+  PoseAnswer At(double time_s, Rigid3* world_from_body) const;
+  bool empty() const { return poses_.empty(); }
+  double NewestS() const { return poses_.empty() ? 0 : poses_.rbegin()->first; }
+
+ private:
+  double max_gap_s_;
+  std::size_t most_;
+  std::map<double, Rigid3> poses_;
+};
+
+}  // namespace ulf

@@ -1,0 +1,265 @@
+#include "tracking/sources/pose_stream.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+
+namespace ulf {
+namespace {
+
+constexpr std::size_t kLongestLine = 1024;
+constexpr std::size_t kMostPoses = 100000;  // 100 s of the fastest robot's
+
+int ListenOn(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const int yes = 1;
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  if (fd < 0 || bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      listen(fd, 4) != 0) {
+    const std::string reason = std::strerror(errno);
+    if (fd >= 0) close(fd);
+    throw Error("tcp:{}: cannot listen for poses on 127.0.0.1: {}; choose another port", port, reason);
+  }
+  return fd;
+}
+
+int PortOf(int fd) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+  return ntohs(address.sin_port);
+}
+
+// For people: what cannot be printed is a dot, and no more than a screen's line.
+std::string Shown(const std::string& line) {
+  std::string shown = line.substr(0, 60);
+  for (char& c : shown)
+    if (c < 32 || c > 126) c = '.';
+  return line.size() > shown.size() ? shown + "..." : shown;
+}
+
+}  // namespace
+
+PoseStream::PoseStream(const PoseStreamOptions& options)
+    : options_(options), history_(options.max_gap_s, kMostPoses) {
+  listening_ = ListenOn(options.port);
+  port_ = PortOf(listening_);
+  if (pipe2(wake_, O_CLOEXEC | O_NONBLOCK) != 0) {
+    close(listening_);
+    throw Error("tcp:{}: no pipe to be had: {}", options.port, std::strerror(errno));
+  }
+  thread_ = std::thread([this] { Serve(); });
+}
+
+PoseStream::~PoseStream() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  const char byte = 0;
+  [[maybe_unused]] const auto written = write(wake_[1], &byte, 1);
+  thread_.join();
+  close(listening_);
+  close(wake_[0]);
+  close(wake_[1]);
+}
+
+void PoseStream::Serve() {
+  int client = -1;
+  std::string pending;
+  bool overlong = false;
+  std::uint64_t lines = 0;
+  const auto set_connected = [&](bool connected) {
+    {
+      const std::lock_guard lock(mutex_);
+      connected_ = connected;
+      starved_ = false;
+      counts_.connections += connected;
+      if (connected) {  // another clock, perhaps
+        sender_clock_ = {};
+        told_offset_s_.reset();
+        if (options_.clock == SenderClock::kOwn) history_ = PoseHistory(options_.max_gap_s, kMostPoses);
+      }
+    }
+    came_.notify_all();
+  };
+  while (true) {
+    pollfd waited[] = {{wake_[0], POLLIN, 0}, {listening_, POLLIN, 0}, {client, POLLIN, 0}};
+    if (poll(waited, client >= 0 ? 3 : 2, -1) < 0 && errno != EINTR) break;
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) break;
+    }
+    if (client >= 0 && waited[2].revents != 0) {
+      char bytes[4096];
+      const auto got = recv(client, bytes, sizeof bytes, 0);
+      if (got <= 0 && !(got < 0 && (errno == EAGAIN || errno == EINTR))) {
+        close(client);
+        client = -1;
+        pending.clear();
+        overlong = false;
+        set_connected(false);
+        spdlog::warn("the sender of poses has left: frames go without a pose until it is back");
+      }
+      for (ssize_t i = 0; i < got; ++i) {
+        if (bytes[i] != '\n') {
+          if (pending.size() < kLongestLine)
+            pending += bytes[i];
+          else
+            overlong = true;
+          continue;
+        }
+        Take(overlong ? pending + "..." : pending, client, ++lines);
+        pending.clear();
+        overlong = false;
+      }
+    }
+    if (waited[1].revents != 0) {
+      const int arrived = accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+      if (arrived >= 0 && client >= 0) {
+        const char busy[] = "# another sender is connected\n";
+        [[maybe_unused]] const auto said = send(arrived, busy, sizeof busy - 1, MSG_NOSIGNAL);
+        close(arrived);
+        const std::lock_guard lock(mutex_);
+        ++counts_.refused;
+      } else if (arrived >= 0) {
+        const int yes = 1;
+        setsockopt(arrived, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+        client = arrived;
+        set_connected(true);
+      }
+    }
+  }
+  if (client >= 0) close(client);
+}
+
+void PoseStream::Take(const std::string& line, int client, std::uint64_t number) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  if (first == std::string::npos || line[first] == '#') return;
+  double value = 0;
+  int used = 0;
+  const auto all_read = [&] {
+    return line.find_first_not_of(" \t\r", static_cast<std::size_t>(used)) == std::string::npos;
+  };
+  if (std::sscanf(line.c_str(), " sync %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
+    const double now_s = EpochSeconds();
+    {
+      const std::lock_guard lock(mutex_);
+      sender_clock_.Add(value, now_s);
+    }
+    const std::string answer = fmt::format("sync {:.9f} {:.9f}\n", value, now_s);
+    [[maybe_unused]] const auto said = send(client, answer.data(), answer.size(), MSG_NOSIGNAL);
+    return;
+  }
+  if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
+    const std::lock_guard lock(mutex_);
+    told_offset_s_ = value;
+    return;
+  }
+  if (TakePose(line)) return;
+  const std::lock_guard lock(mutex_);
+  if (counts_.malformed++ > 0) return;
+  counts_.first_malformed = fmt::format("line {}: '{}'", number, Shown(line));
+  spdlog::warn(
+      "poses from outside: {} is not 'time tx ty tz qx qy qz qw'; such lines are left out and counted",
+      counts_.first_malformed);
+}
+
+bool PoseStream::TakePose(const std::string& line) {
+  double v[8];
+  int used = 0;
+  if (std::sscanf(line.c_str(), "%lf %lf %lf %lf %lf %lf %lf %lf%n", v, v + 1, v + 2, v + 3, v + 4, v + 5,
+                  v + 6, v + 7, &used) != 8 ||
+      line.find_first_not_of(" \t\r", static_cast<std::size_t>(used)) != std::string::npos)
+    return false;
+  for (const double number : v)
+    if (!std::isfinite(number)) return false;
+  const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
+  if (std::abs(rotation.norm() - 1) > 0.05) return false;
+  const double now_s = EpochSeconds();
+  {
+    const std::lock_guard lock(mutex_);
+    counts_.out_of_order += !history_.empty() && v[0] < history_.NewestS();
+    history_.Add(v[0], {rotation.normalized(), {v[1], v[2], v[3]}});
+    sender_clock_.Add(v[0], now_s);
+    ++counts_.poses;
+    starved_ = false;
+  }
+  came_.notify_all();
+  return true;
+}
+
+std::optional<double> PoseStream::SenderTime(double device_time_s) const {
+  if (options_.clock == SenderClock::kDevice) return device_time_s + options_.offset_s;
+  const double host_s = device_time_s + device_clock_.OffsetS().value_or(0);
+  if (options_.clock == SenderClock::kHost) return host_s + options_.offset_s;
+  const auto offset_s = told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
+  if (!offset_s) return std::nullopt;
+  return host_s - *offset_s + options_.offset_s;
+}
+
+std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double host_time_s) {
+  using Clock = std::chrono::steady_clock;
+  std::unique_lock lock(mutex_);
+  device_clock_.Add(device_time_s, host_time_s);
+  const bool first = counts_.found + counts_.before + counts_.in_gap + counts_.not_in_time == 0;
+  const double patience_s = first && history_.empty() ? options_.connect_s : options_.wait_s;
+  const auto until =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
+  Rigid3 pose;
+  while (true) {
+    const auto time_s = SenderTime(device_time_s);
+    const PoseAnswer answer = time_s ? history_.At(*time_s, &pose) : PoseAnswer::kAfter;
+    if (answer == PoseAnswer::kFound) {
+      ++counts_.found;
+      return pose;
+    }
+    const bool over =
+        Clock::now() >= until || starved_ || (!connected_ && !first) || (options_.stop && options_.stop());
+    // A gap just behind the newest pose may be one that comes late.
+    const bool may_come = answer == PoseAnswer::kAfter ||
+                          (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
+    if (over || !may_come) {
+      if (answer == PoseAnswer::kBefore)
+        ++counts_.before;
+      else if (answer == PoseAnswer::kGap)
+        ++counts_.in_gap;
+      else
+        ++counts_.not_in_time;
+      starved_ = starved_ || (may_come && Clock::now() >= until);
+      return std::nullopt;
+    }
+    came_.wait_until(lock, std::min(until, Clock::now() + std::chrono::milliseconds(50)));
+  }
+}
+
+PoseStream::Counts PoseStream::Statistics() const {
+  const std::lock_guard lock(mutex_);
+  Counts counts = counts_;
+  counts.offset_s = told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
+  return counts;
+}
+
+bool PoseStream::Connected() const {
+  const std::lock_guard lock(mutex_);
+  return connected_;
+}
+
+}  // namespace ulf

@@ -1,8 +1,0 @@
-// `ulf track`: poses of a sequence, its error against a truth, and what tracking costs.
-#pragma once
-
-#include "acquisition/command_line.h"
-
-namespace ulf {
-void AddTrackCommand(CLI::App& app, ChosenCommand& chosen);
-}

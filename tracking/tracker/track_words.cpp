@@ -1,0 +1,53 @@
+#include "tracking/tracker/track_words.h"
+
+#include <fmt/core.h>
+
+#include "core/base/counted.h"
+
+namespace ulf {
+
+std::string InWords(const StartProgress& start) {
+  switch (start.obstacle) {
+    case StartObstacle::kNone:
+    case StartObstacle::kFirstView:
+    case StartObstacle::kConflictingMotions:
+      return Advice(start.obstacle);
+    case StartObstacle::kTooFewFeatures:
+    case StartObstacle::kTooFewMatches:
+      return fmt::format("{} ({} of {})", Advice(start.obstacle), start.matches, start.matches_needed);
+    case StartObstacle::kRotationOnly:
+    case StartObstacle::kLowParallax:
+    case StartObstacle::kAmbiguousPlane:
+    case StartObstacle::kMapDidNotHold:
+      break;
+  }
+  return fmt::format("{} ({:.1f} of {:.1f} degrees of parallax)", Advice(start.obstacle), start.parallax_deg,
+                     start.parallax_needed_deg);
+}
+
+namespace {
+
+// What the picture itself lacks is said before anything about where the camera is.
+std::string LostInWords(const Track& track) {
+  if (track.features && *track.features < kFewestFeatures)
+    return fmt::format("lost: {} ({} of {})", Advice(StartObstacle::kTooFewFeatures), *track.features,
+                       kFewestFeatures);
+  return "lost: nothing in view is recognised: show a part that was seen before, as it was seen";
+}
+
+}  // namespace
+
+std::string InWords(const Track& track) {
+  switch (track.state) {
+    case TrackState::kInitializing:
+      return track.start ? InWords(*track.start) : "starting";
+    case TrackState::kTracking:
+      return track.matched_points > 0 ? "following " + Counted(track.matched_points, "point")
+                                      : "its pose is known";
+    case TrackState::kLost:
+      return LostInWords(track);
+  }
+  return "unknown";
+}
+
+}  // namespace ulf

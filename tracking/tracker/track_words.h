@@ -1,0 +1,15 @@
+// A frame's outcome in words, for the line that the person with the camera watches.
+#pragma once
+
+#include <string>
+
+#include "tracking/tracker/tracker.h"
+
+namespace ulf {
+
+// While a map is being started: what to do, and how much of the parallax is there.
+std::string InWords(const StartProgress& start);
+
+std::string InWords(const Track& track);
+
+}  // namespace ulf

@@ -1,0 +1,168 @@
+#include "tracking/tracker/tracker.h"
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "tracking/map/map_file.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/tracker/tracker_state.h"
+
+namespace ulf {
+
+Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
+  camera.Validate("tracker");
+  state_ = std::make_unique<State>(camera, options);
+}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+Track Tracker::Step(const Frame& frame, const std::optional<WorldSight>& sight) {
+  Track track = state_->Step(frame, sight);
+  track.speed_px = state_->size.ToOriginal(track.speed_px);
+  return track;
+}
+
+void Tracker::MoveWorld(const Similarity3& given_from_world) { state_->MoveWorld(given_from_world); }
+
+bool Tracker::WorldIsGiven() const { return state_->shared.world_given; }
+
+std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel& camera,
+                                     const std::optional<Rigid3>& near,
+                                     const std::optional<WorldSight>& sight) const {
+  camera.Validate("photograph");
+  if (photograph.width() != camera.width || photograph.height() != camera.height)
+    throw Error("a photograph is {}x{}, its camera's intrinsics are for {}x{}; calibrate for this size",
+                photograph.width(), photograph.height(), camera.width, camera.height);
+  return state_->LocatePhotograph(photograph, camera, near, sight);
+}
+
+void Tracker::Finish() {
+  state_->mapper.Rest();
+  state_->mapper.AdjustAll();
+  state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
+  if (state_->calibration) *state_->calibration = state_->calibration->Of(state_->size.original());
+  const auto rolling = state_->Rolling();
+  if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
+}
+
+Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
+  const std::lock_guard lock(state_->shared.mutex);
+  return state_->shared.map.PoseOf(anchor);
+}
+
+std::vector<VisiblePoint> Tracker::VisiblePoints() const {
+  std::vector<VisiblePoint> visible = state_->last.visible;
+  for (VisiblePoint& point : visible) point.img = state_->size.ToOriginal(point.img);
+  return visible;
+}
+
+std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
+
+std::vector<ScenePoint> Tracker::Points() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  std::vector<ScenePoint> points;
+  for (const MapPoint& point : state_->shared.map.points())
+    if (point.alive) points.push_back({point.position, point.rgb, 0, point.views});
+  return points;
+}
+
+void Tracker::NoteView(int view_id, const Track& track) {
+  if (!track.seen) return;
+  const std::lock_guard lock(state_->shared.mutex);
+  Map& map = state_->shared.map;
+  for (const MapSighting& seen : *track.seen)
+    // The mapper may have merged or removed it meanwhile.
+    if (const int point = map.Resolve(seen.point); point >= 0) map.SeenInView(point, {view_id, seen.img});
+}
+
+std::vector<Anchored> Tracker::Keyframes() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  std::vector<Anchored> anchors;
+  for (const int keyframe : state_->shared.map.living())
+    anchors.push_back({keyframe, {}, state_->shared.map.keyframe(keyframe).unit});
+  return anchors;
+}
+
+bool Tracker::SeedMap(std::span<const SeedView> views) {
+  State& state = *state_;
+  state.mapper.Drain();
+  if (views.size() < 2) return false;
+  // Tried on a tracker of its own, so that a failure leaves this one as it was.
+  auto seeded = std::make_unique<State>(state.size.original(), state.options);
+  for (const SeedView& view : views) {
+    const CameraModel& original = state.size.original();
+    if (view.image.width() != original.width || view.image.height() != original.height)
+      throw Error(
+          "a recorded view is {}x{}, the camera's intrinsics are for {}x{}; resume with the same camera",
+          view.image.width(), view.image.height(), original.width, original.height);
+    NewKeyframe offered;
+    auto pyramid =
+        std::make_shared<const Pyramid>(BuildPyramid(state.size.Reduced(GrayForTracking(view.image))));
+    offered.keyframe.cam_from_world = view.cam_from_world;
+    offered.keyframe.features =
+        std::make_shared<const FeatureSet>(seeded->extractor.Extract(*pyramid, 2 * state.options.features));
+    offered.keyframe.pyramid = std::move(pyramid);
+    offered.keyframe.color = state.size.Reduced(Srgb8(view.image));
+    seeded->mapper.AddSeed(std::move(offered));
+  }
+  seeded->mapper.FinishSeeds();
+  constexpr int kMinPoints = 60;
+  Map& map = seeded->shared.map;
+  if (map.LivingPoints() < kMinPoints) return false;
+  // The views are their points' record: of all that a view should show, most was found in a few views only.
+  // Without it the first frame would be expected to find half of everything, and refused.
+  for (const Keyframe& keyframe : map.keyframes())
+    for (const Candidate& candidate : GatherCandidates(map, state.camera, keyframe.cam_from_world))
+      ++map.point(candidate.id).expected;
+  for (const MapPoint& point : map.points())
+    map.point(point.id).found = static_cast<int>(point.observations.size());
+  seeded->state = TrackState::kLost;
+  seeded->frames_tracked = 10;  // given, hence proven
+  state_ = std::move(seeded);
+  return true;
+}
+
+void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
+  state_->mapper.Drain();
+  if (state_->shared.map.LivingPoints() == 0) return;
+  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtThisSize(key)));
+}
+
+std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
+  State& state = *state_;
+  state.mapper.Drain();
+  auto restored = std::make_unique<State>(state.size.original(), state.options);
+  try {
+    const std::string problem =
+        MapFromBytes(ReadWholeFile(file), state.size.KeyAtThisSize(key), state.camera, restored->shared.map);
+    if (!problem.empty()) return problem;
+  } catch (const Error& error) {
+    return error.what();
+  }
+  for (const Keyframe& keyframe : restored->shared.map.keyframes())
+    if (keyframe.alive) restored->index.Add(keyframe);
+  restored->state = TrackState::kLost;
+  restored->frames_tracked = 10;  // it proved itself before
+  state_ = std::move(restored);
+  return {};
+}
+
+TrackerStatistics Tracker::Statistics() const {
+  const std::lock_guard lock(state_->shared.mutex);
+  return {state_->shared.map.LivingKeyframes(),
+          state_->shared.map.LivingPoints(),
+          state_->keyframes_left_out,
+          state_->shared.loops,
+          state_->shared.mutex.LongestWaitSeconds(),
+          state_->calibration,
+          state_->Rolling(),
+          static_cast<int>(state_->shared.map.keyframes().size()),
+          static_cast<int>(state_->shared.map.points().size()),
+          state_->map_start,
+          {state_->camera.width, state_->camera.height, state_->size.original().width,
+           state_->size.original().height}};
+}
+
+const CameraModel& Tracker::camera() const { return state_->size.original(); }
+
+}  // namespace ulf

@@ -1,0 +1,107 @@
+// What a tracker is made of and what it does with a frame: the inside of tracker.h, for its two sources only.
+// Pixels are those of the working size; only frames and photographs come as they are.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "tracking/estimation/pose_error.h"
+#include "tracking/estimation/row_motion.h"
+#include "tracking/features/sharpness.h"
+#include "tracking/map/mapper.h"
+#include "tracking/map/relocalizer.h"
+#include "tracking/tracker/frame_locator.h"
+#include "tracking/tracker/initializer.h"
+#include "tracking/tracker/readout_search.h"
+#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/working_size.h"
+
+namespace ulf {
+
+// The last frame that was tracked.
+struct LastFrame {
+  double time_s = 0;
+  Anchored anchor;
+  std::optional<Rigid3> velocity;  // this camera from the frame before
+  std::unordered_map<int, Eigen::Vector2d> img_of_point;
+  std::vector<VisiblePoint> visible;
+  std::vector<ExpectedPoint> expected;
+  std::optional<Twist> between;  // the velocity since the frame before
+};
+
+struct Tracker::State {
+  State(const CameraModel& camera_in, const TrackerOptions& options_in)
+      : size(camera_in, options_in.max_side_px),
+        camera(size.working()),
+        options(options_in),
+        extractor(camera, options_in.pyramid_levels),
+        shared(camera),
+        index(options_in.seed),
+        mapper(camera, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
+        locator(camera, shared, options_in.features / 5),
+        initializer(camera, options_in.min_initial_parallax_deg, options_in.seed),
+        rows(camera, options_in.readout_s.value_or(0)) {
+    if (!options.readout_s)
+      readout_search.emplace(camera, rows, shared, mapper, options.compensate_found_readout);
+  }
+
+  WorkingSize size;
+  CameraModel camera;  // of the working size, as every image point in here
+  TrackerOptions options;
+  FeatureExtractor extractor;
+  SharedMap shared;
+  KeyframeIndex index;
+  Mapper mapper;
+  FrameLocator locator;
+  Initializer initializer;
+  Sharpness sharpness;
+  RowMotion rows;
+  std::optional<ReadoutSearch> readout_search;
+  std::optional<std::pair<double, Anchored>> frame_before;  // of the last one: time and pose
+  struct BeforeKeyframe {
+    double time_s;
+    Anchored anchor;
+    double keyframe_time_s;
+  };
+  std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
+  MapUnrest unrest;
+  double world_information = 0;  // about where the given world is, from keyframes that showed it; 1 / sigma^2
+  int revision = 0;              // of the map, when the last frame was tracked
+
+  TrackState state = TrackState::kInitializing;
+  LastFrame last;
+  int frame = 0;
+  int frames_since_keyframe = 0;
+  int frames_tracked = 0;  // on this map
+  int map_id = 0;
+  int keyframes_left_out = 0;
+  std::optional<MapStart> map_start;            // of the map there is
+  std::optional<CalibrationCheck> calibration;  // of the last Finish()
+  double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
+
+  Track Step(const Frame& frame_in, const std::optional<WorldSight>& sight);
+  void MoveWorld(const Similarity3& given_from_world);
+  void HearOfWorld(const TrackedImage& image);
+  void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
+  void StartMap(const TwoViewStart& start, const cv::Mat& color);
+  bool Follow(TrackedImage& image, Track& track);
+  bool Relocalize(TrackedImage& image, Track& track);
+  std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
+  std::optional<Readout> Rolling() const;
+  void Accept(double time_s, const Located& located, Track& track);
+  Anchored AnchorOf(const Located& located) const;
+  void Describe(const Located& located, Track& track) const;
+  std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
+                                        const std::optional<Rigid3>& near,
+                                        const std::optional<WorldSight>& sight) const;
+  void TellVelocity(const TrackedImage& image, const Located& located);
+  void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
+  bool WantsKeyframe(const Located& located, int reference_points) const;
+
+  std::optional<Located> located_;  // of the frame in work
+};
+
+}  // namespace ulf
