@@ -25,12 +25,12 @@ int main(int argc, char** argv) {
   bool verbose = false;
   app.add_flag("-v,--verbose", verbose, "Say more");
 
-  ulf::ChosenCommand chosen;
-  ulf::AddCommands(app, chosen);
+  ulf::commands::ChosenCommand chosen;
+  ulf::commands::AddCommands(app, chosen);
 
   if (argc == 1) {
     std::fputs(app.help().c_str(), stderr);
-    return ulf::kWrongUsage;
+    return ulf::commands::kWrongUsage;
   }
   try {
     app.parse(argc, argv);
@@ -38,17 +38,17 @@ int main(int argc, char** argv) {
     if (app.get_subcommands().empty() && !app.remaining().empty()) {
       std::fprintf(stderr, "ulf: there is no command '%s'; 'ulf --help' lists them\n",
                    app.remaining().front().c_str());
-      return ulf::kWrongUsage;
+      return ulf::commands::kWrongUsage;
     }
-    return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
+    return app.exit(error) == 0 ? ulf::commands::kOk : ulf::commands::kWrongUsage;
   } catch (const CLI::ArgumentMismatch& error) {
     const std::string words = error.what();
     const std::size_t colon = words.find(": At Most 1 required");
-    if (colon == std::string::npos) return app.exit(error), ulf::kWrongUsage;
+    if (colon == std::string::npos) return app.exit(error), ulf::commands::kWrongUsage;
     std::fprintf(stderr, "ulf: %s is given more than once; give it once\n", words.substr(0, colon).c_str());
-    return ulf::kWrongUsage;
+    return ulf::commands::kWrongUsage;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ulf::kOk : ulf::kWrongUsage;
+    return app.exit(error) == 0 ? ulf::commands::kOk : ulf::commands::kWrongUsage;
   }
   if (verbose) spdlog::set_level(spdlog::level::debug);
 
@@ -56,13 +56,13 @@ int main(int argc, char** argv) {
     return chosen();
   } catch (const ulf::UsageError& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
-    return ulf::kWrongUsage;
+    return ulf::commands::kWrongUsage;
   } catch (const std::filesystem::filesystem_error& error) {
     std::fprintf(stderr, "ulf: %s: %s; check the path and its permissions\n", error.path1().c_str(),
                  error.code().message().c_str());
-    return ulf::kFailed;
+    return ulf::commands::kFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
-    return ulf::kFailed;
+    return ulf::commands::kFailed;
   }
 }

@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace ulf {
+namespace ulf::commands {
 
 inline constexpr int kOk = 0;
 inline constexpr int kFailed = 1;
@@ -16,4 +16,4 @@ inline constexpr int kWrongUsage = 2;
 // Filled by the subcommand that the command line names.
 using ChosenCommand = std::function<int()>;
 
-}  // namespace ulf
+}  // namespace ulf::commands

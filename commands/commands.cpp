@@ -23,7 +23,7 @@
 #include "commands/tracking/refine_command.h"
 #include "commands/tracking/track_command.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddDevicesCommand(app, chosen);
@@ -50,4 +50,4 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddExportCommand(app, chosen);
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

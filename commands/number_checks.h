@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-namespace ulf {
+namespace ulf::commands {
 
 inline CLI::Validator NumberCheck(bool zero_too) {
   return CLI::Validator(
@@ -21,4 +21,4 @@ inline CLI::Validator NumberCheck(bool zero_too) {
 inline CLI::Validator Positive() { return NumberCheck(false); }
 inline CLI::Validator NonNegative() { return NumberCheck(true); }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Automatic {
@@ -165,4 +165,4 @@ AravisFrozen FreezeAravisAutomatics(const AravisSession& session, const AravisOp
   return frozen;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Switches those on and off that the URI names. Throws UsageError for one to be on that the camera has not.
 void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
@@ -28,4 +28,4 @@ struct AravisFrozen {
 };
 AravisFrozen FreezeAravisAutomatics(const AravisSession& session, const AravisOptions& options);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

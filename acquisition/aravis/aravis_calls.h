@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
 template <typename Call>
@@ -50,4 +50,4 @@ void Try(Call&& call) {
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 #include "acquisition/aravis/aravis_region.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 // On this computer: with its headers just within 8 KiB, the block that the kernel gives it. A larger packet
@@ -487,4 +487,4 @@ void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
        [&](GError** e) { arv_camera_set_string(session.Camera(), "BalanceWhiteAuto", "Once", e); });
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

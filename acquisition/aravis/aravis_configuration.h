@@ -9,7 +9,7 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // What the camera says it does after everything was written.
 struct AravisConfigured {
@@ -39,4 +39,4 @@ void ReadLight(const AravisSession& session, const std::string& who, AravisConfi
 // Lets the camera balance its colours by itself, once. It needs frames to look at: after the start.
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

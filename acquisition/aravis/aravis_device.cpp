@@ -25,7 +25,7 @@
 #include "core/base/host_time.h"
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
@@ -468,4 +468,4 @@ void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
 
 std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri) { return std::make_unique<AravisDevice>(uri); }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

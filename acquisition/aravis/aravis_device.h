@@ -62,8 +62,8 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

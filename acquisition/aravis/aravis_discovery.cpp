@@ -12,7 +12,7 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Discovered {
@@ -154,4 +154,4 @@ std::vector<DeviceInfo> ListAravisDevices() {
   return list;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // What the library opens for the ID of a URI (aravis_device.h tells what an ID may be): at once for an
 // address, after a second of discovery for anything else. Throws Error with what was found instead.
@@ -17,4 +17,4 @@ std::string ResolveAravis(const std::string& uri, const std::string& id);
 // another network, this user may not open the USB device.
 std::vector<DeviceInfo> ListAravisDevices();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

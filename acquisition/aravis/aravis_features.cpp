@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 std::optional<FeatureType> TypeOf(ArvGcNode* node) {
@@ -296,4 +296,4 @@ std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri) {
   return std::make_unique<AravisFeatures>(uri);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

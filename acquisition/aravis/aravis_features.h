@@ -8,8 +8,8 @@
 
 #include "acquisition/device/features.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::string BufferStatusText(ArvBufferStatus status) {
   switch (status) {
@@ -133,4 +133,4 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
       frame.device_time_s = tick_s_ * static_cast<double>(ticks);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

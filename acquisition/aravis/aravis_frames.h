@@ -8,7 +8,7 @@
 #include "acquisition/aravis/aravis_configuration.h"
 #include "core/image/frame.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Why a frame is not whole, for people.
 std::string BufferStatusText(ArvBufferStatus status);
@@ -45,4 +45,4 @@ class AravisFrames {
   bool said_unexpected_ = false, said_no_chunks_ = false;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 std::optional<int> WholeNumber(const DeviceUri& uri, const std::string& key, int least,
@@ -143,4 +143,4 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   return options;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

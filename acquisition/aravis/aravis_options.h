@@ -7,7 +7,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct AravisRegion {
   int width = 0, height = 0, x = 0, y = 0;
@@ -52,4 +52,4 @@ struct AravisOptions {
 // Throws UsageError naming the option that is unknown or makes no sense.
 AravisOptions AravisOptionsOf(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

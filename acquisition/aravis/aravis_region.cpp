@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numeric>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Steps {
@@ -101,4 +101,4 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
   return limits;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -13,7 +13,7 @@
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // The largest image that the camera sends as it is binned.
 struct AravisImageLimits {
@@ -25,4 +25,4 @@ struct AravisImageLimits {
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

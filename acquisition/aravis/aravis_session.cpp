@@ -11,7 +11,7 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/stop_signal.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
@@ -128,4 +128,4 @@ void AravisSession::Describe(DeviceInfo& info) const {
   info.bus = ARV_IS_GV_DEVICE(Device()) ? "GigEVision" : ARV_IS_UV_DEVICE(Device()) ? "USB3Vision" : "";
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -15,7 +15,7 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class AravisSession {
  public:
@@ -61,4 +61,4 @@ class AravisSession {
   std::atomic<int> inside_handler_{0};
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

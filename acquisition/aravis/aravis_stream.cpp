@@ -9,7 +9,7 @@
 #include "acquisition/aravis/bound_sockets.h"
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr int kRealtimePriority = 10;  // of 99: above ordinary programs, below the kernel's own
@@ -196,4 +196,4 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   return shown;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -15,7 +15,7 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/stream_guard.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class AravisStream {
  public:
@@ -59,4 +59,4 @@ class AravisStream {
   std::size_t socket_buffer_bytes_ = 0;  // asked for
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

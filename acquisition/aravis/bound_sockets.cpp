@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::vector<BoundSocket> BoundUdpSockets() {
   std::vector<BoundSocket> found;
@@ -36,4 +36,4 @@ std::vector<BoundSocket> BoundSince(const std::vector<BoundSocket>& before) {
   return now;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct BoundSocket {
   int fd = -1;
@@ -20,4 +20,4 @@ std::vector<BoundSocket> BoundUdpSockets();
 // Those that were not there before.
 std::vector<BoundSocket> BoundSince(const std::vector<BoundSocket>& before);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <memory>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
@@ -227,4 +227,4 @@ std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<Network
       own.empty() ? "has none outside itself" : "is elsewhere: " + own);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

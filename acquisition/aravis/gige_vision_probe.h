@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 inline constexpr int kGvcpPort = 3956;
 
@@ -55,4 +55,4 @@ std::vector<NetworkInterface> NetworkInterfaces();
 // that is not it.
 std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -16,7 +16,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr std::size_t kIpAndUdpBytes = 28;
@@ -216,4 +216,4 @@ std::uint64_t StreamGuard::Refused() const {
   return counts[SK_MEMINFO_DROPS];
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -18,7 +18,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct StreamBounds {
   std::string camera;   // IPv4 address
@@ -48,4 +48,4 @@ class StreamGuard {
   int swallower_ = -1;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

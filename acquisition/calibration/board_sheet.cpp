@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr double kMarginMm = 10;    // printers reach no farther, and a board needs white around it
@@ -143,4 +143,4 @@ std::string SheetPdf(const Board& board, const SheetLayout& layout) {
   return pdf;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 
 #include "core/fiducials/board.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct SheetLayout {
   double page_width_mm = 0, page_height_mm = 0;
@@ -25,4 +25,4 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page);
 std::string SheetSvg(const Board& board, const SheetLayout& layout);
 std::string SheetPdf(const Board& board, const SheetLayout& layout);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector2d;
@@ -363,4 +363,4 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -14,7 +14,7 @@
 #include "acquisition/calibration/lens_choice.h"
 #include "core/fiducials/board_detector.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // How the views cover what a lens model is about.
 struct BoardCoverage {
@@ -67,4 +67,4 @@ double MeanShiftPx(const BoardView& a, const BoardView& b);
 std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector<BoardView>& views, int width,
                                            int height);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 #include "core/base/host_time.h"
 #include "core/base/name_order.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,4 +200,4 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
   return files;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "acquisition/calibration/calibration_guide.h"
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct CollectedViews {
   int width = 0, height = 0;
@@ -48,4 +48,4 @@ std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCap
 // The images among files and folders, each folder in the order of names as people count.
 std::vector<std::string> ImagesIn(const std::vector<std::string>& paths);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr std::array kNames{"kalibr", "ros", "opencv", "colmap"};
@@ -364,4 +364,4 @@ std::string CalibrationText(CalibrationFormat format, const CameraModel& camera,
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

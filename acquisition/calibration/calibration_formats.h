@@ -17,7 +17,7 @@
 
 #include "core/geometry/camera_model.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class CalibrationFormat { kKalibr, kRos, kOpenCv, kColmap };
 const char* Name(CalibrationFormat format);
@@ -35,4 +35,4 @@ CameraModel ReadCalibrationText(CalibrationFormat format, const std::string& tex
 std::string CalibrationText(CalibrationFormat format, const CameraModel& camera, const std::string& name,
                             bool xml = false);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

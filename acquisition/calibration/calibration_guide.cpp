@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr double kTilted = 18 * M_PI / 180;
@@ -140,4 +140,4 @@ std::string CalibrationGuide::Map() const {
   return map;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

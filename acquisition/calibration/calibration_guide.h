@@ -16,7 +16,7 @@
 
 #include "acquisition/calibration/calibrate.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class ViewVerdict { kTaken, kNotSeen, kMoving, kBlurred, kNothingNew };
 const char* Name(ViewVerdict verdict);
@@ -62,4 +62,4 @@ class CalibrationGuide {
   double least_blur_px_ = 1e9;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/geometry/camera_json.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 std::string ReadText(const std::filesystem::path& path) {
@@ -160,4 +160,4 @@ void WriteCalibration(const std::filesystem::path& path, const CameraModel& came
                     {.camera = camera});
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -26,7 +26,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/image/flat_field.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Which camera a calibration is of. A webcam often has no serial; then model and bus path have to do.
 struct CameraIdentity {
@@ -67,4 +67,4 @@ CameraModel ReadCalibration(const std::filesystem::path& path, const std::string
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode = "live");
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

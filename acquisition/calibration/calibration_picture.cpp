@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector2d;
@@ -276,4 +276,4 @@ cv::Mat DrawFlatField(const FlatFieldResult& result) {
   return canvas;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 #include "acquisition/calibration/calibrate.h"
 #include "core/image/flat_field.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Left: every corner's residual as an arrow from where it was predicted, magnified as written, over contours
 // of the lens's distortion in pixels. Right: where corners were seen. Good residuals point everywhere; a
@@ -16,4 +16,4 @@ cv::Mat DrawCalibration(const CalibrationResult& result);
 // Left: the light over the image with lines of equal share; right: along the diagonal, B, G and R. CV_8UC3.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/sensor_window.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -233,4 +233,4 @@ CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, 
   return resolved.camera;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -30,7 +30,7 @@
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct IntrinsicsArgs {
   std::string calibration_path = {};    // empty: not named
@@ -61,4 +61,4 @@ CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, 
 std::filesystem::path StoredCalibrationPath(const std::string& serial);
 std::filesystem::path StoredCalibrationPath(const CameraIdentity& identity);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vect
   return choice;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

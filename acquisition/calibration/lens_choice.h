@@ -19,7 +19,7 @@
 
 #include "acquisition/calibration/lens_fit.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct CandidateResult {
   LensFit fit = {};
@@ -43,4 +43,4 @@ struct LensChoice {
 LensChoice ChooseLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                       const CameraModel& start);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

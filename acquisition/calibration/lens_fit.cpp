@@ -11,7 +11,7 @@
 
 #include "core/base/silent_solver.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Matrix3d;
@@ -356,4 +356,4 @@ LensFit FitLens(const std::vector<Vector3d>& board_points, const std::vector<Boa
   return fit;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -15,7 +15,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // A lens model that may be all that a lens needs.
 struct LensCandidate {
@@ -64,4 +64,4 @@ std::vector<Eigen::Vector2d> Residuals(const std::vector<Eigen::Vector3d>& board
                                        const BoardView& view, const CameraModel& camera,
                                        const Rigid3& cam_from_board);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 const char* Name(DeviceState state) {
   constexpr std::array kNames{"connected", "streaming", "faulted", "reconnecting", "ended", "lost"};
@@ -14,4 +14,4 @@ const char* Name(DeviceEventKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -30,8 +30,10 @@
 #include "core/image/frame.h"
 
 namespace ulf {
-
 struct FlatField;  // core/image/flat_field.h
+}  // namespace ulf
+
+namespace ulf::acquisition {
 
 struct DeviceInfo {
   std::string uri;
@@ -135,4 +137,4 @@ std::unique_ptr<Device> OpenDevice(const std::string& uri);
 // Every camera in reach, real ones first, then the simulated one that is always there. Takes about a second.
 std::vector<DeviceInfo> ListDevices();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr const char* kFormat = "ulf-features";
@@ -233,4 +233,4 @@ FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access)
   return summary;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -17,7 +17,7 @@
 
 #include "acquisition/device/features.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct SavedFeature {
   std::string name, value;
@@ -51,4 +51,4 @@ struct FeatureLoadSummary {
 };
 FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

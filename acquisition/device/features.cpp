@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 std::string Lower(std::string text) {
@@ -181,4 +181,4 @@ bool SameValue(const CameraFeature& feature, const std::string& a, const std::st
   return std::abs(*first - *second) <= tolerance;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class FeatureType { kInteger, kFloat, kBoolean, kEnumeration, kString, kCommand };
 const char* Name(FeatureType type);
@@ -76,4 +76,4 @@ bool SameValue(const CameraFeature& feature, const std::string& a, const std::st
 // By scheme, as OpenDevice. Throws UsageError for a device without features (replay, sim).
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr std::uint64_t kIds16 = 65535;  // 1 to 65535: 0 is left out at the wrap
@@ -39,4 +39,4 @@ void FrameIdCounter::Arrived(std::uint64_t id) {
   newest_ = id;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class FrameIdCounter {
  public:
@@ -25,4 +25,4 @@ class FrameIdCounter {
   std::uint64_t out_of_order_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

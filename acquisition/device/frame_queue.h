@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/image/frame.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class WhenFull { kDropOldest, kBlock };
 
@@ -106,4 +106,4 @@ class BoundedQueue {
 
 using FrameQueue = BoundedQueue<Frame>;
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -22,7 +22,7 @@
 #include "core/image/jpeg_file.h"
 #include "core/image/tiff_file.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -363,4 +363,4 @@ Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
   return frame;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -29,7 +29,7 @@
 #include "acquisition/device/device.h"
 #include "core/image/flat_field.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Where the frames came from, and the intrinsics that the session was run with; none: it had none, or they
 // were not asked for.
@@ -94,4 +94,4 @@ FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
 // With its pixels, and a photograph's raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -2,7 +2,7 @@
 
 #include "core/geometry/camera_json.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using nlohmann::json;
@@ -111,4 +111,4 @@ Frame FrameFromJson(const JsonPlace& line) {
   return frame;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -4,7 +4,7 @@
 #include "acquisition/device/frame_recording.h"
 #include "core/base/json_fields.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 nlohmann::json RecordingHeaderToJson(const RecordingHeader& header);
 // Throws Error for a recording of a newer version.
@@ -14,4 +14,4 @@ RecordingHeader RecordingHeaderFromJson(const JsonPlace& line);
 nlohmann::json FrameToJson(const Frame& frame, const std::string& file, const std::string& raw_file);
 Frame FrameFromJson(const JsonPlace& line);  // without pixels
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -11,7 +11,7 @@
 #include "acquisition/v4l2/v4l2_device.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr const char* kWhatWorks =
@@ -104,4 +104,4 @@ std::vector<DeviceInfo> ListDevices() {
   return devices;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -5,7 +5,7 @@
 #include "acquisition/v4l2/v4l2_features.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
   const DeviceUri uri = DeviceUri::Parse(text);
@@ -18,4 +18,4 @@ std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
       text);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 #include "core/base/host_time.h"
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -145,4 +145,4 @@ std::unique_ptr<Device> MakePacedDevice(std::unique_ptr<Device> recording, doubl
   return std::make_unique<PacedDevice>(std::move(recording), speed);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,9 +7,9 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // `recording` is a device whose frames wait (IsLive() false), not started.
 std::unique_ptr<Device> MakePacedDevice(std::unique_ptr<Device> recording, double speed);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 
 #include "core/image/frame.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class PhotographInbox {
  public:
@@ -78,4 +78,4 @@ class PhotographInbox {
   bool closed_ = false;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,7 +7,7 @@
 
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Work {
@@ -54,4 +54,4 @@ void Reaper::Bury(std::function<void()> work) {
   }).detach();
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

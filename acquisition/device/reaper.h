@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class Reaper {
  public:
@@ -29,4 +29,4 @@ class Reaper {
   Reaper() = default;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

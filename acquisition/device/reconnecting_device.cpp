@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -476,4 +476,4 @@ std::unique_ptr<Device> MakeReconnectingDevice(std::unique_ptr<Device> driver, R
   return std::make_unique<ReconnectingDevice>(std::move(driver), std::move(reconnection));
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -20,7 +20,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Opens a driver anew, not started; `known` is what Info() said of the one that was lost. Throws Error.
 // Called in another thread.
@@ -36,4 +36,4 @@ struct Reconnection {
 // `driver`: open, not started.
 std::unique_ptr<Device> MakeReconnectingDevice(std::unique_ptr<Device> driver, Reconnection reconnection);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -19,7 +19,7 @@
 #include "core/image/image_header.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -491,4 +491,4 @@ std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
   return replay;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

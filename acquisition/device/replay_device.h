@@ -36,7 +36,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 
@@ -44,4 +44,4 @@ std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 // recording.
 std::string WithReplaySpeed(const std::string& uri, const std::optional<double>& speed);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +88,4 @@ std::optional<std::string> MissingUdevRulesHintForThisUser() {
   return MissingUdevRulesHint(UdevRuleFolders(), geteuid() == 0);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

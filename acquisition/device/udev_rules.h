@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class UdevCameraKind {
   kUsb3Vision,  // by the interface class ef/05
@@ -30,4 +30,4 @@ std::optional<std::string> MissingUdevRulesHint(
 // The same for the user who runs this.
 std::optional<std::string> MissingUdevRulesHintForThisUser();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

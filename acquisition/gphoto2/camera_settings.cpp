@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct SettingNames {
@@ -209,4 +209,4 @@ std::string CameraSettings::Value(ShotSetting setting) const {
   return known == known_.end() ? "" : known->second.value;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

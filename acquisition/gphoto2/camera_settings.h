@@ -15,7 +15,7 @@
 
 #include "acquisition/gphoto2/gphoto_camera.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class ShotSetting { kShutter, kIso, kAperture, kFocus, kFormat, kProgram };
 inline constexpr std::array kShotSettings{ShotSetting::kShutter, ShotSetting::kIso,    ShotSetting::kAperture,
@@ -62,4 +62,4 @@ class CameraSettings {
   std::map<ShotSetting, Known> known_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

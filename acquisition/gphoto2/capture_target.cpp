@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card) {
   const auto target = camera.Setting("capturetarget");
@@ -39,4 +39,4 @@ bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
   return target_is_memory && !folder.starts_with("/store_");
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -16,7 +16,7 @@
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 namespace fs = std::filesystem;
@@ -494,4 +494,4 @@ std::string UsbObstacle(const std::string& port) {
   return fmt::format("{} holds it; close that program", holders);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

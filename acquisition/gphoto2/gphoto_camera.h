@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct GphotoResult {
   int code = 0;
@@ -99,4 +99,4 @@ std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::
 // Why a USB camera cannot be opened, with the way out; empty when nothing is known against it.
 std::string UsbObstacle(const std::string& port);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -22,7 +22,7 @@
 #include "core/base/signal_stack.h"
 #include "core/image/jpeg_file.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
@@ -499,4 +499,4 @@ class GphotoDevice : public Device {
 
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri) { return std::make_unique<GphotoDevice>(uri); }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

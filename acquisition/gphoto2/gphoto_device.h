@@ -27,7 +27,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Throws UsageError for unknown options and values that the camera does not offer, Error for a camera that
 // cannot be opened.
@@ -39,4 +39,4 @@ std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 // Cameras at USB ports.
 std::vector<DeviceInfo> ListGphotoDevices();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

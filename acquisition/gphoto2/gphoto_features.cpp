@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 FeatureType TypeOf(GphotoSettingType type) {
@@ -126,4 +126,4 @@ std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri) {
   return std::make_unique<GphotoFeatures>(uri);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr const char* kNetworkDriver = "PTP/IP Camera";
@@ -118,4 +118,4 @@ std::vector<DeviceInfo> ListGphotoDevices() {
   return devices;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct GphotoOptions {
   std::vector<std::pair<ShotSetting, std::string>> settings;
@@ -26,4 +26,4 @@ struct GphotoOptions {
 // there is instead.
 GphotoAddress ResolveGphotoAddress(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr int kTries = 6;
@@ -89,4 +89,4 @@ std::string PhotographDownloads::GiveUpAll() {
   return names.empty() ? names : "not downloaded, still in the camera: " + names + "; copy from the card";
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class PhotographDownloads {
  public:
@@ -45,4 +45,4 @@ class PhotographDownloads {
   std::vector<Waiting> waiting_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

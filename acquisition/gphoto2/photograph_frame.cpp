@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
               double shutter_lag_s) {
@@ -23,4 +23,4 @@ Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const Came
   return frame;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,11 +6,11 @@
 #include "core/image/frame.h"
 #include "core/image/jpeg_file.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // What the photograph itself says (`exif`) goes before the camera's settings. Its time is that of the request
 // and the lag; from the body, that of its announcement.
 Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
               double shutter_lag_s);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

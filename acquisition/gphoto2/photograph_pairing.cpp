@@ -4,7 +4,7 @@
 #include <cctype>
 #include <utility>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr double kRememberedS = 60;  // one that was handed out by halves
@@ -105,4 +105,4 @@ std::vector<DownloadedPhotograph> PhotographPairing::TakeAll() {
   return std::exchange(ready_, {});
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct DownloadedFile {
   std::string name;  // as in the camera
@@ -78,4 +78,4 @@ class PhotographPairing {
   std::vector<DownloadedPhotograph> ready_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <thread>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 unsigned long long InodeOf(int descriptor) {
@@ -69,4 +69,4 @@ void PtpipDescriptors::Close(const std::function<void()>& close_camera) {
     if (InodeOf(connection.descriptor) == connection.inode) close(connection.descriptor);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

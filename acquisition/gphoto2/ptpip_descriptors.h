@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // A descriptor, and what it stood for when it was looked at: numbers are used again.
 struct Connection {
@@ -41,4 +41,4 @@ class PtpipDescriptors {
   std::vector<Connection> before_, connections_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector2d;
@@ -217,4 +217,4 @@ Vector2d Hand::CapAngles(const Vector3d& center_in_world) const {
           std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

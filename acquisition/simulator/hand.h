@@ -20,7 +20,7 @@
 #include "acquisition/simulator/waves.h"
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct HandOptions {
   Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();
@@ -80,4 +80,4 @@ class Hand : public HandMotion {
   std::vector<Waves> waves_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

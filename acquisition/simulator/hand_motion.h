@@ -3,7 +3,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class HandMotion {
  public:
@@ -13,4 +13,4 @@ class HandMotion {
   virtual Rigid3 CamFromWorld(double time_s) const = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "acquisition/simulator/scene/lanes.h"
 #include "core/base/lowercase.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 // In the order of the enumeration.
@@ -191,4 +191,4 @@ Image Expose(const cv::Mat& radiance, const SensorOptions& options, const Sensor
   return image;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

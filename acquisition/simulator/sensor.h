@@ -12,7 +12,7 @@
 #include "core/image/image.h"
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // What the converter gives and how it is sent, by GenICam's names: all that `ulf simulate` offers. `sim:` has
 // no wire, so there Mono12 and Mono12p are the same.
@@ -61,4 +61,4 @@ struct SensorShot {
 // 16 as pixel_format.h says.
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

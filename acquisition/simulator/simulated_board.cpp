@@ -11,7 +11,7 @@
 #include "core/base/host_time.h"
 #include "core/geometry/sensor_window.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector2d;
@@ -305,4 +305,4 @@ std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
       static_cast<std::uint64_t>(InRange(uri, "stops", 40, 1, 1e6)));
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

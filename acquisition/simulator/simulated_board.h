@@ -16,7 +16,7 @@
 #include "acquisition/device/device.h"
 #include "core/fiducials/board.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct BoardSceneOptions {
   std::optional<Board> board = {};  // none: a plain card
@@ -61,4 +61,4 @@ class BoardScene {
 // width x height sensor). Throws UsageError.
 std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
@@ -214,4 +214,4 @@ cv::Mat SimulatedCamera::CleanSrgb(const Rigid3& cam_from_world) const {
   return Srgb8FromLinear(CleanLinear(cam_from_world));
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -22,7 +22,7 @@
 #include "acquisition/simulator/simulated_faults.h"
 #include "core/image/frame.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct SimulationOptions {
   std::string scene = "studio";
@@ -96,4 +96,4 @@ class SimulatedCamera {
   std::shared_ptr<const HandMotion> hand_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -16,7 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -176,4 +176,4 @@ std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_pt
   return std::make_unique<SimulatedDevice>(uri, std::move(hand));
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

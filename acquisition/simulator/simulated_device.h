@@ -14,11 +14,11 @@
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/hand_motion.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Throws UsageError for an unknown scene, option or fault, Error while the cable is out. `hand`: who holds
 // the camera; none for the hand that scans by a plan, as the URI describes it.
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri,
                                             std::shared_ptr<const HandMotion> hand = nullptr);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& name, const std::string& text, const std::string& wanted) {
@@ -89,4 +89,4 @@ std::vector<std::string> SimulatedFaultNames() {
   return names;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -20,7 +20,7 @@
 
 #include "acquisition/simulator/gige/gige_relay.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct FaultSpan {
   double at_s = 0, for_s = 0;
@@ -55,4 +55,4 @@ struct SimulatedFaults {
 // Every fault's name.
 std::vector<std::string> SimulatedFaultNames();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

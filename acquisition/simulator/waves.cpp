@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 Waves::Waves(std::uint64_t seed, int stream, int count, double low_hz, double high_hz, double height) {
   std::mt19937_64 random(seed * 1000003u + static_cast<std::uint64_t>(stream));
@@ -23,4 +23,4 @@ double Waves::At(double time_s) const {
   return sum;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class Waves {
  public:
@@ -26,4 +26,4 @@ class Waves {
   std::vector<Wave> parts_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -3,7 +3,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr std::uint8_t kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kHuffmanTables = 0xC4;
@@ -59,4 +59,4 @@ std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes) {
   return jpeg;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

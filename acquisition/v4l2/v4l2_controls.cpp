@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct ShortName {
@@ -240,4 +240,4 @@ double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>&
   return steps ? kStepSeconds * *steps : 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -14,7 +14,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/v4l2/v4l2_node.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct V4l2Control {
   std::uint32_t id = 0;
@@ -58,4 +58,4 @@ HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Co
 // Exposure in force, read back; 0 when the camera chooses it itself or does not tell.
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -25,7 +25,7 @@
 #include "core/base/host_time.h"
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
@@ -365,4 +365,4 @@ std::vector<DeviceInfo> ListV4l2Devices() {
   return list;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

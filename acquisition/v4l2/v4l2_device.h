@@ -31,7 +31,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Throws UsageError for options that make no sense or that the camera does not have, Error for the rest.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
@@ -39,4 +39,4 @@ std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 // At once. A camera that this user may not open says so in `problem`.
 std::vector<DeviceInfo> ListV4l2Devices();
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

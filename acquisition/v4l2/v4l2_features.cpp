@@ -8,7 +8,7 @@
 #include "acquisition/v4l2/v4l2_node.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 FeatureType TypeOf(const V4l2Control& control) {
@@ -127,4 +127,4 @@ std::unique_ptr<FeatureAccess> OpenV4l2Features(const DeviceUri& uri) {
   return std::make_unique<V4l2Features>(uri);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

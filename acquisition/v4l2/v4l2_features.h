@@ -7,8 +7,8 @@
 
 #include "acquisition/device/features.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 std::unique_ptr<FeatureAccess> OpenV4l2Features(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

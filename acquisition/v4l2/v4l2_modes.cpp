@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Named {
@@ -298,4 +298,4 @@ V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::opti
               interval.denominator == 0 ? 0 : static_cast<double>(interval.numerator) / interval.denominator};
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "core/image/image.h"
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // A kernel's four-character code as a pixel format, and back by either name ("YUYV", "Mono8" or "GREY").
 std::optional<PixelFormat> PixelFormatOfFourcc(std::uint32_t fourcc);
@@ -60,4 +60,4 @@ V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::opti
 YuvEncoding YuvEncodingOf(const v4l2_pix_format& pixels);
 Transfer TransferOf(const v4l2_pix_format& pixels);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

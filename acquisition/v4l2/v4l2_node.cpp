@@ -15,7 +15,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr const char* kClass = "/sys/class/video4linux";
@@ -226,4 +226,4 @@ V4l2Camera ResolveV4l2Camera(const std::string& uri, const std::string& path) {
   return *matching.front();
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

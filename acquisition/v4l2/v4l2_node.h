@@ -9,7 +9,7 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class V4l2Node {
  public:
@@ -51,4 +51,4 @@ std::vector<V4l2Camera> FindV4l2Cameras();
 // opened. Throws Error listing what there is.
 V4l2Camera ResolveV4l2Camera(const std::string& uri, const std::string& path);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   V4l2Options options;
@@ -49,4 +49,4 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   return options;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -9,7 +9,7 @@
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_stream.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct V4l2Options {
   V4l2Wish wish;
@@ -22,4 +22,4 @@ struct V4l2Options {
 // Throws UsageError naming the option that makes no sense; control names are for the camera to know.
 V4l2Options V4l2OptionsOf(const DeviceUri& uri);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr std::uint32_t kBuffers = 4;  // one being filled, one being read, two in reserve
@@ -107,4 +107,4 @@ int V4l2Stream::Requeue(const Filled& filled) {
   return node_.Call(VIDIOC_QBUF, &header);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,7 +7,7 @@
 
 #include "acquisition/v4l2/v4l2_node.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class V4l2Io { kMmap, kUserPtr };
 
@@ -42,4 +42,4 @@ class V4l2Stream {
   std::vector<Buffer> buffers_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/output_path.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct BoardArgs {
@@ -22,7 +22,7 @@ struct BoardArgs {
 
 int RunBoard(const BoardArgs& args) {
   const Board board = Board::Parse(args.board);
-  const SheetLayout layout = LayOutSheet(board, args.page);
+  const acquisition::SheetLayout layout = acquisition::LayOutSheet(board, args.page);
   for (const std::string& output : args.outputs) {
     const std::string extension = std::filesystem::path(output).extension();
     if (extension != ".pdf" && extension != ".svg")
@@ -31,7 +31,8 @@ int RunBoard(const BoardArgs& args) {
   }
   for (const std::string& output : args.outputs) {
     const bool pdf = std::filesystem::path(output).extension() == ".pdf";
-    WriteFileAtomically(output, pdf ? SheetPdf(board, layout) : SheetSvg(board, layout));
+    WriteFileAtomically(output,
+                        pdf ? acquisition::SheetPdf(board, layout) : acquisition::SheetSvg(board, layout));
   }
   if (args.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"board", board.Text()},
@@ -71,4 +72,4 @@ void AddBoardCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunBoard(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -20,7 +20,7 @@
 #include "core/base/stop_signal.h"
 #include "core/geometry/sensor_window.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -40,9 +40,9 @@ struct CalibrateArgs {
 
 // Where frames come from: one device, or files.
 struct Source {
-  std::unique_ptr<Device> device;
+  std::unique_ptr<acquisition::Device> device;
   std::vector<std::string> files;
-  CameraIdentity identity;
+  acquisition::CameraIdentity identity;
   std::optional<SensorWindow> window;
   std::optional<CameraModel> truth;
   std::string name;
@@ -54,14 +54,14 @@ Source OpenSource(const CalibrateArgs& args) {
   const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
                          args.sources[0].find(':') != std::string::npos;
   if (is_device) {
-    source.device = OpenDevice(args.sources[0]);
-    const DeviceInfo info = source.device->Info();
+    source.device = acquisition::OpenDevice(args.sources[0]);
+    const acquisition::DeviceInfo info = source.device->Info();
     // Of images and videos nobody knows the camera.
-    if (info.bus != "files" || !info.serial.empty()) source.identity = CameraIdentity::Of(info);
+    if (info.bus != "files" || !info.serial.empty()) source.identity = acquisition::CameraIdentity::Of(info);
     if (args.mode == "live") source.window = source.device->Window();
     if (args.mode == "live") source.truth = source.device->Camera();
   } else {
-    source.files = ImagesIn(args.sources);
+    source.files = acquisition::ImagesIn(args.sources);
   }
   if (!args.serial.empty()) source.identity.serial = args.serial;
   return source;
@@ -77,7 +77,7 @@ fs::path UnusedName() {
 // The file named, else the one that later commands look for, else one in this folder. Throws before the work
 // where it could not be written.
 std::string OutputOf(const CalibrateArgs& args, const Source& source) {
-  const fs::path stored = StoredCalibrationPath(source.identity);
+  const fs::path stored = acquisition::StoredCalibrationPath(source.identity);
   if (args.output.empty() && !stored.empty()) {
     fs::create_directories(stored.parent_path());
     return stored.string();
@@ -98,11 +98,11 @@ std::string Png(const cv::Mat& picture) {
   return {bytes.begin(), bytes.end()};
 }
 
-void WriteReport(const fs::path& folder, const CalibrationResult& result, const CollectedViews& collected,
-                 const std::string& text) {
+void WriteReport(const fs::path& folder, const acquisition::CalibrationResult& result,
+                 const acquisition::CollectedViews& collected, const std::string& text) {
   WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
-  if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(DrawCalibration(result)));
+  if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(acquisition::DrawCalibration(result)));
   // What a device gave, so that the calibration can be done again from the folder.
   if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
   for (std::size_t i = 0; i < collected.pictures.size(); ++i)
@@ -123,18 +123,19 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   const std::string output = OutputOf(args, source);
   RequireReportFolder(args);
   const StopOnSignal stop_on_signal;
-  CollectedViews collected;
+  acquisition::CollectedViews collected;
   {
     Progress progress(source.device ? "calibrating" : "looking for the board", args.json);
-    CalibrationCaptureOptions options;
+    acquisition::CalibrationCaptureOptions options;
     options.mode = args.mode;
     options.guide.least_views = args.views;
-    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
     options.stop = [] { return StopOnSignal::Asked(); };
-    collected = source.device ? CollectViews(*source.device, board, options)
-                              : CollectViews(source.files, board, options);
+    collected = source.device ? acquisition::CollectViews(*source.device, board, options)
+                              : acquisition::CollectViews(source.files, board, options);
   }
-  CalibrationResult result = CalibrateFromViews(board, collected.views, collected.width, collected.height);
+  acquisition::CalibrationResult result =
+      acquisition::CalibrateFromViews(board, collected.views, collected.width, collected.height);
   if (result.ok()) WarnOfNoSerial(source, result.warnings);
   if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
     result.warnings.push_back("ended before all was seen: " + collected.ended);
@@ -142,13 +143,13 @@ int RunBoardCalibration(const CalibrateArgs& args) {
       result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
   if (!args.report.empty()) WriteReport(args.report, result, collected, text);
   if (result.ok())
-    UpdateCalibration(output, source.identity, fmt::format("ulf calibrate {}, {}", source.name, board.Text()),
-                      args.mode,
-                      {.camera = result.camera,
-                       .window = source.window,
-                       .sigma = result.sigma,
-                       .rms_px = result.rms_px,
-                       .flat_field = {}});
+    acquisition::UpdateCalibration(output, source.identity,
+                                   fmt::format("ulf calibrate {}, {}", source.name, board.Text()), args.mode,
+                                   {.camera = result.camera,
+                                    .window = source.window,
+                                    .sigma = result.sigma,
+                                    .rms_px = result.rms_px,
+                                    .flat_field = {}});
   if (args.json) {
     Json json = ReportJson(result);
     json["file"] = result.ok() ? output : "";
@@ -174,11 +175,11 @@ std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& blac
   std::vector<Image> cards;
   if (source.device) {
     Progress progress("looking at the card", args.json);
-    CalibrationCaptureOptions options;
+    acquisition::CalibrationCaptureOptions options;
     options.mode = args.mode;
-    options.show = [&](const CaptureProgress& now) { progress.Show(now.share, now.text); };
+    options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
     options.stop = [] { return StopOnSignal::Asked(); };
-    for (Frame& frame : CollectFrames(*source.device, args.frames, options)) {
+    for (Frame& frame : acquisition::CollectFrames(*source.device, args.frames, options)) {
       black_level = frame.black_level;
       cards.push_back(std::move(frame.image));
     }
@@ -216,8 +217,9 @@ std::string FlatFieldText(const FlatFieldResult& result) {
 }
 
 // Throws Error where these cards are not of the camera, or the part of its sensor, that was calibrated.
-void RequireAsCalibrated(const Source& source, const CalibrationFile& file, const ModeCalibration& mode,
-                         const std::vector<Image>& cards, const std::string& output) {
+void RequireAsCalibrated(const Source& source, const acquisition::CalibrationFile& file,
+                         const acquisition::ModeCalibration& mode, const std::vector<Image>& cards,
+                         const std::string& output) {
   if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
       source.identity.serial != file.identity.serial)
     throw Error("{}: is of serial '{}', this camera has '{}'; name its own file", output,
@@ -239,8 +241,8 @@ int RunFlatField(const CalibrateArgs& args) {
   if (!fs::exists(output))
     throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
                 args.output.empty() && source.identity.serial.empty() ? "-o FILE is missing" : output);
-  CalibrationFile file = ReadCalibrationFile(output);
-  ModeCalibration mode = ModeOf(file, args.mode, output);
+  acquisition::CalibrationFile file = acquisition::ReadCalibrationFile(output);
+  acquisition::ModeCalibration mode = acquisition::ModeOf(file, args.mode, output);
   RequireAsCalibrated(source, file, mode, {}, output);
   const StopOnSignal stop_on_signal;
   double black_level = 0;
@@ -253,13 +255,13 @@ int RunFlatField(const CalibrateArgs& args) {
     WriteFileAtomically(folder / "flat_field.txt", text);
     WriteFileAtomically(folder / "flat_field.json",
                         FlatFieldJson(result, result.ok() ? output : "").dump(2) + "\n");
-    if (result.ok()) WriteFileAtomically(folder / "flat_field.png", Png(DrawFlatField(result)));
+    if (result.ok()) WriteFileAtomically(folder / "flat_field.png", Png(acquisition::DrawFlatField(result)));
   }
   if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
   if (!result.ok()) throw Error("no flat field: {}", result.refusal);
   mode.flat_field = result.flat_field;
   file.modes[args.mode] = mode;
-  WriteCalibrationFile(output, file);
+  acquisition::WriteCalibrationFile(output, file);
   if (!args.json)
     fmt::print("{}\n{}: flat field written from {}, mode {}\n", text, output, Counted(result.frames, "frame"),
                args.mode);
@@ -299,4 +301,4 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

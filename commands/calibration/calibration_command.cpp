@@ -17,7 +17,7 @@
 #include "core/geometry/camera_json.h"
 #include "core/geometry/sensor_window.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct CalibrationArgs {
@@ -30,14 +30,14 @@ struct CalibrationArgs {
   }
 };
 
-CalibrationFile Read(const CalibrationArgs& args) {
-  if (args.camera.empty()) return ReadCalibrationFile(args.path);
+acquisition::CalibrationFile Read(const CalibrationArgs& args) {
+  if (args.camera.empty()) return acquisition::ReadCalibrationFile(args.path);
   const std::string text = ReadWholeFile(args.path);
-  const auto format = DetectCalibrationFormat(text);
+  const auto format = acquisition::DetectCalibrationFormat(text);
   if (!format) throw UsageError("--camera {}: {} holds one camera", args.camera, args.path);
   return {{},
           std::string(Name(*format)) + " file",
-          {{"live", {ReadCalibrationText(*format, text, args.path, args.camera)}}}};
+          {{"live", {acquisition::ReadCalibrationText(*format, text, args.path, args.camera)}}}};
 }
 
 template <typename... Numbers>
@@ -81,7 +81,7 @@ SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
 }
 
 // What another program's file leaves out: which camera it is of, and which part of its sensor.
-void Bind(const CalibrationArgs& args, CalibrationFile& file) {
+void Bind(const CalibrationArgs& args, acquisition::CalibrationFile& file) {
   if (!args.serial.empty() && !file.identity.serial.empty() && file.identity.serial != args.serial)
     throw UsageError(
         "--serial {}: {} is already bound to '{}'; a calibration is one camera's: calibrate that one (ulf "
@@ -92,8 +92,8 @@ void Bind(const CalibrationArgs& args, CalibrationFile& file) {
   if (!args.serial.empty()) file.identity.serial = args.serial;
   if (!args.model.empty()) file.identity.model = args.model;
   if (args.sensor.empty() && args.roi.empty() && args.binning.empty()) return;
-  ModeOf(file, args.mode, args.path);
-  ModeCalibration& mode = file.modes[args.mode];
+  acquisition::ModeOf(file, args.mode, args.path);
+  acquisition::ModeCalibration& mode = file.modes[args.mode];
   const SensorWindow window = WindowOf(args, mode.camera);
   if (mode.window && *mode.window != window)
     throw UsageError("{}: already says which part of the sensor it is of ({}); calibrate again", args.path,
@@ -102,17 +102,17 @@ void Bind(const CalibrationArgs& args, CalibrationFile& file) {
 }
 
 // None: ulf's own. Where the name of the file leaves it open, it must be said.
-std::optional<CalibrationFormat> FormatOf(const CalibrationArgs& args) {
+std::optional<acquisition::CalibrationFormat> FormatOf(const CalibrationArgs& args) {
   if (args.to == "ulf") return std::nullopt;
   if (!args.to.empty()) {
-    const auto to = CalibrationFormatByName(args.to);
+    const auto to = acquisition::CalibrationFormatByName(args.to);
     if (!to) throw UsageError("--to {}: there are ulf, kalibr, ros, opencv and colmap", args.to);
     return to;
   }
   const std::string extension = std::filesystem::path(args.output).extension();
   if (args.output.empty() || extension == ".json") return std::nullopt;
-  if (extension == ".xml") return CalibrationFormat::kOpenCv;
-  if (extension == ".txt") return CalibrationFormat::kColmap;
+  if (extension == ".xml") return acquisition::CalibrationFormat::kOpenCv;
+  if (extension == ".txt") return acquisition::CalibrationFormat::kColmap;
   if (extension == ".yaml" || extension == ".yml")
     throw UsageError("-o {}: Kalibr, ROS and OpenCV all write {}; say which: --to kalibr, ros or opencv",
                      args.output, extension);
@@ -123,8 +123,8 @@ std::optional<CalibrationFormat> FormatOf(const CalibrationArgs& args) {
       args.output);
 }
 
-void Print(const CalibrationFile& file) {
-  const CameraIdentity& id = file.identity;
+void Print(const acquisition::CalibrationFile& file) {
+  const acquisition::CameraIdentity& id = file.identity;
   if (!id.serial.empty() || !id.model.empty())
     fmt::print("camera           {}{}{}serial {}\n", id.maker, id.maker.empty() ? "" : " ",
                id.model.empty() ? "" : id.model + ", ",
@@ -153,14 +153,14 @@ int RunCalibration(const CalibrationArgs& args) {
   if (args.output.empty()) {
     const std::string stored = args.serial.empty()
                                    ? ""
-                                   : ", such as " + StoredCalibrationPath(args.serial).string() +
+                                   : ", such as " + acquisition::StoredCalibrationPath(args.serial).string() +
                                          " where commands find it by themselves";
     if (args.Binds()) throw UsageError("{}: name the file to write (-o FILE){}", args.path, stored);
     if (!args.to.empty()) throw UsageError("--to {}: name the file to write (-o FILE)", args.to);
   } else {
     RequireWritable(args.output);
   }
-  CalibrationFile file = Read(args);
+  acquisition::CalibrationFile file = Read(args);
   Bind(args, file);
   if (args.output.empty()) {
     if (!args.json) {
@@ -174,12 +174,12 @@ int RunCalibration(const CalibrationArgs& args) {
     return kOk;
   }
   if (to) {
-    const CameraModel camera = ModeOf(file, args.mode, args.path).camera;
+    const CameraModel camera = acquisition::ModeOf(file, args.mode, args.path).camera;
     const bool xml = std::filesystem::path(args.output).extension() == ".xml";
     const std::string name = file.identity.serial.empty() ? "camera" : file.identity.serial;
-    WriteFileAtomically(args.output, CalibrationText(*to, camera, name, xml));
+    WriteFileAtomically(args.output, acquisition::CalibrationText(*to, camera, name, xml));
   } else {
-    WriteCalibrationFile(args.output, file);
+    acquisition::WriteCalibrationFile(args.output, file);
   }
   if (args.json)
     fmt::print("{}\n",
@@ -225,4 +225,4 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunCalibration(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

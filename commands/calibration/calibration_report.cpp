@@ -9,7 +9,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 constexpr double kDeg = M_PI / 180;
@@ -20,9 +20,9 @@ std::vector<const char*> CoefficientNames(Distortion distortion) {
   return {};
 }
 
-double WorstPx(const CalibrationResult& result) {
+double WorstPx(const acquisition::CalibrationResult& result) {
   double worst = 0;
-  for (const ViewReport& view : result.reports) worst = std::max(worst, view.rms_px);
+  for (const acquisition::ViewReport& view : result.reports) worst = std::max(worst, view.rms_px);
   return worst;
 }
 
@@ -57,11 +57,11 @@ double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double re
   return largest;
 }
 
-std::string CandidateTable(const LensChoice& choice) {
+std::string CandidateTable(const acquisition::LensChoice& choice) {
   std::string text = fmt::format("  {:<40}{:>4}{:>10}{:>12}{:>12}{:>10}\n", "model", "", "RMS px", "left out",
                                  "BIC", "focal px");
   for (std::size_t i = 0; i < choice.table.size(); ++i) {
-    const CandidateResult& row = choice.table[i];
+    const acquisition::CandidateResult& row = choice.table[i];
     fmt::format_to(std::back_inserter(text), "{} {:<40}{:>4}{:>10.4f}{:>12.4f}{:>12.1f}{:>10.2f}{}{}\n",
                    i == choice.chosen ? '*' : ' ', row.fit.candidate.name, row.fit.candidate.Parameters(),
                    row.fit.RmsPx(), row.LeftOutRmsPx(), row.bic, row.fit.camera.MeanFocalPx(),
@@ -75,15 +75,16 @@ std::string CandidateTable(const LensChoice& choice) {
   return text;
 }
 
-std::string ReportText(const CalibrationResult& result, const std::optional<CameraModel>& truth) {
+std::string ReportText(const acquisition::CalibrationResult& result,
+                       const std::optional<CameraModel>& truth) {
   const CameraModel& camera = result.camera;
-  const CandidateResult& chosen = result.choice.table[result.choice.chosen];
+  const acquisition::CandidateResult& chosen = result.choice.table[result.choice.chosen];
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "model            {} ({} of {} candidates explain the data)\n",
                  chosen.fit.candidate.name,
                  std::count_if(result.choice.table.begin(), result.choice.table.end(),
-                               [](const CandidateResult& row) { return row.explains; }),
+                               [](const acquisition::CandidateResult& row) { return row.explains; }),
                  result.choice.table.size());
   fmt::format_to(out, "image            {} x {} px, {:.1f} degrees across the diagonal\n", camera.width,
                  camera.height, 2 * camera.MaxRayAngle() / kDeg);
@@ -101,7 +102,7 @@ std::string ReportText(const CalibrationResult& result, const std::optional<Came
   fmt::format_to(out, "used             {} of {}; left out {} and {}\n", Counted(result.corners, "corner"),
                  Counted(result.views.size(), "view"), Counted(result.outliers, "corner"),
                  Counted(result.reports.size() - result.views.size(), "view"));
-  const BoardCoverage& coverage = result.coverage;
+  const acquisition::BoardCoverage& coverage = result.coverage;
   fmt::format_to(
       out,
       "coverage         {:.0f} % of the image; tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} "
@@ -116,19 +117,19 @@ std::string ReportText(const CalibrationResult& result, const std::optional<Came
                    truth->fx, truth->fy, truth->cx, truth->cy,
                    LargestDifferencePx(*truth, camera, result.coverage.reach),
                    LargestDifferencePx(*truth, camera));
-  for (const ViewReport& view : result.reports)
+  for (const acquisition::ViewReport& view : result.reports)
     if (!view.left_out.empty()) fmt::format_to(out, "left out         {}: {}\n", view.name, view.left_out);
   for (const std::string& warning : result.warnings) fmt::format_to(out, "warning          {}\n", warning);
   return text;
 }
 
-nlohmann::ordered_json ReportJson(const CalibrationResult& result) {
+nlohmann::ordered_json ReportJson(const acquisition::CalibrationResult& result) {
   using Json = nlohmann::ordered_json;
   Json json;
   json["board"] = result.board.Text();
   json["refusal"] = result.refusal;
   Json views = Json::array();
-  for (const ViewReport& view : result.reports)
+  for (const acquisition::ViewReport& view : result.reports)
     views.push_back({{"name", view.name},
                      {"corners", view.corners},
                      {"outliers", view.outliers},
@@ -139,7 +140,7 @@ nlohmann::ordered_json ReportJson(const CalibrationResult& result) {
     return json;
   }
   const CameraModel& camera = result.camera;
-  const CandidateResult& chosen = result.choice.table[result.choice.chosen];
+  const acquisition::CandidateResult& chosen = result.choice.table[result.choice.chosen];
   json["model"] = chosen.fit.candidate.name;
   json["camera"] = {{"width", camera.width},
                     {"height", camera.height},
@@ -156,7 +157,7 @@ nlohmann::ordered_json ReportJson(const CalibrationResult& result) {
   json["coverage_share"] = result.coverage.CellShare();
   json["warnings"] = result.warnings;
   Json table = Json::array();
-  for (const CandidateResult& row : result.choice.table)
+  for (const acquisition::CandidateResult& row : result.choice.table)
     table.push_back({{"model", row.fit.candidate.name},
                      {"parameters", row.fit.candidate.Parameters()},
                      {"rms_px", row.fit.RmsPx()},
@@ -168,4 +169,4 @@ nlohmann::ordered_json ReportJson(const CalibrationResult& result) {
   return json;
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

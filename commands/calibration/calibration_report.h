@@ -7,17 +7,18 @@
 
 #include "acquisition/calibration/calibrate.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // `truth`: what the device itself knows of its lens (the simulator).
-std::string ReportText(const CalibrationResult& result, const std::optional<CameraModel>& truth = {});
+std::string ReportText(const acquisition::CalibrationResult& result,
+                       const std::optional<CameraModel>& truth = {});
 // The candidates, what each explains, and why one was chosen.
-std::string CandidateTable(const LensChoice& choice);
-nlohmann::ordered_json ReportJson(const CalibrationResult& result);
+std::string CandidateTable(const acquisition::LensChoice& choice);
+nlohmann::ordered_json ReportJson(const acquisition::CalibrationResult& result);
 
 // The farthest that any point of the image moves when seen through the one instead of the other model, with
 // the one rotation between them that fits best taken out; pixels, over a grid out to `reach` (a share of half
 // the diagonal). What a difference in parameters is worth.
 double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach = 1);
 
-}  // namespace ulf
+}  // namespace ulf::commands

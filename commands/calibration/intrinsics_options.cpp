@@ -4,9 +4,9 @@
 
 #include "commands/number_checks.h"
 
-namespace ulf {
+namespace ulf::commands {
 
-void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args) {
+void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args) {
   command.add_option(
       "--calibration", args.calibration_path,
       "Calibration file: ulf, Kalibr, ROS, OpenCV or COLMAP (else the one stored for this camera, "
@@ -19,4 +19,4 @@ void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args) {
                    "Take a calibration file of another camera all the same");
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

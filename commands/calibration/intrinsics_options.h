@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace ulf {
+namespace ulf::commands {
 // `args` must outlive the parsing.
-void AddIntrinsicsOptions(CLI::App& command, IntrinsicsArgs& args);
-}  // namespace ulf
+void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args);
+}  // namespace ulf::commands

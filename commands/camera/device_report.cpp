@@ -5,7 +5,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 double PerSecond(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
@@ -15,7 +15,7 @@ std::string Number(double value) {
 }
 
 // What is zero has not happened and need not be read; --json has all of it.
-std::string TransportText(const DeviceStatistics& statistics) {
+std::string TransportText(const acquisition::DeviceStatistics& statistics) {
   constexpr std::size_t kWidth = 110;
   constexpr const char* kIndent = "\n               ";
   std::string text, line;
@@ -35,7 +35,7 @@ std::string TransportText(const DeviceStatistics& statistics) {
 
 }  // namespace
 
-std::string ToText(const DeviceStatistics& statistics) {
+std::string ToText(const acquisition::DeviceStatistics& statistics) {
   std::string text = Counted(statistics.delivered, "frame") + " delivered";
   if (statistics.seconds > 0)
     text += fmt::format(" in {:.1f} s ({:.1f} a second, {:.1f} MB/s)", statistics.seconds,
@@ -52,7 +52,7 @@ std::string ToText(const DeviceStatistics& statistics) {
   return text + TransportText(statistics);
 }
 
-nlohmann::ordered_json ToJson(const DeviceStatistics& statistics) {
+nlohmann::ordered_json ToJson(const acquisition::DeviceStatistics& statistics) {
   const auto number = [](const std::optional<double>& value) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
   };
@@ -75,4 +75,4 @@ nlohmann::ordered_json ToJson(const DeviceStatistics& statistics) {
   return json;
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -6,13 +6,13 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // One line for what the reader got, more for what the transport counted and did, where it tells: what is not
 // zero. No end of line.
-std::string ToText(const DeviceStatistics& statistics);
+std::string ToText(const acquisition::DeviceStatistics& statistics);
 // {delivered, incomplete, dropped, missing, out_of_order, late, reconnects, seconds, bytes, fps, bytes_per_s,
 // clock_offset_s, clock_jitter_s (null: no clock), transport: {NAME: value}}
-nlohmann::ordered_json ToJson(const DeviceStatistics& statistics);
+nlohmann::ordered_json ToJson(const acquisition::DeviceStatistics& statistics);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -8,7 +8,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/udev_rules.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct DevicesArgs {
@@ -16,18 +16,19 @@ struct DevicesArgs {
 };
 
 // Missing permissions are spoken of where they may be the reason: nothing is found, or a camera is refused.
-std::optional<std::string> UdevHint(const std::vector<DeviceInfo>& devices) {
-  const bool all_well =
-      std::all_of(devices.begin(), devices.end(), [](const DeviceInfo& info) { return info.available; });
-  const bool any_real = std::any_of(devices.begin(), devices.end(),
-                                    [](const DeviceInfo& info) { return info.bus != "simulated"; });
+std::optional<std::string> UdevHint(const std::vector<acquisition::DeviceInfo>& devices) {
+  const bool all_well = std::all_of(devices.begin(), devices.end(),
+                                    [](const acquisition::DeviceInfo& info) { return info.available; });
+  const bool any_real = std::any_of(devices.begin(), devices.end(), [](const acquisition::DeviceInfo& info) {
+    return info.bus != "simulated";
+  });
   if (any_real && all_well) return std::nullopt;
-  return MissingUdevRulesHintForThisUser();
+  return acquisition::MissingUdevRulesHintForThisUser();
 }
 
-void PrintJson(const std::vector<DeviceInfo>& devices) {
+void PrintJson(const std::vector<acquisition::DeviceInfo>& devices) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const DeviceInfo& info : devices)
+  for (const acquisition::DeviceInfo& info : devices)
     list.push_back({{"uri", info.uri},
                     {"maker", info.maker},
                     {"model", info.model},
@@ -40,22 +41,23 @@ void PrintJson(const std::vector<DeviceInfo>& devices) {
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-void PrintTable(const std::vector<DeviceInfo>& devices) {
+void PrintTable(const std::vector<acquisition::DeviceInfo>& devices) {
   std::size_t uri_width = 3, camera_width = 6, bus_width = 3;
-  const auto camera_of = [](const DeviceInfo& info) {
+  const auto camera_of = [](const acquisition::DeviceInfo& info) {
     return info.maker + " " + info.model + (info.serial.empty() ? "" : " (serial " + info.serial + ")");
   };
-  for (const DeviceInfo& info : devices) {
+  for (const acquisition::DeviceInfo& info : devices) {
     uri_width = std::max(uri_width, info.uri.size());
     camera_width = std::max(camera_width, camera_of(info).size());
     bus_width = std::max(bus_width, info.bus.size());
   }
   fmt::print("{:<{}}  {:<{}}  {:<{}}  STATE\n", "URI", uri_width, "CAMERA", camera_width, "BUS", bus_width);
-  for (const DeviceInfo& info : devices)
+  for (const acquisition::DeviceInfo& info : devices)
     fmt::print("{:<{}}  {:<{}}  {:<{}}  {}\n", info.uri, uri_width, camera_of(info), camera_width, info.bus,
                bus_width, info.available ? "ready" : "not available: " + info.problem);
-  const bool any_real = std::any_of(devices.begin(), devices.end(),
-                                    [](const DeviceInfo& info) { return info.bus != "simulated"; });
+  const bool any_real = std::any_of(devices.begin(), devices.end(), [](const acquisition::DeviceInfo& info) {
+    return info.bus != "simulated";
+  });
   if (!any_real)
     fmt::print(
         "No real camera answers: looked for GigE Vision on every network, for USB3 Vision and for webcams. "
@@ -65,7 +67,7 @@ void PrintTable(const std::vector<DeviceInfo>& devices) {
 }
 
 int RunDevices(const DevicesArgs& args) {
-  const std::vector<DeviceInfo> devices = ListDevices();
+  const std::vector<acquisition::DeviceInfo> devices = acquisition::ListDevices();
   args.json ? PrintJson(devices) : PrintTable(devices);
   return kOk;
 }
@@ -80,4 +82,4 @@ void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunDevices(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

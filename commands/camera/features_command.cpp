@@ -15,7 +15,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,19 +29,19 @@ struct FeaturesArgs {
 };
 
 struct SetResult {
-  CameraFeature feature;  // as it reads afterwards
+  acquisition::CameraFeature feature;  // as it reads afterwards
   std::string wanted, before;
 };
 
-std::string Access(const CameraFeature& feature) {
-  if (feature.type == FeatureType::kCommand) return feature.writable ? "execute" : "locked";
+std::string Access(const acquisition::CameraFeature& feature) {
+  if (feature.type == acquisition::FeatureType::kCommand) return feature.writable ? "execute" : "locked";
   return feature.readable && feature.writable ? "rw"
          : feature.readable                   ? "ro"
          : feature.writable                   ? "wo"
                                               : "not available";
 }
 
-Json ToJson(const CameraFeature& feature) {
+Json ToJson(const acquisition::CameraFeature& feature) {
   Json json{{"name", feature.name},   {"category", feature.category}, {"type", Name(feature.type)},
             {"value", feature.value}, {"readable", feature.readable}, {"writable", feature.writable}};
   if (feature.min) json["min"] = *feature.min;
@@ -56,9 +56,9 @@ Json ToJson(const CameraFeature& feature) {
   return json;
 }
 
-Json ToJson(const FeatureLoadSummary& summary) {
+Json ToJson(const acquisition::FeatureLoadSummary& summary) {
   Json refused = Json::array();
-  for (const FeatureRefusal& refusal : summary.refused)
+  for (const acquisition::FeatureRefusal& refusal : summary.refused)
     refused.push_back({{"name", refusal.wanted.Text()},
                        {"wanted", refusal.wanted.value},
                        {"reads", refusal.reads},
@@ -70,26 +70,26 @@ Json ToJson(const FeatureLoadSummary& summary) {
 }
 
 // `to_set`: only what can be set is of help.
-[[noreturn]] void RefuseUnknown(FeatureAccess& access, const std::string& uri, const std::string& name,
-                                bool to_set) {
+[[noreturn]] void RefuseUnknown(acquisition::FeatureAccess& access, const std::string& uri,
+                                const std::string& name, bool to_set) {
   std::vector<std::string> names;
-  for (const CameraFeature& feature : access.List())
+  for (const acquisition::CameraFeature& feature : access.List())
     if (feature.writable || !to_set) names.push_back(feature.name);
   throw UsageError("{}: has no feature '{}'; nearest are {}", uri, name,
-                   fmt::join(NearestNames(name, names), ", "));
+                   fmt::join(acquisition::NearestNames(name, names), ", "));
 }
 
-[[noreturn]] void RefuseReadOnly(FeatureAccess& access, const std::string& uri,
-                                 const CameraFeature& feature) {
+[[noreturn]] void RefuseReadOnly(acquisition::FeatureAccess& access, const std::string& uri,
+                                 const acquisition::CameraFeature& feature) {
   std::vector<std::string> names;
-  for (const CameraFeature& other : access.List())
+  for (const acquisition::CameraFeature& other : access.List())
     if (other.writable) names.push_back(other.name);
   throw UsageError("{}: {} cannot be written just now ({}); nearest that can are {}", uri, feature.name,
                    feature.readable ? "read-only, or locked by another setting" : "not available",
-                   fmt::join(NearestNames(feature.name, names), ", "));
+                   fmt::join(acquisition::NearestNames(feature.name, names), ", "));
 }
 
-SetResult ApplySetting(FeatureAccess& access, const std::string& uri, const std::string& name,
+SetResult ApplySetting(acquisition::FeatureAccess& access, const std::string& uri, const std::string& name,
                        const std::string& value) {
   SetResult result{.feature = *access.Find(name), .wanted = value, .before = ""};
   if (!result.feature.writable) RefuseReadOnly(access, uri, result.feature);
@@ -101,7 +101,7 @@ SetResult ApplySetting(FeatureAccess& access, const std::string& uri, const std:
 
 // Before the first is written all are known, and none is read-only for good. One that is merely locked is
 // judged in its turn, because one before it may free it: ExposureAuto=Off ExposureTime=5000.
-std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& uri,
+std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const std::string& uri,
                                      const std::vector<std::pair<std::string, std::string>>& settings) {
   for (const auto& [name, value] : settings) {
     const auto feature = access.Find(name);
@@ -125,7 +125,7 @@ std::vector<SetResult> ApplySettings(FeatureAccess& access, const std::string& u
   return results;
 }
 
-Json ToJson(const OfferedFormat& format) {
+Json ToJson(const acquisition::OfferedFormat& format) {
   Json json{{"name", format.name}, {"supported", format.supported}};
   if (!format.code.empty()) json["fourcc"] = format.code;
   if (format.width > 0) {
@@ -140,16 +140,17 @@ Json ToJson(const OfferedFormat& format) {
 }
 
 // Sizes and rates behind their format: "YUYV  640x480 at 30, 15; 1280x720 at 10".
-void PrintFormats(const std::vector<OfferedFormat>& formats) {
+void PrintFormats(const std::vector<acquisition::OfferedFormat>& formats) {
   if (formats.empty()) return;
   fmt::print("formats (size, frames a second)\n");
   std::size_t name_width = 0;
-  const auto name_of = [](const OfferedFormat& format) {
+  const auto name_of = [](const acquisition::OfferedFormat& format) {
     return format.name + (format.code.empty() || format.code == format.name ? "" : " (" + format.code + ")");
   };
-  for (const OfferedFormat& format : formats) name_width = std::max(name_width, name_of(format).size());
+  for (const acquisition::OfferedFormat& format : formats)
+    name_width = std::max(name_width, name_of(format).size());
   std::string name;
-  for (const OfferedFormat& format : formats) {
+  for (const acquisition::OfferedFormat& format : formats) {
     const std::string same = name_of(format) == name ? "" : name_of(format);
     name = name_of(format);
     std::string rates;
@@ -162,31 +163,31 @@ void PrintFormats(const std::vector<OfferedFormat>& formats) {
   }
 }
 
-void PrintTree(const std::vector<CameraFeature>& features) {
+void PrintTree(const std::vector<acquisition::CameraFeature>& features) {
   std::size_t name_width = 4, value_width = 5;
-  for (const CameraFeature& feature : features) {
+  for (const acquisition::CameraFeature& feature : features) {
     name_width = std::max(name_width, feature.name.size());
     value_width = std::clamp(feature.value.size(), value_width, std::size_t{32});
   }
   std::string category = "\n";
-  for (const CameraFeature& feature : features) {
+  for (const acquisition::CameraFeature& feature : features) {
     if (feature.category != category) {
       category = feature.category;
       fmt::print("{}\n", category.empty() ? "(no category)" : category);
     }
     fmt::print("  {:<{}}  {:<{}}  {:<13}  {:<11}  {}\n", feature.name, name_width, feature.value, value_width,
-               Access(feature), Name(feature.type), RangeText(feature));
+               Access(feature), Name(feature.type), acquisition::RangeText(feature));
   }
 }
 
-void PrintInFull(const CameraFeature& feature) {
+void PrintInFull(const acquisition::CameraFeature& feature) {
   fmt::print("{}\n", feature.name);
   const auto line = [](const char* what, const std::string& text) {
     if (!text.empty()) fmt::print("  {:<12} {}\n", what, text);
   };
   line("value", feature.value + (feature.value.empty() || feature.unit.empty() ? "" : " " + feature.unit));
   line("type", Name(feature.type));
-  line("takes", RangeText(feature));
+  line("takes", acquisition::RangeText(feature));
   line("access", Access(feature));
   line("category", feature.category);
   line("visibility", Name(feature.visibility));
@@ -194,24 +195,25 @@ void PrintInFull(const CameraFeature& feature) {
   line("about", feature.description);
 }
 
-void PrintLoad(const std::string& path, const FeatureLoadSummary& summary) {
+void PrintLoad(const std::string& path, const acquisition::FeatureLoadSummary& summary) {
   fmt::print("{}: {} as in the file, {} of them changed, in {}\n", path, Counted(summary.taken, "feature"),
              summary.changed, Counted(summary.rounds, "round"));
-  for (const FeatureRefusal& refusal : summary.refused)
+  for (const acquisition::FeatureRefusal& refusal : summary.refused)
     fmt::print("  not taken: {}={} (reads {}){}\n", refusal.wanted.Text(), refusal.wanted.value,
                refusal.reads.empty() ? "nothing" : refusal.reads,
                refusal.reason.empty() ? "" : ": " + refusal.reason);
 }
 
-FeatureVisibility ParseVisibility(const std::string& text) {
-  for (const auto visibility : {FeatureVisibility::kBeginner, FeatureVisibility::kExpert,
-                                FeatureVisibility::kGuru, FeatureVisibility::kInvisible})
+acquisition::FeatureVisibility ParseVisibility(const std::string& text) {
+  for (const auto visibility :
+       {acquisition::FeatureVisibility::kBeginner, acquisition::FeatureVisibility::kExpert,
+        acquisition::FeatureVisibility::kGuru, acquisition::FeatureVisibility::kInvisible})
     if (text == Name(visibility)) return visibility;
   throw UsageError("--visibility {}: must be beginner, expert, guru or invisible", text);
 }
 
 int RunFeatures(const FeaturesArgs& args) {
-  const FeatureVisibility visibility = ParseVisibility(args.visibility);
+  const acquisition::FeatureVisibility visibility = ParseVisibility(args.visibility);
   if (!args.save.empty()) RequireWritable(args.save);
   std::vector<std::string> names;
   std::vector<std::pair<std::string, std::string>> settings;
@@ -222,13 +224,13 @@ int RunFeatures(const FeaturesArgs& args) {
     else
       settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
-  std::optional<FeatureFile> file;
-  if (!args.load.empty()) file = ReadFeatureFile(args.load);
+  std::optional<acquisition::FeatureFile> file;
+  if (!args.load.empty()) file = acquisition::ReadFeatureFile(args.load);
 
-  const auto access = OpenFeatures(args.uri);
+  const auto access = acquisition::OpenFeatures(args.uri);
   for (const std::string& name : names)
     if (!access->Find(name)) RefuseUnknown(*access, args.uri, name, false);
-  const DeviceInfo info = access->Info();
+  const acquisition::DeviceInfo info = access->Info();
   Json json{{"device",
              {{"uri", info.uri},
               {"maker", info.maker},
@@ -238,7 +240,7 @@ int RunFeatures(const FeaturesArgs& args) {
   int result = kOk;
 
   if (file) {
-    const FeatureLoadSummary summary = ApplyFeatures(*file, *access);
+    const acquisition::FeatureLoadSummary summary = acquisition::ApplyFeatures(*file, *access);
     if (file->device.model != info.model)
       fmt::print(stderr, "{} was saved from a {} {}, this is a {} {}\n", args.load, file->device.maker,
                  file->device.model, info.maker, info.model);
@@ -248,9 +250,9 @@ int RunFeatures(const FeaturesArgs& args) {
   }
   json["set"] = Json::array();
   for (const SetResult& set : ApplySettings(*access, args.uri, settings)) {
-    const bool as_wanted = set.feature.type == FeatureType::kCommand || !set.feature.readable ||
-                           SameValue(set.feature, set.feature.value, set.wanted);
-    if (!args.json && set.feature.type == FeatureType::kCommand)
+    const bool as_wanted = set.feature.type == acquisition::FeatureType::kCommand || !set.feature.readable ||
+                           acquisition::SameValue(set.feature, set.feature.value, set.wanted);
+    if (!args.json && set.feature.type == acquisition::FeatureType::kCommand)
       fmt::print("{} executed\n", set.feature.name);
     else if (!args.json)
       fmt::print("{} = {} (was {}){}\n", set.feature.name, set.feature.value, set.before,
@@ -261,34 +263,35 @@ int RunFeatures(const FeaturesArgs& args) {
                            {"before", set.before}});
   }
   if (!args.save.empty()) {
-    const FeatureFile saved = CollectFeatures(*access);
-    WriteFeatureFile(args.save, saved);
+    const acquisition::FeatureFile saved = acquisition::CollectFeatures(*access);
+    acquisition::WriteFeatureFile(args.save, saved);
     if (!args.json) fmt::print("{}: {} saved\n", args.save, Counted(saved.features.size(), "feature"));
     json["saved"] = {{"file", args.save}, {"features", saved.features.size()}};
   }
 
   const bool only_listing = args.settings.empty() && args.save.empty() && args.load.empty();
-  std::vector<CameraFeature> shown;
+  std::vector<acquisition::CameraFeature> shown;
   for (const std::string& name : names) shown.push_back(*access->Find(name));
   if (only_listing || (args.json && settings.empty() && names.empty()) || !args.filter.empty())
-    for (CameraFeature& feature : access->List()) {
+    for (acquisition::CameraFeature& feature : access->List()) {
       const std::string everything = feature.name + " " + feature.category + " " + feature.description;
       if (feature.visibility <= visibility &&
           Lowercase(everything).find(Lowercase(args.filter)) != std::string::npos)
         shown.push_back(std::move(feature));
     }
   json["features"] = Json::array();
-  for (const CameraFeature& feature : shown) json["features"].push_back(ToJson(feature));
+  for (const acquisition::CameraFeature& feature : shown) json["features"].push_back(ToJson(feature));
   const bool show_formats = only_listing && args.filter.empty();
-  const std::vector<OfferedFormat> formats = show_formats ? access->Formats() : std::vector<OfferedFormat>{};
+  const std::vector<acquisition::OfferedFormat> formats =
+      show_formats ? access->Formats() : std::vector<acquisition::OfferedFormat>{};
   if (show_formats) {
     json["formats"] = Json::array();
-    for (const OfferedFormat& format : formats) json["formats"].push_back(ToJson(format));
+    for (const acquisition::OfferedFormat& format : formats) json["formats"].push_back(ToJson(format));
   }
   if (args.json) {
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
   } else if (!names.empty()) {
-    for (const CameraFeature& feature : shown) PrintInFull(feature);
+    for (const acquisition::CameraFeature& feature : shown) PrintInFull(feature);
   } else {
     PrintFormats(formats);
     PrintTree(shown);
@@ -320,4 +323,4 @@ void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunFeatures(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -1,8 +1,8 @@
 #pragma once
 #include "commands/command_line.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -15,7 +15,7 @@
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct RecordArgs {
@@ -29,8 +29,8 @@ struct RecordArgs {
 using Clock = std::chrono::steady_clock;
 
 struct RecordRun {
-  FrameRecorderSummary summary;
-  DeviceStatistics device;
+  acquisition::FrameRecorderSummary summary;
+  acquisition::DeviceStatistics device;
   double seconds = 0;
   bool lost = false;
 };
@@ -46,7 +46,7 @@ bool IsKept(const Frame& frame) {
 }
 
 // Says when frames begin and cease to be left out.
-void TellPause(const FrameRecorder& recorder, Progress& progress, bool& paused) {
+void TellPause(const acquisition::FrameRecorder& recorder, Progress& progress, bool& paused) {
   const auto why = recorder.Pause();
   if (why && !paused) progress.Say("frames are left out: " + *why);
   if (!why && paused) progress.Say("frames are kept again");
@@ -54,20 +54,20 @@ void TellPause(const FrameRecorder& recorder, Progress& progress, bool& paused) 
 }
 
 RecordRun Record(const RecordArgs& args) {
-  RequireNewRecording(args.dir);
-  const auto device = OpenDevice(args.uri);
+  acquisition::RequireNewRecording(args.dir);
+  const auto device = acquisition::OpenDevice(args.uri);
   device->Start();
-  FrameRecorder recorder(args.dir, RecordingHeader::Of(*device));
+  acquisition::FrameRecorder recorder(args.dir, acquisition::RecordingHeader::Of(*device));
   Progress progress("record");
   RecordRun run;
   bool paused = false;
   std::uint64_t frames = 0;
   const auto start = Clock::now();
-  while (!IsOver(device->State())) {
+  while (!acquisition::IsOver(device->State())) {
     run.seconds = SecondsSince(start);
     if (Enough(args, frames, run.seconds)) break;
     const auto frame = device->Next(std::chrono::milliseconds(100));
-    for (const DeviceEvent& event : device->TakeEvents()) {
+    for (const acquisition::DeviceEvent& event : device->TakeEvents()) {
       progress.Say(event.text);
       recorder.Note(event.text);
     }
@@ -79,13 +79,13 @@ RecordRun Record(const RecordArgs& args) {
     const double share = args.frames > 0 ? static_cast<double>(frames) / static_cast<double>(args.frames)
                          : args.max_seconds > 0 ? run.seconds / args.max_seconds
                                                 : device->ShareDone().value_or(0);
-    const DeviceState state = device->State();
-    progress.Show(
-        share,
-        fmt::format("{}{}", Counted(frames, "frame"),
-                    state == DeviceState::kStreaming ? "" : fmt::format("; the device is {}", Name(state))));
+    const acquisition::DeviceState state = device->State();
+    progress.Show(share, fmt::format("{}{}", Counted(frames, "frame"),
+                                     state == acquisition::DeviceState::kStreaming
+                                         ? ""
+                                         : fmt::format("; the device is {}", Name(state))));
   }
-  run.lost = device->State() == DeviceState::kLost;
+  run.lost = device->State() == acquisition::DeviceState::kLost;
   device->Stop();
   // Photographs that were on their way.
   while (const auto frame = device->TakesStills() ? device->Next(std::chrono::milliseconds(0)) : std::nullopt)
@@ -99,14 +99,14 @@ RecordRun Record(const RecordArgs& args) {
 int RunRecord(const RecordArgs& args) {
   const StopOnSignal signals;
   const RecordRun run = Record(args);
-  const FrameRecorderSummary& summary = run.summary;
+  const acquisition::FrameRecorderSummary& summary = run.summary;
   const double mb_per_s = run.seconds > 0 ? 1e-6 * static_cast<double>(summary.bytes) / run.seconds : 0;
   if (args.json) {
     nlohmann::ordered_json json{{"frames", summary.written}, {"left_out", summary.left_out},
                                 {"bytes", summary.bytes},    {"seconds", run.seconds},
                                 {"mb_per_s", mb_per_s},      {"disk_s", summary.disk_s},
                                 {"problem", summary.problem}};
-    json["device"] = ToJson(run.device);
+    json["device"] = commands::ToJson(run.device);
     fmt::print("{}\n", json.dump());
   } else {
     fmt::print("{}: {}, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,
@@ -143,4 +143,4 @@ void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunRecord(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

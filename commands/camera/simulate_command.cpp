@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct SimulateArgs {
@@ -34,7 +34,7 @@ void RequireOneEach(const char* option, const std::vector<T>& values, std::size_
 }
 
 // What each camera of the command line is to be.
-std::vector<GigeServerOptions> CamerasOf(const SimulateArgs& args) {
+std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   const std::size_t count = args.interfaces.size();
   RequireOneEach("--serial", args.serials, count);
   RequireOneEach("--seed", args.seeds, count);
@@ -43,12 +43,12 @@ std::vector<GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   // What `sim:` URIs know is said here in the same words; the plain options win.
   std::string uri = "sim:" + args.scene;
   if (!args.options.empty()) uri += "?" + args.options;
-  SimulationOptions simulation = SimulationOptions::FromUri(DeviceUri::Parse(uri));
+  acquisition::SimulationOptions simulation = acquisition::SimulationOptions::FromUri(DeviceUri::Parse(uri));
   if (args.fps != 0) simulation.fps = args.fps;
   for (const std::string& fault : args.faults) simulation.faults.Add(fault);
-  std::vector<GigeServerOptions> cameras;
+  std::vector<acquisition::GigeServerOptions> cameras;
   for (std::size_t i = 0; i < count; ++i) {
-    GigeServerOptions camera{
+    acquisition::GigeServerOptions camera{
         .simulation = simulation,
         .interface = args.interfaces[i],
         .serial = args.serials.empty() ? fmt::format("ULF-SIM-{}", i + 1) : args.serials[i],
@@ -62,14 +62,14 @@ std::vector<GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   return cameras;
 }
 
-std::string Describe(const GigeRelayStatistics& link) {
+std::string Describe(const acquisition::GigeRelayStatistics& link) {
   return fmt::format("; link: {}, {} lost, {} doubled, {} swapped, {} asked again in {}, {}",
                      Counted(link.packets, "packet"), link.lost, link.doubled, link.swapped, link.resent,
                      Counted(link.resend_requests, "request"), Counted(link.late_frames, "late frame"));
 }
 
 int RunSimulate(const SimulateArgs& args) {
-  const std::vector<GigeServerOptions> cameras = CamerasOf(args);
+  const std::vector<acquisition::GigeServerOptions> cameras = CamerasOf(args);
 
   // Blocked before any thread starts, so that only the wait below sees them.
   sigset_t ends;
@@ -78,12 +78,12 @@ int RunSimulate(const SimulateArgs& args) {
   sigaddset(&ends, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
 
-  std::vector<std::unique_ptr<SimulatedGigeCamera>> servers;
+  std::vector<std::unique_ptr<acquisition::SimulatedGigeCamera>> servers;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const auto& server = servers.emplace_back(std::make_unique<SimulatedGigeCamera>(cameras[i]));
+    const auto& server = servers.emplace_back(std::make_unique<acquisition::SimulatedGigeCamera>(cameras[i]));
     if (!args.calibrations.empty())
-      WriteCalibration(args.calibrations[i], server->camera().camera(), cameras[i].serial,
-                       "exact: the simulated camera of scene " + cameras[i].simulation.scene);
+      acquisition::WriteCalibration(args.calibrations[i], server->camera().camera(), cameras[i].serial,
+                                    "exact: the simulated camera of scene " + cameras[i].simulation.scene);
     fmt::print("serving aravis:{} at {}\n", server->DeviceId(), cameras[i].interface);
     std::fflush(stdout);
   }
@@ -95,7 +95,7 @@ int RunSimulate(const SimulateArgs& args) {
     if (sigtimedwait(&ends, nullptr, &moment) > 0) break;
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const GigeServerStatistics statistics = servers[i]->Statistics();
+    const acquisition::GigeServerStatistics statistics = servers[i]->Statistics();
     fmt::print(
         "{}served {} ({} late) in {:.1f} s, {:.1f} ms to render one, hand at {:.1f} s{}{}\n",
         cameras.size() == 1 ? "" : cameras[i].serial + ": ", Counted(statistics.served, "frame"),
@@ -149,4 +149,4 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

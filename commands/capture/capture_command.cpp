@@ -35,20 +35,20 @@
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/marker_spec.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 namespace fs = std::filesystem;
 
-void WritePictures(const CaptureArgs& args, const CameraModel& camera, const CaptureSummary& summary,
-                   const LightFieldReport& report) {
+void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
+                   const coverage::CaptureSummary& summary, const LightFieldReport& report) {
   if (args.overlay.empty() && args.map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
     fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
     return;
   }
   const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
-  const CoverageMap map = RefinedForPictures(*summary.map);
+  const coverage::CoverageMap map = coverage::RefinedForPictures(*summary.map);
   if (!args.overlay.empty()) {
     // Lines and dots want pixels: small images are drawn on at twice their size.
     constexpr int kWideEnough = 1000;
@@ -57,16 +57,18 @@ void WritePictures(const CaptureArgs& args, const CameraModel& camera, const Cap
     cv::Mat live;
     cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
                cv::INTER_CUBIC);
-    WritePictureFile(args.overlay, DrawOverlay(live, large, cam_from_world, map));
+    WritePictureFile(args.overlay, coverage::DrawOverlay(live, large, cam_from_world, map));
   }
   if (args.map.empty()) return;
   std::string caption = fmt::format("{}, within {:g} px", Counted(report.views, "view"), report.threshold_px);
   if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
-  WritePictureFile(args.map, DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
+  WritePictureFile(args.map,
+                   coverage::DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
 }
 
-void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const LightFieldReport& report,
-                 std::size_t tracked, const std::optional<PoseErrors>& errors) {
+void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
+                 const LightFieldReport& report, std::size_t tracked,
+                 const std::optional<PoseErrors>& errors) {
   if (args.json) {
     nlohmann::json json = ToJson(report);
     AddTo(json, summary, tracked);
@@ -79,8 +81,8 @@ void PrintResult(const CaptureArgs& args, const CaptureSummary& summary, const L
 }
 
 // The larger share of what the capture may end by; the device's own where nothing was asked for.
-double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const CaptureState& now,
-                 double first_time_s, const Device& device) {
+double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptions& options,
+                 const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
   if (now.covered) share = *now.covered / options.until_share;
   if (args.frames > 0)
@@ -90,7 +92,7 @@ double ShareDone(const CaptureArgs& args, const CaptureOptions& options, const C
   return std::min(0.99, share);
 }
 
-std::string ProgressLine(const CaptureState& now, double until_share) {
+std::string ProgressLine(const coverage::CaptureState& now, double until_share) {
   const std::string covered =
       now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
   std::string what = InWords(now.decision.reason);
@@ -98,14 +100,14 @@ std::string ProgressLine(const CaptureState& now, double until_share) {
     what = now.why_waiting;
   else if (!now.tracking_words.empty())
     what = now.tracking_words;
-  const std::string way = WayInWords(now);
+  const std::string way = coverage::WayInWords(now);
   return fmt::format("{}, {} recorded{}; {}{}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
                      what, way.empty() ? "" : "; next: " + way);
 }
 
 // Before anything else is read or written there.
-void SayWhatTheDiskRefused(const CaptureSummary& summary) {
-  if (summary.stopped_because != StoppedBecause::kDisk) return;
+void SayWhatTheDiskRefused(const coverage::CaptureSummary& summary) {
+  if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
   fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
              summary.problem);
   for (const auto& [folder, count] : summary.set_aside)
@@ -115,24 +117,25 @@ void SayWhatTheDiskRefused(const CaptureSummary& summary) {
                Counted(summary.unwritten, "frame"));
 }
 
-DisplayDoor DoorFor(const CaptureArgs& args, const std::shared_ptr<DisplayScript>& script) {
+coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
+                              const std::shared_ptr<coverage::DisplayScript>& script) {
   constexpr int kWidth = 1280, kHeight = 720;
   if (args.headless) return {};
   if (args.offscreen)
-    return [script]() -> std::unique_ptr<Surface> {
+    return [script]() -> std::unique_ptr<render::Surface> {
       try {
-        return std::make_unique<ScriptedSurface>(cv::Size(kWidth, kHeight), script);
+        return std::make_unique<coverage::ScriptedSurface>(cv::Size(kWidth, kHeight), script);
       } catch (...) {
         script->End();
         throw;
       }
     };
-  return [] { return OpenWindow("ulf capture", {kWidth, kHeight}); };
+  return [] { return render::OpenWindow("ulf capture", {kWidth, kHeight}); };
 }
 
-int RunCaptureCommand(const CaptureArgs& args) {
-  CaptureOptions options = OptionsFrom(args);
-  if (!args.marker.empty()) MarkerSpec::Parse(args.marker);
+int RunCaptureCommand(const coverage::CaptureArgs& args) {
+  coverage::CaptureOptions options = coverage::OptionsFrom(args);
+  if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
         "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
@@ -144,47 +147,47 @@ int RunCaptureCommand(const CaptureArgs& args) {
         args.headless ? "leave out --headless, which is without a display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
-  if (!args.keep_frames.empty()) RequireNewRecording(args.keep_frames);
-  std::optional<RequestLines> request_lines;  // before anything is written
-  CaptureRequests requests;
-  const auto script = std::make_shared<DisplayScript>(requests);
+  if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
+  std::optional<coverage::RequestLines> request_lines;  // before anything is written
+  coverage::CaptureRequests requests;
+  const auto script = std::make_shared<coverage::DisplayScript>(requests);
   if (!args.requests.empty()) {
     std::function<void(const std::string&)> take;
     if (args.offscreen)
       take = [script](const std::string& line) { script->Take(line); };
     else
-      take = [&requests](const std::string& line) { requests.Ask(ParseCaptureRequest(line)); };
+      take = [&requests](const std::string& line) { requests.Ask(coverage::ParseCaptureRequest(line)); };
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;
-  PreparedCapture prepared;
-  if (!PrepareCapture(args, &options, prepared)) {
+  coverage::PreparedCapture prepared;
+  if (!coverage::PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
   }
 
-  CaptureSummary summary;
-  FrameRecorderSummary kept;
+  coverage::CaptureSummary summary;
+  acquisition::FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   {
     const CloseAtDeath guard(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
-    CaptureHooks hooks;
+    coverage::CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
     hooks.requests = &requests;
     const auto read_requests = [&] {
       if (request_lines) request_lines->Take(hooks.say);
     };
-    CaptureFeed feed;
-    hooks.while_waiting = [&](const SharedCaptureState& now) {
+    coverage::CaptureFeed feed;
+    hooks.while_waiting = [&](const coverage::SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
       if (!now->why_waiting.empty()) progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
-    hooks.after_frame = [&](const SharedCaptureState& now) {
+    hooks.after_frame = [&](const coverage::SharedCaptureState& now) {
       read_requests();
       feed.Publish(now);
       if (prepared.person) prepared.person->See(now->device_time_s, *now);
@@ -192,9 +195,9 @@ int RunCaptureCommand(const CaptureArgs& args) {
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
       progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
-    std::unique_ptr<FrameRecorder> recorder;
+    std::unique_ptr<acquisition::FrameRecorder> recorder;
     if (!args.keep_frames.empty()) {
-      recorder = std::make_unique<FrameRecorder>(args.keep_frames, prepared.recording);
+      recorder = std::make_unique<acquisition::FrameRecorder>(args.keep_frames, prepared.recording);
       hooks.keep_frame = [&](const Frame& frame) { recorder->TryAdd(frame); };
       hooks.say = [&](const std::string& line) {
         progress.Say(line);
@@ -202,10 +205,10 @@ int RunCaptureCommand(const CaptureArgs& args) {
       };
     }
     const auto capture = [&] {
-      summary = RunCapture(*prepared.device, prepared.camera, *prepared.poses, std::move(*prepared.writer),
-                           options, hooks, std::move(prepared.first));
+      summary = coverage::RunCapture(*prepared.device, prepared.camera, *prepared.poses,
+                                     std::move(*prepared.writer), options, hooks, std::move(prepared.first));
     };
-    RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
+    coverage::RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
     if (recorder) kept = recorder->Finish();
   }
   if (kept.left_out > 0)
@@ -213,27 +216,27 @@ int RunCaptureCommand(const CaptureArgs& args) {
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
   SayWhatTheDiskRefused(summary);
   const LightField light_field = ReadLightField(args.dir);
-  if (summary.stopped_because != StoppedBecause::kDisk && !light_field.views.empty())
-    SaveMapCache(light_field, prepared.camera, *prepared.poses);
+  if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
+    coverage::SaveMapCache(light_field, prepared.camera, *prepared.poses);
   const LightFieldReport report =
-      Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
+      commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
   WritePictures(args, options.still_camera.value_or(prepared.camera), summary, report);
   constexpr double kBetweenCells = 0.005;  // that a full map may leave open
-  if (summary.stopped_because == StoppedBecause::kCovered &&
+  if (summary.stopped_because == coverage::StoppedBecause::kCovered &&
       report.covered < std::min(options.until_share, 1 - kBetweenCells))
     fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
-  if (summary.stopped_because == StoppedBecause::kDisk) return kFailed;
-  if (summary.stopped_because == StoppedBecause::kDeviceLost) {
+  if (summary.stopped_because == coverage::StoppedBecause::kDisk) return kFailed;
+  if (summary.stopped_because == coverage::StoppedBecause::kDeviceLost) {
     fmt::print(stderr,
                "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",
                args.uri);
     return kFailed;
   }
-  const bool was_asked_to_end = summary.stopped_because == StoppedBecause::kSignal ||
-                                summary.stopped_because == StoppedBecause::kClosed;
+  const bool was_asked_to_end = summary.stopped_because == coverage::StoppedBecause::kSignal ||
+                                summary.stopped_because == coverage::StoppedBecause::kClosed;
   if (report.views == 0 && !was_asked_to_end) {
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
@@ -245,7 +248,7 @@ int RunCaptureCommand(const CaptureArgs& args) {
 }  // namespace
 
 void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<CaptureArgs>();
+  auto args = std::make_shared<coverage::CaptureArgs>();
   CLI::App* command =
       app.add_subcommand("capture", "Captures a light field: records every view that is missing");
   command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
@@ -272,7 +275,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--coverage-width", args->coverage_width_px,
                       "Width of the image that the threshold refers to (640)");
   AddIntrinsicsOptions(*command, args->intrinsics);
-  command->add_option("--poses", args->poses_text, kPosesHelp)->capture_default_str();
+  command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
   AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
@@ -317,10 +320,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
   command->callback([args, &chosen] {
     chosen = [args] {
-      args->poses = PosesSpec::Parse(args->poses_text);
+      args->poses = tracking::PosesSpec::Parse(args->poses_text);
       return RunCaptureCommand(*args);
     };
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -6,63 +6,63 @@
 #include "commands/camera/device_report.h"
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
-const char* InWords(StoppedBecause why) {
+const char* InWords(coverage::StoppedBecause why) {
   switch (why) {
-    case StoppedBecause::kCovered:
+    case coverage::StoppedBecause::kCovered:
       return "the cap is covered";
-    case StoppedBecause::kFrames:
+    case coverage::StoppedBecause::kFrames:
       return "--frames is reached";
-    case StoppedBecause::kSeconds:
+    case coverage::StoppedBecause::kSeconds:
       return "--max-seconds is reached";
-    case StoppedBecause::kEnded:
+    case coverage::StoppedBecause::kEnded:
       return "the device has no more frames";
-    case StoppedBecause::kSignal:
+    case coverage::StoppedBecause::kSignal:
       return "asked to";
-    case StoppedBecause::kDeviceLost:
+    case coverage::StoppedBecause::kDeviceLost:
       return "the device is lost";
-    case StoppedBecause::kDisk:
+    case coverage::StoppedBecause::kDisk:
       return "the disk";
-    case StoppedBecause::kClosed:
+    case coverage::StoppedBecause::kClosed:
       return "finished by request";
   }
   return "";
 }
 
-const char* WayOut(Reason reason) {
+const char* WayOut(coverage::Reason reason) {
   switch (reason) {
-    case Reason::kTracking:
+    case coverage::Reason::kTracking:
       return "the pose was too uncertain, or there were too few frames to place the subject; move slowly "
              "sideways, with the subject in view";
-    case Reason::kCovered:
+    case coverage::Reason::kCovered:
       return "every frame showed what recorded views show already";
-    case Reason::kBehind:
+    case coverage::Reason::kBehind:
       return "the subject lies behind the camera: turn round, or correct --subject (x to the right, y down, "
              "z forward from where the world begins)";
-    case Reason::kOutsideRectangle:
-    case Reason::kInsideSphere:
+    case coverage::Reason::kOutsideRectangle:
+    case coverage::Reason::kInsideSphere:
       return "the subject was not wholly in view; aim at it, step back, or make its sphere smaller "
              "(--subject-size, or the radius of --subject)";
-    case Reason::kBlur:
+    case coverage::Reason::kBlur:
       return "every frame was blurred; move slower, or expose shorter";
-    case Reason::kExposure:
+    case coverage::Reason::kExposure:
       return "the subject was clipped or black; set the exposure (ulf features)";
-    case Reason::kUnsettled:
+    case coverage::Reason::kUnsettled:
       return "the exposure never came to rest; switch the camera's automatics off (ulf features), or keep "
              "the light steady";
-    case Reason::kSpeed:
+    case coverage::Reason::kSpeed:
       return "the camera moved too fast for its exposure time; move slower, or expose shorter";
-    case Reason::kSpool:
+    case coverage::Reason::kSpool:
       return "the disk did not keep up; write to a faster one";
-    case Reason::kDisk:
+    case coverage::Reason::kDisk:
       return "the disk was full; free some space, or write to another one";
-    case Reason::kPaused:
+    case coverage::Reason::kPaused:
       return "recording was paused by request and never asked for again (record)";
-    case Reason::kStill:
+    case coverage::Reason::kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
-    case Reason::kRecorded:
+    case coverage::Reason::kRecorded:
       break;
   }
   return "";
@@ -70,7 +70,7 @@ const char* WayOut(Reason reason) {
 
 }  // namespace
 
-std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
+std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked) {
   std::string text = fmt::format("device         {}\n", ToText(summary.device));
   if (summary.pauses > 0)
     text += fmt::format("disk           recording paused {}, {:.1f} s in all\n",
@@ -96,7 +96,7 @@ std::string ToText(const CaptureSummary& summary, std::size_t tracked) {
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
 
-void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t tracked) {
+void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::size_t tracked) {
   json["frames"] = summary.frames;
   json["recorded"] = summary.recorded;
   json["taken_back"] = summary.taken_back;
@@ -125,7 +125,7 @@ void AddTo(nlohmann::json& json, const CaptureSummary& summary, std::size_t trac
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;
 }
 
-std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) {
+std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked) {
   if (summary.frames == 0) return "nothing was recorded: no complete frame came";
   if (tracked == 0)
     return fmt::format(
@@ -133,42 +133,46 @@ std::string NothingRecorded(const CaptureSummary& summary, std::size_t tracked) 
         "that near and far things shift against each other",
         Counted(summary.frames, "frame"));
   const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
-  const auto reason = static_cast<Reason>(commonest - summary.reasons.begin());
+  const auto reason = static_cast<coverage::Reason>(commonest - summary.reasons.begin());
   return fmt::format("nothing was recorded: for {} of {} the reason was '{}': {}", *commonest,
                      Counted(summary.frames, "frame"), InWords(reason), WayOut(reason));
 }
 
-std::string WhyFewRecorded(const CaptureSummary& summary) {
+std::string WhyFewRecorded(const coverage::CaptureSummary& summary) {
   constexpr double kFew = 0.2, kMost = 0.5;
-  const bool as_wanted = summary.stopped_because == StoppedBecause::kCovered || summary.recorded == 0;
+  const bool as_wanted =
+      summary.stopped_because == coverage::StoppedBecause::kCovered || summary.recorded == 0;
   if (as_wanted) return {};
-  const auto count = [&](Reason reason) { return summary.reasons[static_cast<std::size_t>(reason)]; };
-  const auto is_elsewhere = [](Reason reason) {
-    return reason == Reason::kOutsideRectangle || reason == Reason::kInsideSphere ||
-           reason == Reason::kBehind;
+  const auto count = [&](coverage::Reason reason) {
+    return summary.reasons[static_cast<std::size_t>(reason)];
+  };
+  const auto is_elsewhere = [](coverage::Reason reason) {
+    return reason == coverage::Reason::kOutsideRectangle || reason == coverage::Reason::kInsideSphere ||
+           reason == coverage::Reason::kBehind;
   };
   std::uint64_t refused = 0, elsewhere = 0;
-  Reason commonest = Reason::kRecorded;
+  coverage::Reason commonest = coverage::Reason::kRecorded;
   std::string words_elsewhere;
-  for (const Reason reason : kReasons) {
-    const bool stands_in_the_way = reason != Reason::kRecorded && reason != Reason::kCovered &&
-                                   reason != Reason::kStill && reason != Reason::kPaused;
+  for (const coverage::Reason reason : coverage::kReasons) {
+    const bool stands_in_the_way = reason != coverage::Reason::kRecorded &&
+                                   reason != coverage::Reason::kCovered &&
+                                   reason != coverage::Reason::kStill && reason != coverage::Reason::kPaused;
     if (!stands_in_the_way || count(reason) == 0) continue;
     refused += count(reason);
     if (is_elsewhere(reason)) {
       elsewhere += count(reason);
       words_elsewhere += fmt::format("{}'{}'", words_elsewhere.empty() ? "" : " or ", InWords(reason));
-    } else if (commonest == Reason::kRecorded || count(reason) > count(commonest)) {
+    } else if (commonest == coverage::Reason::kRecorded || count(reason) > count(commonest)) {
       commonest = reason;
     }
   }
-  const auto not_covered = static_cast<double>(summary.frames - count(Reason::kCovered));
+  const auto not_covered = static_cast<double>(summary.frames - count(coverage::Reason::kCovered));
   if (static_cast<double>(summary.recorded) >= kFew * not_covered ||
       static_cast<double>(refused) < kMost * static_cast<double>(summary.frames))
     return {};
   const std::string few =
       fmt::format("only {} of {} recorded: for", summary.recorded, Counted(summary.frames, "frame"));
-  if (elsewhere == 0 || (commonest != Reason::kRecorded && count(commonest) > elsewhere))
+  if (elsewhere == 0 || (commonest != coverage::Reason::kRecorded && count(commonest) > elsewhere))
     return fmt::format("{} {} the reason was '{}': {}", few, count(commonest), InWords(commonest),
                        WayOut(commonest));
   return fmt::format(
@@ -179,4 +183,4 @@ std::string WhyFewRecorded(const CaptureSummary& summary) {
       summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures" : "");
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

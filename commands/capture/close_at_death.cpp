@@ -20,7 +20,7 @@
 #include "core/base/signal_stack.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ void AddCloseAfterDeathCommand(CLI::App& app, ChosenCommand& chosen) {
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -15,7 +15,7 @@
 
 #include "commands/command_line.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // One at a time.
 class CloseAtDeath {
@@ -29,4 +29,4 @@ class CloseAtDeath {
 // Not shown in the help.
 void AddCloseAfterDeathCommand(CLI::App& app, ChosenCommand& chosen);
 
-}  // namespace ulf
+}  // namespace ulf::commands

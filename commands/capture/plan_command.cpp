@@ -12,7 +12,7 @@
 #include "coverage/bound/criterion.h"
 #include "coverage/session/capture_session.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct PlanArgs {
@@ -27,7 +27,7 @@ struct PlanArgs {
   bool json = false;
 };
 
-CriterionSetup SetupFrom(const PlanArgs& args) {
+coverage::CriterionSetup SetupFrom(const PlanArgs& args) {
   const auto require = [](bool good, const char* option, double value) {
     if (!good || !std::isfinite(value)) throw UsageError("{} {} must be a positive number", option, value);
   };
@@ -52,13 +52,13 @@ CriterionSetup SetupFrom(const PlanArgs& args) {
           .threshold_px = args.threshold_px};
 }
 
-double SphereImagePx(const CriterionSetup& setup) {
+double SphereImagePx(const coverage::CriterionSetup& setup) {
   return 2 * setup.focal_px * setup.radius /
          std::sqrt(setup.distance * setup.distance - setup.radius * setup.radius);
 }
 
-void RequireItFits(const PlanArgs& args, const CriterionSetup& setup) {
-  const double widest = DecisionLimits{}.rectangle_share * args.coverage_width_px;
+void RequireItFits(const PlanArgs& args, const coverage::CriterionSetup& setup) {
+  const double widest = coverage::DecisionLimits{}.rectangle_share * args.coverage_width_px;
   if (SphereImagePx(setup) <= widest) return;
   const double fits_from = setup.radius * std::hypot(1.0, 2 * setup.focal_px / widest);
   throw UsageError(
@@ -68,22 +68,24 @@ void RequireItFits(const PlanArgs& args, const CriterionSetup& setup) {
 }
 
 int RunPlan(const PlanArgs& args) {
-  const CriterionSetup setup = SetupFrom(args);
+  const coverage::CriterionSetup setup = SetupFrom(args);
   RequireItFits(args, setup);
-  const CapGoal goal = CapGoal::Parse(args.cap);
-  const auto prediction = Predict(setup, goal.cap, goal.share.value_or(CaptureOptions{}.until_share));
+  const coverage::CapGoal goal = coverage::CapGoal::Parse(args.cap);
+  const auto prediction =
+      coverage::Predict(setup, goal.cap, goal.share.value_or(coverage::CaptureOptions{}.until_share));
   if (!prediction)
     throw UsageError(
         "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
         args.threshold_px);
-  if (const auto doubt = WhyTooFine(*prediction, goal.cap)) fmt::print(stderr, "ulf: {}\n", *doubt);
+  if (const auto doubt = coverage::WhyTooFine(*prediction, goal.cap)) fmt::print(stderr, "ulf: {}\n", *doubt);
   const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
   const auto ratio = [&](const std::optional<double>& distance) {
     return distance ? std::optional(*distance / setup.distance) : std::nullopt;
   };
   const auto near = ratio(prediction->nearest), far = ratio(prediction->farthest);
   std::optional<double> bound_px;
-  if (args.angle_deg) bound_px = AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
+  if (args.angle_deg)
+    bound_px = coverage::AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
 
   if (args.json) {
     const auto or_null = [](const std::optional<double>& value) {
@@ -145,4 +147,4 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunPlan(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -7,7 +7,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
                             const LightField& light_field) {
@@ -50,4 +50,4 @@ std::string ToText(const PoseErrors& errors) {
       Counted(errors.views->matched, "view"));
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

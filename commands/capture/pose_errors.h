@@ -11,7 +11,7 @@
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 struct PoseErrors {
   std::optional<TrajectoryError> live, views;
@@ -28,4 +28,4 @@ void AddTo(nlohmann::json& json, const PoseErrors& errors);
 // For people: shares of the subject's distance.
 std::string ToText(const PoseErrors& errors);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 const cv::Scalar kPaper(250, 250, 250), kMat(232, 232, 232), kInk(40, 40, 40);
@@ -52,4 +52,4 @@ cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>&
   return sheet;
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

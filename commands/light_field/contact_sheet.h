@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::commands {
 
 struct SheetPanel {
   cv::Mat image;  // CV_8UC3, any size and shape; fitted into its cell, never distorted
@@ -22,4 +22,4 @@ struct ContactSheetLayout {
 cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
                      const ContactSheetLayout& layout = {});
 
-}  // namespace ulf
+}  // namespace ulf::commands

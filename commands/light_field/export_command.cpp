@@ -17,7 +17,7 @@
 #include "tracking/refine/light_field_input.h"
 #include "tracking/refine/triangulate.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct ExportArgs {
@@ -39,11 +39,12 @@ struct Triangulated {
 
 // Poses are those of the light field; only the points are made.
 Triangulated MakePoints(LightField& light_field, Progress& progress, double share) {
-  TriangulationOptions options;
+  tracking::TriangulationOptions options;
   options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
-  TriangulationResult result = TriangulateViews(RefineInputOf(light_field), options);
+  tracking::TriangulationResult result =
+      tracking::TriangulateViews(tracking::RefineInputOf(light_field), options);
   const bool kept_points = result.points.empty() && !light_field.points.empty();
-  if (!kept_points) light_field.points = WithViewIds(std::move(result.points), light_field);
+  if (!kept_points) light_field.points = tracking::WithViewIds(std::move(result.points), light_field);
   return {true, kept_points, result.pose_error_px, result.unread.size()};
 }
 
@@ -155,4 +156,4 @@ void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -6,7 +6,7 @@
 #include "core/base/counted.h"
 #include "core/light_field/exchange/import_light_field.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct ImportArgs {
@@ -40,4 +40,4 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunImport(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -8,7 +8,7 @@
 #include "commands/light_field/light_field_report.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct InfoArgs {
@@ -21,7 +21,7 @@ struct InfoArgs {
 
 int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
-  if (!args.cap.empty()) options.cap = Cap::ParseDegrees(args.cap);
+  if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   const LightFieldReport report = Describe(ReadLightField(args.dir), options);
   fmt::print("{}", args.json ? ToJson(report).dump() + "\n" : ToText(report));
@@ -44,4 +44,4 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -11,7 +11,7 @@
 #include "coverage/bound/view_decision.h"
 #include "render/fields/viewpoint_mesh.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using Eigen::Vector3d;
@@ -33,7 +33,7 @@ Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vect
       std::all_of(directions.begin(), directions.end(),
                   [&](const Vector3d& direction) { return direction.dot(first) > 0; });
   const Vector3d level = first - first.dot(up) * up;
-  const CapFrame frame(within_hemisphere || level.norm() < 1e-6 ? first : level, up);
+  const coverage::CapFrame frame(within_hemisphere || level.norm() < 1e-6 ? first : level, up);
   std::vector<double> azimuths, elevations;
   for (const Vector3d& direction : directions) {
     azimuths.push_back(frame.Of(direction).azimuth);
@@ -51,11 +51,11 @@ LightFieldReport::Distances DistancesOf(const LightField& light_field, const Sub
   return {distances.front(), distances[distances.size() / 2], distances.back()};
 }
 
-std::size_t CountDuplicates(const std::vector<CriterionView>& views, const Subject& subject,
+std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, const Subject& subject,
                             double threshold_px) {
-  RecordedViews earlier(subject);
+  coverage::RecordedViews earlier(subject);
   std::size_t duplicates = 0;
-  for (const CriterionView& view : views) {
+  for (const coverage::CriterionView& view : views) {
     duplicates += earlier.Covers(view, threshold_px);
     earlier.Add(view);
   }
@@ -63,14 +63,15 @@ std::size_t CountDuplicates(const std::vector<CriterionView>& views, const Subje
 }
 
 std::vector<LightFieldReport::Hole> HolesOf(const LightField& light_field,
-                                            const std::vector<CriterionView>& views, const Subject& subject,
-                                            const Cap& cap, double threshold_px) {
-  CoverageMap map(subject,
-                  {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
+                                            const std::vector<coverage::CriterionView>& views,
+                                            const Subject& subject, const coverage::Cap& cap,
+                                            double threshold_px) {
+  coverage::CoverageMap map(
+      subject, {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
   map.SetViews(views);
   std::vector<LightFieldReport::Hole> holes;
-  for (const CoverageHole& hole : map.Holes()) {
-    const CapFrame::Angles at = map.frame()->Of(hole.direction);
+  for (const coverage::CoverageHole& hole : map.Holes()) {
+    const coverage::CapFrame::Angles at = map.frame()->Of(hole.direction);
     holes.push_back(
         {hole.solid_angle_sr * Degrees(1) * Degrees(1), Degrees(at.azimuth), Degrees(at.elevation)});
   }
@@ -94,7 +95,7 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
 // The counts of frames are written when a session is closed.
 std::size_t UncountedViews(const LightField& light_field) {
   if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
-  const auto counted = light_field.reasons.find(Name(Reason::kRecorded));
+  const auto counted = light_field.reasons.find(Name(coverage::Reason::kRecorded));
   const std::uint64_t recorded = counted == light_field.reasons.end() ? 0 : counted->second;
   const std::uint64_t views = light_field.views.size() + light_field.taken_back;
   return recorded < views ? views - recorded : 0;
@@ -103,7 +104,8 @@ std::size_t UncountedViews(const LightField& light_field) {
 std::string ReasonsText(const LightFieldReport& report) {
   std::string reasons;
   for (const auto& [reason, count] : report.reasons)
-    if (count > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, InWords(reason));
+    if (count > 0)
+      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", count, coverage::InWords(reason));
   std::string text = reasons.empty() ? reasons : "frames         " + reasons + "\n";
   if (report.uncounted_views > 0)
     text += fmt::format(
@@ -124,7 +126,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.reasons = light_field.reasons;
   report.uncounted_views = UncountedViews(light_field);
   report.cap = options.cap;
-  if (!report.cap && light_field.goal) report.cap = Cap::FromDegrees(light_field.goal->cap_deg);
+  if (!report.cap && light_field.goal) report.cap = coverage::Cap::FromDegrees(light_field.goal->cap_deg);
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
@@ -142,18 +144,19 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   }
   std::vector<Vector3d> directions, centers;
   for (const View& view : light_field.views) centers.push_back(view.CenterInWorld());
-  const ViewpointMesh mesh = MakeViewpointMesh(centers, *report.subject);
-  if (mesh.span == Span::kSurface) report.mean_edge_deg = Degrees(mesh.mean_edge_rad);
+  const render::ViewpointMesh mesh = render::MakeViewpointMesh(centers, *report.subject);
+  if (mesh.span == render::Span::kSurface) report.mean_edge_deg = Degrees(mesh.mean_edge_rad);
   for (const View& view : light_field.views)
     if (const Vector3d offset = view.CenterInWorld() - report.subject->center_in_world; offset.norm() > 0)
       directions.push_back(offset.normalized());
   if (!directions.empty())
     report.angular_range_deg = AngularRange(directions, light_field.UpInWorld()).unaryExpr(&Degrees);
   report.distances = DistancesOf(light_field, *report.subject);
-  const std::vector<CriterionView> views = CriterionViews(light_field);
+  const std::vector<coverage::CriterionView> views = coverage::CriterionViews(light_field);
   report.duplicates = CountDuplicates(views, *report.subject, report.threshold_px);
   if (report.cap) {
-    report.covered = MeasureCoverage(light_field, *report.subject, *report.cap, report.threshold_px).covered;
+    report.covered =
+        coverage::MeasureCoverage(light_field, *report.subject, *report.cap, report.threshold_px).covered;
     report.holes = HolesOf(light_field, views, *report.subject, *report.cap, report.threshold_px);
   }
   return report;
@@ -231,4 +234,4 @@ std::string ToText(const LightFieldReport& report) {
   return text + ReasonsText(report);
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

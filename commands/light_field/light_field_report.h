@@ -13,7 +13,7 @@
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 struct LightFieldReport {
   std::size_t views = 0;
@@ -25,7 +25,7 @@ struct LightFieldReport {
   std::optional<double> mean_edge_deg;  // none where the viewpoints span no surface
   std::optional<Subject> subject;
   std::string units;
-  std::optional<Cap> cap;
+  std::optional<coverage::Cap> cap;
   std::optional<double> covered;  // none without a cap
   // What of the cap is open, the largest first; empty without a cap.
   struct Hole {
@@ -45,7 +45,7 @@ struct LightFieldReport {
 };
 
 struct ReportOptions {
-  std::optional<Cap> cap = std::nullopt;              // none: the one that was to be covered, if any
+  std::optional<coverage::Cap> cap = std::nullopt;    // none: the one that was to be covered, if any
   std::optional<Subject> subject = std::nullopt;      // none: the light field's, else from the optical axes
   std::optional<double> threshold_px = std::nullopt;  // none: the light field's, else 7
 };
@@ -57,4 +57,4 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 nlohmann::json ToJson(const LightFieldReport& report);
 std::string ToText(const LightFieldReport& report);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -9,7 +9,7 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/folder_repair.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct RepairArgs {
@@ -62,4 +62,4 @@ void AddRepairCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunRepair(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -21,7 +21,7 @@
 #include "render/quality/evaluate.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct SheetArgs {
@@ -32,41 +32,43 @@ struct SheetArgs {
   std::string out = "contact_sheet.png";
 };
 
-CoverageMap MapOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap) {
-  CoverageMapOptions options;
+coverage::CoverageMap MapOf(const LightField& light_field, const Subject& subject,
+                            const std::optional<coverage::Cap>& cap) {
+  coverage::CoverageMapOptions options;
   options.cap = cap;
   options.up_in_world = light_field.up_in_world;
   options.threshold_px = light_field.threshold_px.value_or(options.threshold_px);
-  CoverageMap map(subject, options);
-  std::vector<CriterionView> views;
+  coverage::CoverageMap map(subject, options);
+  std::vector<coverage::CriterionView> views;
   for (const View& view : light_field.views)
-    views.push_back(
-        CriterionView::From(light_field.CameraOf(view), view.cam_from_world, light_field.coverage_width_px));
+    views.push_back(coverage::CriterionView::From(light_field.CameraOf(view), view.cam_from_world,
+                                                  light_field.coverage_width_px));
   map.SetViews(views);
   return map;
 }
 
 // Over the best geometry that it brings itself.
-std::shared_ptr<const RenderScene> SceneOf(const LightField& light_field,
-                                           const std::optional<Subject>& subject) {
-  const auto scene = LoadScene(light_field, {.subject = subject});
-  const std::vector<std::string> own = ProxiesOfItsOwn(light_field.root);
+std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
+                                                   const std::optional<Subject>& subject) {
+  const auto scene = render::LoadScene(light_field, {.subject = subject});
+  const std::vector<std::string> own = render::ProxiesOfItsOwn(light_field.root);
   if (own.empty()) return scene;
-  return WithProxy(*scene, ProxyFromName(own.back(), scene->subject, light_field.root));
+  return render::WithProxy(*scene, render::ProxyFromName(own.back(), scene->subject, light_field.root));
 }
 
 // The view nearest to the middle of all directions: its neighbours surround it, so leaving it out is fair.
-int MiddleView(const RenderScene& scene) {
+int MiddleView(const render::RenderScene& scene) {
   const Eigen::Vector3d& center = scene.subject.center_in_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const SceneView& view : scene.views) middle += (view.center_in_world - center).normalized();
-  const auto closeness = [&](const SceneView& view) {
+  for (const render::SceneView& view : scene.views) middle += (view.center_in_world - center).normalized();
+  const auto closeness = [&](const render::SceneView& view) {
     return (view.center_in_world - center).normalized().dot(middle);
   };
-  return static_cast<int>(
-      std::max_element(scene.views.begin(), scene.views.end(),
-                       [&](const SceneView& a, const SceneView& b) { return closeness(a) < closeness(b); }) -
-      scene.views.begin());
+  return static_cast<int>(std::max_element(scene.views.begin(), scene.views.end(),
+                                           [&](const render::SceneView& a, const render::SceneView& b) {
+                                             return closeness(a) < closeness(b);
+                                           }) -
+                          scene.views.begin());
 }
 
 // The subject and some of what is around it, upright so that two of it fill a panel.
@@ -81,16 +83,16 @@ cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, 
   return around & cv::Rect(0, 0, camera.width, camera.height);
 }
 
-SheetPanel RenderingBesideTruth(const RenderScene& scene) {
+SheetPanel RenderingBesideTruth(const render::RenderScene& scene) {
   if (scene.views.size() < 2)
     return {scene.views.front().Srgb8(), "the only view: nothing can be left out and compared"};
   const int left_out = MiddleView(scene);
-  const SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
+  const render::SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
   const CameraModel camera = view.camera.WithoutDistortion();
-  const auto renderer = MakeRenderer(Without(scene, {left_out}), {});
+  const auto renderer = render::MakeRenderer(render::Without(scene, {left_out}), {});
   const cv::Mat rendered = Srgb8FromLinear(renderer->Render(camera, view.cam_from_world).linear);
-  const UndistortedPhotograph photograph = Undistort(view);
-  const Quality quality = CompareImages(rendered, photograph.srgb8, photograph.valid);
+  const render::UndistortedPhotograph photograph = render::Undistort(view);
+  const render::Quality quality = render::CompareImages(rendered, photograph.srgb8, photograph.valid);
   const cv::Rect shown = AroundSubject(camera, view.cam_from_world, scene.subject);
   cv::Mat pair;
   const cv::Mat gap(shown.height, 6, CV_8UC3, cv::Scalar::all(255));
@@ -101,15 +103,15 @@ SheetPanel RenderingBesideTruth(const RenderScene& scene) {
 }
 
 // From half the distance, where a picture is made of many views (thesis, figure 5-1).
-SheetPanel BlendingField(const std::shared_ptr<const RenderScene>& scene) {
-  RenderOptions options;
+SheetPanel BlendingField(const std::shared_ptr<const render::RenderScene>& scene) {
+  render::RenderOptions options;
   options.show_field = true;
-  const auto renderer = MakeRenderer(scene, options);
-  const Rigid3 moved_in = DollyPath(*scene, 2).cam_from_world.back();
+  const auto renderer = render::MakeRenderer(scene, options);
+  const Rigid3 moved_in = render::DollyPath(*scene, 2).cam_from_world.back();
   const CameraModel camera = scene->views.front().camera.WithoutDistortion();
   return {Srgb8FromLinear(renderer->Render(camera, moved_in).linear),
           fmt::format("blending field from half the distance, a colour for each view ({})",
-                      FieldName(renderer->field().kind))};
+                      render::FieldName(renderer->field().kind))};
 }
 
 std::string Headline(const LightField& light_field, const LightFieldReport& report) {
@@ -129,15 +131,15 @@ int RunSheet(const SheetArgs& args) {
   RequireWritablePicture(args.out);
   const LightField light_field = ReadLightField(args.dir);
   ReportOptions asked;
-  if (!args.cap.empty()) asked.cap = Cap::ParseDegrees(args.cap);
+  if (!args.cap.empty()) asked.cap = coverage::Cap::ParseDegrees(args.cap);
   if (!args.subject.empty()) asked.subject = ParseSubject(args.subject);
   const auto scene = SceneOf(light_field, asked.subject);
   const LightFieldReport report = Describe(light_field, asked);
-  const CoverageMap map = MapOf(light_field, scene->subject, report.cap);
+  const coverage::CoverageMap map = MapOf(light_field, scene->subject, report.cap);
 
   std::vector<SheetPanel> panels;
   if (!args.live.empty()) panels.push_back({ReadImageFile(args.live), "live frame with the painted sphere"});
-  panels.push_back({DrawCoverageMap(RefinedForPictures(map)), "coverage map"});
+  panels.push_back({coverage::DrawCoverageMap(coverage::RefinedForPictures(map)), "coverage map"});
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
   const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);
@@ -162,4 +164,4 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -2,6 +2,6 @@
 
 #include "commands/command_line.h"
 
-namespace ulf {
+namespace ulf::commands {
 void AddSheetCommand(CLI::App& app, ChosenCommand& chosen);
 }

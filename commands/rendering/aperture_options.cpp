@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using Eigen::Vector2d;
@@ -65,19 +65,19 @@ void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path&
         light_field.string(), units);
 }
 
-std::vector<Aperture> AperturesAlong(const ApertureArgs& args, const CameraPath& path,
-                                     const RenderScene& scene) {
+std::vector<render::Aperture> AperturesAlong(const ApertureArgs& args, const render::CameraPath& path,
+                                             const render::RenderScene& scene) {
   Vector3d focus = scene.subject.center_in_world;
   if (!args.focus_at.empty())
-    focus = PointOnProxy(*scene.proxy, path.cameras.front(), path.cam_from_world.front(),
-                         PixelOf(args.focus_at, path.cameras.front()));
-  std::vector<Aperture> apertures;
+    focus = render::PointOnProxy(*scene.proxy, path.cameras.front(), path.cam_from_world.front(),
+                                 PixelOf(args.focus_at, path.cameras.front()));
+  std::vector<render::Aperture> apertures;
   for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
     const CameraModel& camera = path.cameras[i];
-    Aperture& aperture = apertures.emplace_back();
-    aperture.radius =
-        args.radius ? *args.radius
-                    : ApertureRadius(args.f_number.value(), camera.fx, camera.width, args.sensor_width_mm);
+    render::Aperture& aperture = apertures.emplace_back();
+    aperture.radius = args.radius ? *args.radius
+                                  : render::ApertureRadius(args.f_number.value(), camera.fx, camera.width,
+                                                           args.sensor_width_mm);
     aperture.focus_in_world = args.focus_distance ? path.cam_from_world[i].Inverse() *
                                                         Vector3d(*args.focus_distance * Vector3d::UnitZ())
                                                   : focus;
@@ -85,26 +85,26 @@ std::vector<Aperture> AperturesAlong(const ApertureArgs& args, const CameraPath&
   return apertures;
 }
 
-void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh) {
-  if (UsesMesh(field.kind)) return;
-  if (mesh.span != Span::kSurface)
+void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh& mesh) {
+  if (render::UsesMesh(field.kind)) return;
+  if (mesh.span != render::Span::kSurface)
     throw Error("an aperture needs viewpoints that span a surface ({}); record more around them",
                 mesh.Description());
   throw UsageError(
       "--field {}: has no mesh of viewpoints to widen; with an aperture, give subdivision or linear",
-      FieldName(field.kind));
+      render::FieldName(field.kind));
 }
 
-void WarnOfWidth(const std::vector<Aperture>& apertures, const RenderScene& scene) {
+void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::RenderScene& scene) {
   const double apart = scene.mesh.mean_edge_rad * scene.mesh.median_distance;
   const std::vector<Eigen::Vector3d> centers = scene.Centers();
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
   double reach = 0;
   for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
-  const auto widest =
-      std::max_element(apertures.begin(), apertures.end(),
-                       [](const Aperture& a, const Aperture& b) { return a.radius < b.radius; });
+  const auto widest = std::max_element(
+      apertures.begin(), apertures.end(),
+      [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
   if (widest == apertures.end()) return;
   if (widest->radius > reach)
     spdlog::warn(
@@ -119,13 +119,13 @@ void WarnOfWidth(const std::vector<Aperture>& apertures, const RenderScene& scen
       widest->radius, apart);
 }
 
-std::string ApertureText(const std::vector<Aperture>& apertures) {
+std::string ApertureText(const std::vector<render::Aperture>& apertures) {
   if (apertures.empty()) return "none";
-  const auto [least, most] =
-      std::minmax_element(apertures.begin(), apertures.end(),
-                          [](const Aperture& a, const Aperture& b) { return a.radius < b.radius; });
+  const auto [least, most] = std::minmax_element(
+      apertures.begin(), apertures.end(),
+      [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
   return least->radius == most->radius ? fmt::format("radius {}", least->radius)
                                        : fmt::format("radius {} to {}", least->radius, most->radius);
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -9,7 +9,7 @@
 
 #include "render/output/camera_path.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 struct ApertureArgs {
   std::optional<double> radius;    // world units
@@ -26,16 +26,16 @@ void AddApertureOptions(CLI::App& sub, ApertureArgs& args);
 void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path& light_field);
 
 // One for each pose of a path that has a camera for each pose. UsageError for a pixel outside the picture.
-std::vector<Aperture> AperturesAlong(const ApertureArgs& args, const CameraPath& path,
-                                     const RenderScene& scene);
+std::vector<render::Aperture> AperturesAlong(const ApertureArgs& args, const render::CameraPath& path,
+                                             const render::RenderScene& scene);
 
 // Throws what to do where the blending field in use has no rings to widen.
-void RequireRings(const FieldOptions& field, const ViewpointMesh& mesh);
+void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh& mesh);
 
 // Says it where none of them is wide enough to make a difference.
-void WarnOfWidth(const std::vector<Aperture>& apertures, const RenderScene& scene);
+void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::RenderScene& scene);
 
 // For people and for render.json.
-std::string ApertureText(const std::vector<Aperture>& apertures);
+std::string ApertureText(const std::vector<render::Aperture>& apertures);
 
-}  // namespace ulf
+}  // namespace ulf::commands

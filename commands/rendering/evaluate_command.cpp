@@ -17,7 +17,7 @@
 #include "render/quality/evaluate.h"
 #include "render/quality/quality_chart.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct EvaluateArgs : SceneArgs {
@@ -29,7 +29,7 @@ struct EvaluateArgs : SceneArgs {
   bool json = false;
 };
 
-nlohmann::json JsonOf(const MeanScore& mean) {
+nlohmann::json JsonOf(const render::MeanScore& mean) {
   if (mean.views == 0) return nullptr;
   return {{"views", mean.views},
           {"psnr_db", mean.psnr_db},
@@ -38,10 +38,10 @@ nlohmann::json JsonOf(const MeanScore& mean) {
           {"ssim_disc", mean.ssim_disc}};
 }
 
-nlohmann::json JsonOf(const FieldScore& result) {
-  const MeanScore& main = result.Main();
+nlohmann::json JsonOf(const render::FieldScore& result) {
+  const render::MeanScore& main = result.Main();
   nlohmann::json views = nlohmann::json::array();
-  for (const ViewScore& score : result.views)
+  for (const render::ViewScore& score : result.views)
     views.push_back({{"id", score.view_id},
                      {"rim", score.on_rim},
                      {"psnr_db", score.frame.psnr_db},
@@ -51,9 +51,9 @@ nlohmann::json JsonOf(const FieldScore& result) {
                      {"filled_px", score.filled_px},
                      {"empty_px", score.empty_px},
                      {"ms", score.ms}});
-  return {{"field", FieldName(result.asked.kind)},
-          {"field_used", FieldName(result.used.kind)},
-          {"level", LevelName(result.used.level)},
+  return {{"field", render::FieldName(result.asked.kind)},
+          {"field_used", render::FieldName(result.used.kind)},
+          {"level", render::LevelName(result.used.level)},
           {"proxy", result.proxy},
           {"psnr_db", main.psnr_db},
           {"ssim", main.ssim},
@@ -74,27 +74,30 @@ std::string NameOfFolder(const std::string& dir) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-void PrintTable(const EvaluateSummary& summary) {
+void PrintTable(const render::EvaluateSummary& summary) {
   fmt::print("{}, {} left out, {}x{}, {}\n{}\n\n", Counted(summary.views, "view"), summary.held_out,
              summary.width, summary.height, summary.renderer, summary.viewpoints);
   std::size_t proxy_width = 6;
-  for (const FieldScore& result : summary.results) proxy_width = std::max(proxy_width, result.proxy.size());
+  for (const render::FieldScore& result : summary.results)
+    proxy_width = std::max(proxy_width, result.proxy.size());
   fmt::print("{:<22} {:<{}} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>7} {:>6}  {:>8} {:>9} {:>8}\n", "field",
              "proxy", proxy_width, "level", "PSNR", "SSIM", "disc", "SSIM", "rim", "SSIM", "ms", "filled px",
              "empty");
-  for (const FieldScore& result : summary.results) {
-    const MeanScore& main = result.Main();
+  for (const render::FieldScore& result : summary.results) {
+    const render::MeanScore& main = result.Main();
     const std::string rim = result.rim.views > 0
                                 ? fmt::format("{:7.2f} {:6.4f}", result.rim.psnr_db, result.rim.ssim)
                                 : fmt::format("{:>7} {:>6}", "-", "-");
     const bool has_level =
-        result.used.kind == FieldKind::kLinear || result.used.kind == FieldKind::kSubdivision;
-    const std::string name = FieldName(result.asked.kind);
+        result.used.kind == render::FieldKind::kLinear || result.used.kind == render::FieldKind::kSubdivision;
+    const std::string name = render::FieldName(result.asked.kind);
     fmt::print("{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
-               result.proxy, proxy_width, has_level ? LevelName(result.used.level) : "", main.psnr_db,
+               result.proxy, proxy_width, has_level ? render::LevelName(result.used.level) : "", main.psnr_db,
                main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
                result.empty_px,
-               result.asked.kind == result.used.kind ? "" : "  (really " + FieldName(result.used.kind) + ")");
+               result.asked.kind == result.used.kind
+                   ? ""
+                   : "  (really " + render::FieldName(result.used.kind) + ")");
   }
   const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;
   if (rim_views == summary.held_out)
@@ -106,11 +109,11 @@ void PrintTable(const EvaluateSummary& summary) {
 }
 
 int RunEvaluate(const EvaluateArgs& args) {
-  EvaluateOptions options{
+  render::EvaluateOptions options{
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields) {
     options.fields.push_back(FieldDetails(args.field_details));
-    options.fields.back().kind = FieldFromName(name, "--fields");
+    options.fields.back().kind = render::FieldFromName(name, "--fields");
   }
   CheckTemporalOptions(args.temporal);
   if (!args.plot.empty()) RequireChart(args.plot);
@@ -125,8 +128,8 @@ int RunEvaluate(const EvaluateArgs& args) {
         "proxy --leave-out-every {} makes a mesh that does not)",
         args.dir, args.every);
   Progress progress("evaluating");
-  const EvaluateSummary summary = Evaluate(*scene, options, &progress);
-  if (!args.plot.empty()) DrawChartFile(args.plot, QualityChart(summary, NameOfFolder(args.dir)));
+  const render::EvaluateSummary summary = render::Evaluate(*scene, options, &progress);
+  if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));
   if (!args.json) {
     PrintTable(summary);
     return kOk;
@@ -138,7 +141,7 @@ int RunEvaluate(const EvaluateArgs& args) {
                         {"renderer", summary.renderer},
                         {"viewpoints", summary.viewpoints},
                         {"results", nlohmann::json::array()}};
-  for (const FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
+  for (const render::FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
   fmt::print("{}\n", report.dump(1));
   return kOk;
 }
@@ -170,4 +173,4 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -3,8 +3,8 @@
 
 #include "commands/command_line.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -23,7 +23,7 @@
 #include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct ProxyArgs {
@@ -32,7 +32,7 @@ struct ProxyArgs {
   std::string from;
   std::string out;
   int leave_out_every = 0;
-  ProxyOptions options;
+  render::ProxyOptions options;
   std::string renderer = "auto";
   bool explain = false;
   bool json = false;
@@ -44,8 +44,8 @@ double PeakMebibytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out, double seconds) {
-  const ProxySummary& summary = proxy.summary;
+void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::string& out, double seconds) {
+  const render::ProxySummary& summary = proxy.summary;
   if (args.json) {
     const nlohmann::json report{{"output", out},
                                 {"views", summary.views},
@@ -73,17 +73,18 @@ void Print(const ProxyArgs& args, const ProxyMesh& proxy, const std::string& out
              summary.surface_s, PeakMebibytes());
 }
 
-ProxyMesh Imported(const std::string& file) {
-  MeshReading reading = ReadMeshFile(file);
+render::ProxyMesh Imported(const std::string& file) {
+  render::MeshReading reading = render::ReadMeshFile(file);
   if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
   return {std::move(reading.mesh), {}};
 }
 
-ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
+render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
   const bool masked = std::any_of(light_field.views.begin(), light_field.views.end(),
                                   [&](const View& view) { return HasMask(light_field, view); });
-  SceneOptions scene_options{.size_limit_px = args.options.size_px,
-                             .form = masked ? PhotographForm::kLinear : PhotographForm::kEightBits};
+  render::SceneOptions scene_options{
+      .size_limit_px = args.options.size_px,
+      .form = masked ? render::PhotographForm::kLinear : render::PhotographForm::kEightBits};
   if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
   if (args.leave_out_every > 0)
     for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
@@ -92,21 +93,23 @@ ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
     throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
                 args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
                 scene_options.leave_out.size());
-  const auto scene = LoadScene(light_field, scene_options);
+  const auto scene = render::LoadScene(light_field, scene_options);
   Progress progress("proxy");
-  return BuildProxy(*scene, args.options, &progress);
+  return render::BuildProxy(*scene, args.options, &progress);
 }
 
 // Whether the mesh was worth its triangles: the others beside it, on views that are left out.
 void Explain(const ProxyArgs& args, const LightField& light_field, const std::string& mesh_file) {
-  SceneOptions options;
+  render::SceneOptions options;
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const auto scene = LoadScene(light_field, options);
-  std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", scene->subject, args.dir)};
-  for (const std::string& name : ProxiesOfItsOwn(args.dir))
-    if (name != "mesh") proxies.push_back(ProxyFromName(name, scene->subject, args.dir));
-  proxies.push_back(ProxyFromName(mesh_file, scene->subject, args.dir));
-  const Choice choice = ChooseByEvidence(*scene, {FieldOptions{}}, proxies, RendererFromName("auto"));
+  const auto scene = render::LoadScene(light_field, options);
+  std::vector<std::shared_ptr<const render::Proxy>> proxies{
+      render::ProxyFromName("plane", scene->subject, args.dir)};
+  for (const std::string& name : render::ProxiesOfItsOwn(args.dir))
+    if (name != "mesh") proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
+  proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
+  const render::Choice choice =
+      render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
   for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
   if (args.leave_out_every == 0)
     fmt::print(stderr,
@@ -116,14 +119,14 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
 int RunProxy(const ProxyArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   const std::string out =
-      args.out.empty() ? (std::filesystem::path(args.dir) / kMeshProxyFile).string() : args.out;
+      args.out.empty() ? (std::filesystem::path(args.dir) / render::kMeshProxyFile).string() : args.out;
   if (Lowercase(std::filesystem::path(out).extension().string()) != ".ply")
     throw UsageError("-o {}: a mesh is written as PLY; give a name ending in .ply", out);
   const LightField light_field = ReadLightField(args.dir);
   RequireWritable(out);
-  const ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
-  WriteMeshPly(out, proxy.mesh);
-  if (proxy.summary.pixel_depth_radii > kRoughPixelRadii)
+  const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
+  render::WriteMeshPly(out, proxy.mesh);
+  if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
         "depth, and "
@@ -171,11 +174,11 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
   sub->callback([&chosen, args] {
-    args->options.device = args->renderer == "gl"          ? SweepDevice::kGl
-                           : args->renderer == "reference" ? SweepDevice::kProcessor
-                                                           : SweepDevice::kAuto;
+    args->options.device = args->renderer == "gl"          ? render::SweepDevice::kGl
+                           : args->renderer == "reference" ? render::SweepDevice::kProcessor
+                                                           : render::SweepDevice::kAuto;
     chosen = [args] { return RunProxy(*args); };
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

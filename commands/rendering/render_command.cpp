@@ -29,7 +29,7 @@
 #include "render/quality/choice.h"
 #include "render/scene/fingerprint.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 constexpr int kLargestPicture = 16384;  // what OpenGL draws into on the machines this was tried on
@@ -84,22 +84,22 @@ CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
 }
 
 // With a camera for each pose, as asked: the lens of a named path is that of its first picture.
-CameraPath PathOf(const RenderArgs& args, const RenderScene& scene, int frames) {
+render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& scene, int frames) {
   const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
-  CameraPath path = MakePath(
+  render::CameraPath path = render::MakePath(
       {.path = args.path, .frames = frames, .camera = asked, .fps = args.fps, .light_field = args.dir},
       scene);
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
-  if (!IsNamedPath(args.path))
+  if (!render::IsNamedPath(args.path))
     for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
   if (args.aperture.Asked()) path.apertures.clear();
   return path;
 }
 
-void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
-  const bool lens_is_free = IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
+void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
+  const bool lens_is_free = render::IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
   const double zoom = args.zoom > 0  ? args.zoom
-                      : lens_is_free ? ZoomThatFills(renderer, path, path.cameras.front())
+                      : lens_is_free ? render::ZoomThatFills(renderer, path, path.cameras.front())
                                      : 1.0;
   if (args.zoom == 0 && zoom > 1)
     spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
@@ -110,13 +110,13 @@ void Zoom(const RenderArgs& args, Renderer& renderer, CameraPath& path) {
 }
 
 // Only what its weights depend on.
-std::string FieldText(const FieldOptions& field) {
-  const std::string name = FieldName(field.kind);
+std::string FieldText(const render::FieldOptions& field) {
+  const std::string name = render::FieldName(field.kind);
   switch (field.kind) {
-    case FieldKind::kSubdivision:
-      return fmt::format("{}, level {}", name, LevelName(field.level));
-    case FieldKind::kLumigraph:
-    case FieldKind::kLumigraphPerPixel:
+    case render::FieldKind::kSubdivision:
+      return fmt::format("{}, level {}", name, render::LevelName(field.level));
+    case render::FieldKind::kLumigraph:
+    case render::FieldKind::kLumigraphPerPixel:
       return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
                          field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
     default:
@@ -126,7 +126,7 @@ std::string FieldText(const FieldOptions& field) {
 
 // A photograph that was made anew has the same number and pose, hardly ever the same size on disk. Its time
 // is not asked: copies on several machines may fill one folder.
-void AddPhotographs(const std::string& dir, Fingerprint& views) {
+void AddPhotographs(const std::string& dir, render::Fingerprint& views) {
   const LightField light_field = ReadLightField(dir);
   const auto add = [&](const std::string& file) {
     std::error_code missing;
@@ -138,7 +138,7 @@ void AddPhotographs(const std::string& dir, Fingerprint& views) {
   }
 }
 
-std::string SizesOf(const CameraPath& path) {
+std::string SizesOf(const render::CameraPath& path) {
   const auto same = [&](const CameraModel& camera) {
     return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
   };
@@ -147,12 +147,12 @@ std::string SizesOf(const CameraPath& path) {
 }
 
 // All that a picture of the path depends on: pictures of one folder have it in common.
-std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Renderer& renderer,
-                                              const CameraPath& path) {
-  const RenderScene& scene = renderer.scene();
-  Fingerprint views, poses, lenses, proxy;
+std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
+                                              const render::CameraPath& path) {
+  const render::RenderScene& scene = renderer.scene();
+  render::Fingerprint views, poses, lenses, proxy;
   scene.proxy->AddTo(proxy);
-  for (const SceneView& view : scene.views) {
+  for (const render::SceneView& view : scene.views) {
     views.Add(view.id);
     views.Add(view.cam_from_world);
     views.Add(view.camera);
@@ -164,7 +164,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
     poses.Add(path.cam_from_world[i]);
     poses.Add(path.cameras[i]);
   }
-  for (const Aperture& aperture : path.apertures) {
+  for (const render::Aperture& aperture : path.apertures) {
     lenses.Add(aperture.radius);
     for (const double value : aperture.focus_in_world) lenses.Add(value);
   }
@@ -178,7 +178,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const Rend
           {"field", FieldText(renderer.field())},
           {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
           {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
-          {"renderer", RendererFromName(args.renderer) == RendererKind::kGl ? "gl" : "reference"},
+          {"renderer", RendererFromName(args.renderer) == render::RendererKind::kGl ? "gl" : "reference"},
           {"fill", args.no_fill ? "none" : "nearest views"},
           {"shows", args.show_field ? "blending field" : "light"},
           {"format", args.format.empty() ? "png" : args.format},
@@ -193,7 +193,7 @@ struct RenderReport {
   double ms = 0;  // of all but the first, at which drivers compile
   long filled = 0, empty = 0, pixels = 0;
 
-  void Add(const Rendering& picture) {
+  void Add(const render::Rendering& picture) {
     ms = rendered <= 1 ? picture.ms : ms + picture.ms;
     ++rendered;
     filled += picture.filled_px;
@@ -207,7 +207,7 @@ struct RenderReport {
   }
 };
 
-void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport& report) {
+void Print(const RenderArgs& args, const render::Renderer& renderer, const RenderReport& report) {
   if (report.blank > 0)
     spdlog::warn(
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
@@ -215,7 +215,7 @@ void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport&
         report.blank, report.rendered);
   constexpr double kFar = 0.25;
   if (const double unseen = report.Share(report.filled + report.empty);
-      report.blank == 0 && unseen > kFar && renderer.field().kind != FieldKind::kNearest)
+      report.blank == 0 && unseen > kFar && renderer.field().kind != render::FieldKind::kNearest)
     spdlog::warn(
         "{:.0f} % of the pixels are empty or filled from views that do not belong there: the path leaves the "
         "recorded viewpoints by far",
@@ -224,8 +224,8 @@ void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport&
     const nlohmann::json json{{"frames", report.rendered},
                               {"kept", report.kept},
                               {"output", args.out},
-                              {"field", FieldName(renderer.field().kind)},
-                              {"level", LevelName(renderer.field().level)},
+                              {"field", render::FieldName(renderer.field().kind)},
+                              {"level", render::LevelName(renderer.field().level)},
                               {"proxy", renderer.scene().proxy->Name()},
                               {"renderer", renderer.Name()},
                               {"ms_per_frame", report.MsPerFrame()},
@@ -241,73 +241,77 @@ void Print(const RenderArgs& args, const Renderer& renderer, const RenderReport&
   const std::string kept =
       report.kept > 0 ? fmt::format("{} there already, ", Counted(report.kept, "picture")) : "";
   fmt::print("{}: {}{}, {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
-             args.out, kept, Counted(report.rendered, "picture"), FieldName(renderer.field().kind),
+             args.out, kept, Counted(report.rendered, "picture"), render::FieldName(renderer.field().kind),
              report.MsPerFrame(), renderer.Name(), 100 * report.Share(report.filled),
              100 * report.Share(report.empty));
 }
 
-PictureEncoding EncodingOf(const RenderArgs& args) {
-  const PictureEncoding encoding{
-      .format = FormatOf(args.out, args.format),
+render::PictureEncoding EncodingOf(const RenderArgs& args) {
+  const render::PictureEncoding encoding{
+      .format = render::FormatOf(args.out, args.format),
       .exposure_stops = args.exposure_stops,
       .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
-  if (args.weights && encoding.format != PictureFormat::kExr)
+  if (args.weights && encoding.format != render::PictureFormat::kExr)
     throw UsageError("--weights: only EXR holds layers; give -o OUT.exr or --format exr");
   return encoding;
 }
 
-std::shared_ptr<const RenderScene> SceneOf(const RenderArgs& args, const PictureEncoding& encoding) {
+std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
+                                                   const render::PictureEncoding& encoding) {
   FieldDetails(args.field_details);  // what is wrong with them is said before anything is loaded
-  if (args.field != kAuto) FieldFromName(args.field);
+  if (args.field != render::kAuto) render::FieldFromName(args.field);
   SceneArgs scene_args = args;
-  if (encoding.format != PictureFormat::kPng) scene_args.form = PhotographForm::kLinear;
+  if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
   const auto scene = Load(scene_args);
   spdlog::info("{}", scene->mesh.Description());
   return scene;
 }
 
 // The options that give what was chosen.
-std::string AsAsked(const RenderArgs& args, const Choice& choice) {
-  const FieldOptions& field = choice.field;
-  const bool has_level = field.kind == FieldKind::kSubdivision && field.level != FieldOptions{}.level;
-  return fmt::format("--proxy {} --field {}{}", args.proxy == kAuto ? choice.proxy->Name() : args.proxy,
-                     FieldName(field.kind), has_level ? " --level " + LevelName(field.level) : "");
+std::string AsAsked(const RenderArgs& args, const render::Choice& choice) {
+  const render::FieldOptions& field = choice.field;
+  const bool has_level =
+      field.kind == render::FieldKind::kSubdivision && field.level != render::FieldOptions{}.level;
+  return fmt::format(
+      "--proxy {} --field {}{}", args.proxy == render::kAuto ? choice.proxy->Name() : args.proxy,
+      render::FieldName(field.kind), has_level ? " --level " + render::LevelName(field.level) : "");
 }
 
-std::unique_ptr<Renderer> RendererOf(const RenderArgs& args, const PictureEncoding& encoding,
-                                     const std::shared_ptr<const RenderScene>& plain) {
-  const std::string field =
-      args.field == kAuto && args.aperture.Asked() ? FieldName(FieldKind::kSubdivision) : args.field;
-  const Choice choice = ChooseByName(*plain, field, FieldDetails(args.field_details), args.proxy, args.dir,
-                                     RendererFromName(args.renderer));
+std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
+                                             const std::shared_ptr<const render::RenderScene>& plain) {
+  const std::string field = args.field == render::kAuto && args.aperture.Asked()
+                                ? render::FieldName(render::FieldKind::kSubdivision)
+                                : args.field;
+  const render::Choice choice = render::ChooseByName(*plain, field, FieldDetails(args.field_details),
+                                                     args.proxy, args.dir, RendererFromName(args.renderer));
   if (args.explain)
     for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
   else if (!choice.why.empty())
     spdlog::info("{}", choice.why);
   if (!choice.candidates.empty())
     spdlog::info("without trying them out the next time: {}", AsAsked(args, choice));
-  if (args.proxy == kAuto && !choice.proxy->Occluder() &&
-      !std::filesystem::exists(std::filesystem::path(args.dir) / kMeshProxyFile))
+  if (args.proxy == render::kAuto && !choice.proxy->Occluder() &&
+      !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", ShellWord(args.dir));
-  const auto scene = WithProxy(*plain, choice.proxy);
-  auto renderer = MakeRenderer(scene, {.field = choice.field,
-                                       .renderer = RendererFromName(args.renderer),
-                                       .fill = !args.no_fill,
-                                       .show_field = args.show_field,
-                                       .depth = encoding.format == PictureFormat::kExr,
-                                       .weights = args.weights,
-                                       .gpu_memory_mb = args.gpu_memory_mb});
+  const auto scene = render::WithProxy(*plain, choice.proxy);
+  auto renderer = render::MakeRenderer(scene, {.field = choice.field,
+                                               .renderer = RendererFromName(args.renderer),
+                                               .fill = !args.no_fill,
+                                               .show_field = args.show_field,
+                                               .depth = encoding.format == render::PictureFormat::kExr,
+                                               .weights = args.weights,
+                                               .gpu_memory_mb = args.gpu_memory_mb});
   return renderer;
 }
 
 int RunRender(const RenderArgs& args) {
-  const FrameRange range = ParseFrames(args.frames);
-  const PictureEncoding encoding = EncodingOf(args);
+  const render::FrameRange range = render::ParseFrames(args.frames);
+  const render::PictureEncoding encoding = EncodingOf(args);
   CheckApertureOptions(args.aperture, args.dir);
   const auto plain = SceneOf(args, encoding);
-  const bool single = IsSinglePicture(args.out);
-  CameraPath path = PathOf(args, *plain, single && args.frames.empty() ? 1 : range.count);
-  RequireFrames(path, range.count, args.frames);
+  const bool single = render::IsSinglePicture(args.out);
+  render::CameraPath path = PathOf(args, *plain, single && args.frames.empty() ? 1 : range.count);
+  render::RequireFrames(path, range.count, args.frames);
   const int all = static_cast<int>(path.cam_from_world.size());
   if (range.first >= all)
     throw UsageError("--frames {}: the path has {}, counted from 0", args.frames, Counted(all, "picture"));
@@ -323,16 +327,16 @@ int RunRender(const RenderArgs& args) {
   }
   for (int i = range.first; i < end; ++i) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
-    RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
+    render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
   }
 
-  std::unique_ptr<PictureSink> video;
-  std::unique_ptr<PictureFiles> files;
-  if (IsVideo(args.out))
-    video = OpenPictureSink(args.out, args.fps);
+  std::unique_ptr<render::PictureSink> video;
+  std::unique_ptr<render::PictureFiles> files;
+  if (render::IsVideo(args.out))
+    video = render::OpenPictureSink(args.out, args.fps);
   else
-    files =
-        std::make_unique<PictureFiles>(args.out, encoding, SettingsOf(args, *renderer, path), args.overwrite);
+    files = std::make_unique<render::PictureFiles>(args.out, encoding, SettingsOf(args, *renderer, path),
+                                                   args.overwrite);
   Progress progress("rendering");
   RenderReport report;
   for (int i = range.first; i < end; ++i) {
@@ -343,9 +347,10 @@ int RunRender(const RenderArgs& args) {
     const auto at = static_cast<std::size_t>(i);
     if (!path.apertures.empty()) renderer->SetAperture(path.apertures[at]);
     if (i + 1 < end) renderer->Prefetch(path.cameras[at + 1], path.cam_from_world[at + 1]);
-    const Rendering picture = RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
+    const render::Rendering picture =
+        render::RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
-      video->Add(DisplaySrgb8(picture.linear, args.exposure_stops));
+      video->Add(render::DisplaySrgb8(picture.linear, args.exposure_stops));
     else
       files->Write(i, picture);
     report.Add(picture);
@@ -424,4 +429,4 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -25,7 +25,7 @@
 #include "render/quality/nearest_view.h"
 #include "tracking/sources/marker_locator.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct ReviewArgs {
@@ -34,7 +34,7 @@ struct ReviewArgs {
   std::string markers;
   std::string out;
   std::string subject;
-  IntrinsicsArgs intrinsics;
+  acquisition::IntrinsicsArgs intrinsics;
   int width = 640, height = 480;
   int frames = 0;
   double fps = 30;
@@ -47,11 +47,11 @@ class Picture {
  public:
   Picture(const std::string& out, double fps) {
     if (!out.empty()) {
-      sink_ = OpenPictureSink(out, fps);
+      sink_ = render::OpenPictureSink(out, fps);
       return;
     }
     try {
-      window_ = std::make_unique<PictureWindow>("ulf review");
+      window_ = std::make_unique<render::PictureWindow>("ulf review");
     } catch (const Error& error) {
       throw UsageError("review: {}; give -o OUT.mp4, or a folder for pictures", error.what());
     }
@@ -67,8 +67,8 @@ class Picture {
   }
 
  private:
-  std::unique_ptr<PictureSink> sink_;
-  std::unique_ptr<PictureWindow> window_;
+  std::unique_ptr<render::PictureSink> sink_;
+  std::unique_ptr<render::PictureWindow> window_;
 };
 
 struct ReviewRun {
@@ -77,32 +77,34 @@ struct ReviewRun {
   std::vector<bool> shown;                 // by view
 };
 
-CameraModel VirtualCamera(const RenderScene& scene, const ReviewArgs& args) {
+CameraModel VirtualCamera(const render::RenderScene& scene, const ReviewArgs& args) {
   const CameraModel photograph = scene.views.front().camera.WithoutDistortion();
   return CameraModel::Pinhole(args.width, args.height,
                               photograph.MeanFocalPx() * args.width / photograph.width);
 }
 
-ReviewRun Review(const ReviewArgs& args, const RenderScene& scene, Device& device, Picture& picture) {
-  const NearestViewRenderer renderer = [&] {
+ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acquisition::Device& device,
+                 Picture& picture) {
+  const render::NearestViewRenderer renderer = [&] {
     Progress loading("loading", args.json);
-    return NearestViewRenderer(scene, &loading);
+    return render::NearestViewRenderer(scene, &loading);
   }();
   const CameraModel camera = VirtualCamera(scene, args);
-  const MarkerSpec spec = MarkerSpec::Parse(args.markers);
-  MarkerMouse mouse(scene, spec.Middle());
-  std::optional<MarkerLocator> locator;
+  const tracking::MarkerSpec spec = tracking::MarkerSpec::Parse(args.markers);
+  coverage::MarkerMouse mouse(scene, spec.Middle());
+  std::optional<tracking::MarkerLocator> locator;
   ReviewRun run;
   run.shown.resize(scene.views.size());
   cv::Mat drawn(args.height, args.width, CV_8UC3, cv::Scalar::all(0));
   Progress progress("review", args.json);
   device.Start();
-  while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
-    for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
+    for (const acquisition::DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
     if (!locator)
-      locator.emplace(ResolveIntrinsics(device, args.intrinsics, frame->image.width(), frame->image.height()),
+      locator.emplace(acquisition::ResolveIntrinsics(device, args.intrinsics, frame->image.width(),
+                                                     frame->image.height()),
                       spec);
     const double start_s = ThreadCpuSeconds();
     const auto pose = locator->Locate(GrayForTracking(frame->image), frame->device_time_s);
@@ -129,12 +131,12 @@ ReviewRun Review(const ReviewArgs& args, const RenderScene& scene, Device& devic
 int RunReview(const ReviewArgs& args) {
   const StopOnSignal signals;
   cv::setNumThreads(1);
-  MarkerSpec::Parse(args.markers);
-  SceneOptions options{.size_limit_px = std::max(args.width, args.height),
-                       .form = PhotographForm::kEightBits};
+  tracking::MarkerSpec::Parse(args.markers);
+  render::SceneOptions options{.size_limit_px = std::max(args.width, args.height),
+                               .form = render::PhotographForm::kEightBits};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const auto scene = LoadScene(ReadLightField(args.dir), options);
-  const auto device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+  const auto scene = render::LoadScene(ReadLightField(args.dir), options);
+  const auto device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
   Picture picture(args.out, args.fps);
   const ReviewRun run = Review(args, *scene, *device, picture);
   picture.Close();
@@ -195,4 +197,4 @@ void AddReviewCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunReview(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

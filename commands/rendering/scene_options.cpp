@@ -10,25 +10,25 @@
 #include "render/gl/gl_context.h"
 #include "render/proxy/proxy_choice.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 namespace {
 
-RendererKind WhatThereIs() {
+render::RendererKind WhatThereIs() {
   try {
-    const GlContext context;
-    return RendererKind::kGl;
+    const render::GlContext context;
+    return render::RendererKind::kGl;
   } catch (const Error& error) {
     spdlog::warn("{}", error.what());
     spdlog::warn("pictures are drawn by the reference renderer, on the processor: the same ones, slowly");
-    return RendererKind::kReference;
+    return render::RendererKind::kReference;
   }
 }
 
-RendererKind Insisted() {
+render::RendererKind Insisted() {
   try {
-    const GlContext context;
-    return RendererKind::kGl;
+    const render::GlContext context;
+    return render::RendererKind::kGl;
   } catch (const Error& error) {
     throw Error("{}, or do without: --renderer reference", error.what());
   }
@@ -36,13 +36,13 @@ RendererKind Insisted() {
 
 }  // namespace
 
-RendererKind RendererFromName(const std::string& name) {
-  if (name == "reference") return RendererKind::kReference;
+render::RendererKind RendererFromName(const std::string& name) {
+  if (name == "reference") return render::RendererKind::kReference;
   if (name == "gl") {
-    static const RendererKind insisted = Insisted();
+    static const render::RendererKind insisted = Insisted();
     return insisted;
   }
-  static const RendererKind what_there_is = WhatThereIs();
+  static const render::RendererKind what_there_is = WhatThereIs();
   return what_there_is;
 }
 
@@ -60,20 +60,21 @@ Eigen::Vector3d DirectionFromText(const std::string& text) {
 
 }  // namespace
 
-std::shared_ptr<const RenderScene> Load(const SceneArgs& args) {
-  SceneOptions options{.size_limit_px = args.size_limit_px,
-                       .memory_limit_mb = args.memory_mb,
-                       .form = args.form,
-                       .mesh_in_plane = args.viewpoint_mesh == "plane"};
+std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
+  render::SceneOptions options{.size_limit_px = args.size_limit_px,
+                               .memory_limit_mb = args.memory_mb,
+                               .form = args.form,
+                               .mesh_in_plane = args.viewpoint_mesh == "plane"};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   if (!args.up.empty()) options.up_in_world = DirectionFromText(args.up);
-  return LoadScene(ReadLightField(args.dir), options);
+  return render::LoadScene(ReadLightField(args.dir), options);
 }
 
-std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
-  if (args.proxies.empty()) return EveryProxyOf(args.dir, subject);
-  std::vector<std::shared_ptr<const Proxy>> proxies;
-  for (const std::string& name : args.proxies) proxies.push_back(ProxyFromName(name, subject, args.dir));
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
+  if (args.proxies.empty()) return render::EveryProxyOf(args.dir, subject);
+  std::vector<std::shared_ptr<const render::Proxy>> proxies;
+  for (const std::string& name : args.proxies)
+    proxies.push_back(render::ProxyFromName(name, subject, args.dir));
   return proxies;
 }
 
@@ -111,7 +112,7 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit");
   sub.add_option("--lumigraph-views", args.lumigraph_k,
                  "Lumigraph weights: of so many views (4; of views on a line 3)")
-      ->check(CLI::Range(1, kMostLumigraphViews));
+      ->check(CLI::Range(1, render::kMostLumigraphViews));
   sub.add_option("--lumigraph-resolution", args.lumigraph_resolution,
                  "Lumigraph weights: penalty in radians for a view twice as far away (0.1)")
       ->check(NonNegative());
@@ -120,11 +121,11 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
       ->check(CLI::Range(100, 1000000));
 }
 
-FieldOptions FieldDetails(const FieldArgs& args) {
-  return {.level = LevelFromName(args.level),
+render::FieldOptions FieldDetails(const FieldArgs& args) {
+  return {.level = render::LevelFromName(args.level),
           .lumigraph_k = args.lumigraph_k,
           .lumigraph_resolution = args.lumigraph_resolution,
           .lumigraph_triangles = args.lumigraph_triangles};
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

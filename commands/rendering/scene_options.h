@@ -8,7 +8,7 @@
 
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 struct SceneArgs {
   std::string dir;
@@ -20,27 +20,27 @@ struct SceneArgs {
   std::string renderer = "auto";
   std::vector<std::string> proxies = {};  // to compare; none: every one there is
   std::string viewpoint_mesh = "sphere";
-  PhotographForm form = PhotographForm::kAuto;
+  render::PhotographForm form = render::PhotographForm::kAuto;
 };
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
 // "gl" (Error where there is no OpenGL), "reference", or "auto": the reference renderer where there is no
 // OpenGL, which is said once.
-RendererKind RendererFromName(const std::string& name);
-std::shared_ptr<const RenderScene> Load(const SceneArgs& args);
-std::vector<std::shared_ptr<const Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
+render::RendererKind RendererFromName(const std::string& name);
+std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
 
 // What a blending field's name leaves open.
 struct FieldArgs {
   std::string level = "1";
-  int lumigraph_k = FieldOptions{}.lumigraph_k;
-  double lumigraph_resolution = FieldOptions{}.lumigraph_resolution;
-  int lumigraph_triangles = FieldOptions{}.lumigraph_triangles;
+  int lumigraph_k = render::FieldOptions{}.lumigraph_k;
+  double lumigraph_resolution = render::FieldOptions{}.lumigraph_resolution;
+  int lumigraph_triangles = render::FieldOptions{}.lumigraph_triangles;
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);
 // Of the default kind. UsageError for a level that there is none of.
-FieldOptions FieldDetails(const FieldArgs& args);
+render::FieldOptions FieldDetails(const FieldArgs& args);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -8,28 +8,28 @@
 #include "core/image/image.h"
 #include "render/quality/quality.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
-class SimulatedTruth : public TruthSource {
+class SimulatedTruth : public render::TruthSource {
  public:
   explicit SimulatedTruth(const DeviceUri& uri)
-      : name_(uri.Text()), camera_(SimulationOptions::FromUri(uri)) {}
+      : name_(uri.Text()), camera_(acquisition::SimulationOptions::FromUri(uri)) {}
 
   cv::Mat Picture(int /*index*/, const CameraModel& camera, const Rigid3& cam_from_world) override {
     if (!caster_ || caster_->camera() != camera)
-      caster_.emplace(Scene::Named(camera_.options().scene), camera);
+      caster_.emplace(acquisition::Scene::Named(camera_.options().scene), camera);
     return caster_->Radiance(cam_from_world) * camera_.LightScale();
   }
   bool TakesAnyCamera() const override { return true; }
 
   // Photographs differ from the truth by noise and motion; of another world they show something else.
-  void RequireSameWorld(const RenderScene& scene) override {
+  void RequireSameWorld(const render::RenderScene& scene) override {
     constexpr double kLeastPsnrDb = 20;
-    const SceneView& view = scene.views[scene.views.size() / 2];
+    const render::SceneView& view = scene.views[scene.views.size() / 2];
     const cv::Mat truth = Srgb8FromLinear(Picture(0, view.camera, view.cam_from_world));
     const double psnr_db =
-        CompareImages(truth, view.Srgb8(), cv::Mat(truth.size(), CV_8U, cv::Scalar(255))).psnr_db;
+        render::CompareImages(truth, view.Srgb8(), cv::Mat(truth.size(), CV_8U, cv::Scalar(255))).psnr_db;
     if (psnr_db < kLeastPsnrDb)
       throw Error(
           "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); its poses may have "
@@ -41,19 +41,19 @@ class SimulatedTruth : public TruthSource {
 
  private:
   std::string name_;
-  SimulatedCamera camera_;
-  std::optional<RayCaster> caster_;
+  acquisition::SimulatedCamera camera_;
+  std::optional<acquisition::RayCaster> caster_;
 };
 
 }  // namespace
 
-std::unique_ptr<TruthSource> TruthFromName(const std::string& name) {
+std::unique_ptr<render::TruthSource> TruthFromName(const std::string& name) {
   if (name.starts_with("sim:")) return std::make_unique<SimulatedTruth>(DeviceUri::Parse(name));
   if (!std::filesystem::is_directory(name))
     throw UsageError(
         "--truth {}: is neither a simulator (sim:studio?seed=7) nor a folder of pictures frame_00000.png",
         name);
-  return TruthFromFolder(name);
+  return render::TruthFromFolder(name);
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

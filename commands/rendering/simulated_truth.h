@@ -6,10 +6,10 @@
 
 #include "render/quality/truth.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // "sim:studio?seed=7", as the light field was captured (with --poses known: in the simulator's world), or a
 // folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear), as `ulf render -o FOLDER` numbers them.
-std::unique_ptr<TruthSource> TruthFromName(const std::string& name);
+std::unique_ptr<render::TruthSource> TruthFromName(const std::string& name);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -15,7 +15,7 @@
 #include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
@@ -30,20 +30,22 @@ std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
 }
 
 // With a camera for each pose; zoomed until photographs fill the pictures where the truth can follow.
-CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
-                  const std::shared_ptr<const RenderScene>& scene_pointer, const TruthSource& truth) {
-  const RenderScene& scene = *scene_pointer;
+render::CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
+                          const std::shared_ptr<const render::RenderScene>& scene_pointer,
+                          const render::TruthSource& truth) {
+  const render::RenderScene& scene = *scene_pointer;
   CameraModel camera = scene.views.front().camera.WithoutDistortion();
   if (args.width > 0)
     camera = camera.ScaledTo(args.width, std::max(1, camera.height * args.width / camera.width));
-  CameraPath path = MakePath(
+  render::CameraPath path = render::MakePath(
       {.path = args.path, .frames = args.frames, .camera = camera, .light_field = scene_args.dir}, scene);
-  RequireFrames(path, args.frames, std::to_string(args.frames));
+  render::RequireFrames(path, args.frames, std::to_string(args.frames));
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
   double zoom = 1;
-  if (IsNamedPath(args.path) && truth.TakesAnyCamera())
-    zoom = ZoomThatFills(*MakeRenderer(scene_pointer, {.renderer = RendererFromName(scene_args.renderer)}),
-                         path, path.cameras.front());
+  if (render::IsNamedPath(args.path) && truth.TakesAnyCamera())
+    zoom = render::ZoomThatFills(
+        *render::MakeRenderer(scene_pointer, {.renderer = RendererFromName(scene_args.renderer)}), path,
+        path.cameras.front());
   for (CameraModel& each : path.cameras) {
     if (each.width != path.cameras.front().width || each.height != path.cameras.front().height)
       throw Error("--temporal {}: its pictures differ in size; give a path whose pictures have one",
@@ -54,7 +56,8 @@ CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
   return path;
 }
 
-nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
+nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs& args,
+                      const std::string& truth) {
   nlohmann::json report{{"views", summary.views},
                         {"frames", summary.frames},
                         {"width_px", summary.width},
@@ -63,11 +66,11 @@ nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, 
                         {"truth", truth},
                         {"renderer", summary.renderer},
                         {"results", nlohmann::json::array()}};
-  for (const TemporalScore& score : summary.results)
+  for (const render::TemporalScore& score : summary.results)
     report["results"].push_back(
-        {{"field", FieldName(score.asked.kind)},
-         {"field_used", FieldName(score.used.kind)},
-         {"level", LevelName(score.used.level)},
+        {{"field", render::FieldName(score.asked.kind)},
+         {"field_used", render::FieldName(score.used.kind)},
+         {"level", render::LevelName(score.used.level)},
          {"proxy", score.proxy},
          {"temporal_error", score.temporal_error},
          {"temporal_error_disc", score.temporal_error_disc},
@@ -79,17 +82,18 @@ nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, 
   return report;
 }
 
-void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
+void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
   fmt::print("{}, {} of {}x{} along {}, against {}, {}\n\n", Counted(summary.views, "view"),
              Counted(summary.frames, "picture"), summary.width, summary.height, args.path, truth,
              summary.renderer);
   fmt::print("{:<22} {:<12} {:>6}  {:>9} {:>9}  {:>7}  {:>8}\n", "field", "proxy", "level", "temporal",
              "disc", "PSNR", "ms");
-  for (const TemporalScore& score : summary.results)
-    fmt::print("{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:7.2f}  {:8.1f}{}\n", FieldName(score.asked.kind),
-               score.proxy, UsesMesh(score.used.kind) ? LevelName(score.used.level) : "",
-               score.temporal_error, score.temporal_error_disc, score.psnr_db, score.ms_per_frame,
-               score.asked.kind == score.used.kind ? "" : "  (really " + FieldName(score.used.kind) + ")");
+  for (const render::TemporalScore& score : summary.results)
+    fmt::print(
+        "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:7.2f}  {:8.1f}{}\n", render::FieldName(score.asked.kind),
+        score.proxy, render::UsesMesh(score.used.kind) ? render::LevelName(score.used.level) : "",
+        score.temporal_error, score.temporal_error_disc, score.psnr_db, score.ms_per_frame,
+        score.asked.kind == score.used.kind ? "" : "  (really " + render::FieldName(score.used.kind) + ")");
   fmt::print(
       "\ntemporal: second difference over time of (rendering - truth), RMS, in levels of 255; disc: in the "
       "subject's silhouette.\n");
@@ -125,24 +129,24 @@ void CheckTemporalOptions(const TemporalArgs& args) {
 }
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<FieldOptions>& fields, const std::string& plot, bool json) {
+                const std::vector<render::FieldOptions>& fields, const std::string& plot, bool json) {
   const std::string truth_name = TruthNameOf(args, scene_args.dir);
   const auto truth = TruthFromName(truth_name);
   const auto scene = Load(scene_args);
-  const TemporalOptions options{.path = PathOf(args, scene_args, scene, *truth),
-                                .fields = fields,
-                                .proxies = Proxies(scene_args, scene->subject),
-                                .renderer = RendererFromName(scene_args.renderer),
-                                .gpu_memory_mb = scene_args.gpu_memory_mb};
+  const render::TemporalOptions options{.path = PathOf(args, scene_args, scene, *truth),
+                                        .fields = fields,
+                                        .proxies = Proxies(scene_args, scene->subject),
+                                        .renderer = RendererFromName(scene_args.renderer),
+                                        .gpu_memory_mb = scene_args.gpu_memory_mb};
   Progress progress("evaluating");
-  const TemporalSummary summary = EvaluateOverTime(scene, options, *truth, &progress);
+  const render::TemporalSummary summary = render::EvaluateOverTime(scene, options, *truth, &progress);
   if (!args.strips.empty()) {
     std::vector<unsigned char> bytes;
-    if (!cv::imencode(".png", StripPicture(summary), bytes))
+    if (!cv::imencode(".png", render::StripPicture(summary), bytes))
       throw Error("--strips {}: the picture cannot be encoded", args.strips);
     WriteFileAtomically(args.strips, std::string(bytes.begin(), bytes.end()));
   }
-  if (!plot.empty()) DrawTemporalChart(summary, plot);
+  if (!plot.empty()) render::DrawTemporalChart(summary, plot);
   if (json)
     fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));
   else
@@ -150,4 +154,4 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
   return kOk;
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

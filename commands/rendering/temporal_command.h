@@ -8,7 +8,7 @@
 #include "commands/rendering/scene_options.h"
 #include "render/quality/temporal_evaluation.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 struct TemporalArgs {
   std::string path;   // empty: not asked for
@@ -23,6 +23,6 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args);
 void CheckTemporalOptions(const TemporalArgs& args);
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<FieldOptions>& fields, const std::string& plot, bool json);
+                const std::vector<render::FieldOptions>& fields, const std::string& plot, bool json);
 
-}  // namespace ulf
+}  // namespace ulf::commands

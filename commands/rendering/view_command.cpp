@@ -23,16 +23,16 @@
 #include "render/viewer/viewer.h"
 #include "render/viewer/viewer_files.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 constexpr double kPatience = 0.5;
 
 struct ViewArgs : SceneArgs {
-  std::string field = kAuto;
+  std::string field = render::kAuto;
   FieldArgs field_details;
-  std::string proxy = kAuto;
+  std::string proxy = render::kAuto;
   ApertureArgs aperture;
   int width = 1280, height = 720;
   bool full_screen = false;
@@ -43,34 +43,34 @@ struct ViewArgs : SceneArgs {
 };
 
 // Which is best is not tried out: that takes longer than looking at both.
-FieldOptions FieldOf(const ViewArgs& args) {
-  FieldOptions field = FieldDetails(args.field_details);
-  if (args.field != kAuto) field.kind = FieldFromName(args.field);
+render::FieldOptions FieldOf(const ViewArgs& args) {
+  render::FieldOptions field = FieldDetails(args.field_details);
+  if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   return field;
 }
 
 // What P goes through, beginning with what was asked for, or with the light field's own mesh or points.
-std::vector<OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
+std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
-  if (args.proxy != kAuto) names.push_back(args.proxy);
-  const std::vector<std::string> own = ProxiesOfItsOwn(args.dir);
+  if (args.proxy != render::kAuto) names.push_back(args.proxy);
+  const std::vector<std::string> own = render::ProxiesOfItsOwn(args.dir);
   names.insert(names.end(), own.rbegin(), own.rend());
   names.push_back("plane");
-  std::vector<OfferedProxy> proxies;
+  std::vector<render::OfferedProxy> proxies;
   for (const std::string& name : names) {
-    const auto same = [&](const OfferedProxy& proxy) { return proxy.name == name; };
+    const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
     if (std::none_of(proxies.begin(), proxies.end(), same))
       proxies.push_back(
-          {name, [name, subject, dir = args.dir] { return ProxyFromName(name, subject, dir); }});
+          {name, [name, subject, dir = args.dir] { return render::ProxyFromName(name, subject, dir); }});
   }
   return proxies;
 }
 
 // As for a path of one picture: the one that the viewer begins with.
-void Open(const ApertureArgs& args, const cv::Size& screen, Viewer& viewer) {
+void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& viewer) {
   if (!args.Asked()) return;
-  const ViewerCamera& camera = viewer.state().camera;
-  const CameraPath here{{camera.CamFromWorld()}, {camera.For(screen)}, {}};
+  const render::ViewerCamera& camera = viewer.state().camera;
+  const render::CameraPath here{{camera.CamFromWorld()}, {camera.For(screen)}, {}};
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
@@ -87,18 +87,18 @@ auto OrSaysWhatDoesWithout(Opens&& opens) {
   }
 }
 
-std::unique_ptr<Surface> OpenSurface(const ViewArgs& args) {
+std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   const cv::Size size(args.width, args.height);
   if (!args.screenshot.empty())
-    return OrSaysWhatDoesWithout([&] { return std::make_unique<OffscreenSurface>(size); });
+    return OrSaysWhatDoesWithout([&] { return std::make_unique<render::OffscreenSurface>(size); });
   try {
-    auto window = OpenWindow("ulf view " + args.dir, size);
+    auto window = render::OpenWindow("ulf view " + args.dir, size);
     if (args.full_screen) window->ToggleFullScreen();
     return window;
-  } catch (const SurfaceGone&) {
+  } catch (const render::SurfaceGone&) {
     throw;
   } catch (const Error& error) {
-    OrSaysWhatDoesWithout([] { return std::make_unique<GlContext>(); });  // else no screenshot either
+    OrSaysWhatDoesWithout([] { return std::make_unique<render::GlContext>(); });  // else no screenshot either
     throw Error(
         "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
         "a window",
@@ -107,8 +107,8 @@ std::unique_ptr<Surface> OpenSurface(const ViewArgs& args) {
 }
 
 // A window that says so while the light field is read.
-void ShowWaiting(Surface& surface) {
-  auto painter = std::make_unique<Painter>();
+void ShowWaiting(render::Surface& surface) {
+  auto painter = std::make_unique<render::Painter>();
   try {
     const cv::Size screen = surface.Size();
     if (screen.empty()) return;
@@ -116,11 +116,11 @@ void ShowWaiting(Surface& surface) {
     surface.Bind();
     painter->Begin(screen, scale);
     painter->Box({0, 0, double(screen.width), double(screen.height)}, {18, 18, 18}, 0);
-    PlainPanels(*painter, screen, scale).Instruction("reading the light field", ink::kText);
+    render::PlainPanels(*painter, screen, scale).Instruction("reading the light field", render::ink::kText);
     painter->End();
     surface.Present();
-  } catch (const SurfaceGone&) {
-    Abandon(std::move(painter));
+  } catch (const render::SurfaceGone&) {
+    render::Abandon(std::move(painter));
     throw;
   }
 }
@@ -130,7 +130,7 @@ struct FirstPicture {
   double seconds = 0, complete_seconds = 0;
 };
 
-void Report(const ViewArgs& args, const Viewer& viewer, const FirstPicture& first) {
+void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPicture& first) {
   std::vector<double> ms = viewer.frame_ms();
   if (ms.empty()) ms.push_back(0);  // left before there was a picture
   std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
@@ -140,7 +140,7 @@ void Report(const ViewArgs& args, const Viewer& viewer, const FirstPicture& firs
                               {"median_ms", median_ms},
                               {"first_picture_s", first.seconds},
                               {"complete_picture_s", first.complete_seconds},
-                              {"field", FieldName(viewer.renderer().field().kind)},
+                              {"field", render::FieldName(viewer.renderer().field().kind)},
                               {"proxy", viewer.renderer().scene().proxy->Name()},
                               {"renderer", viewer.renderer().Name()}};
     fmt::print("{}\n", json.dump());
@@ -151,18 +151,19 @@ void Report(const ViewArgs& args, const Viewer& viewer, const FirstPicture& firs
              viewer.renderer().Name());
 }
 
-void TakePicture(const ViewArgs& args, Surface& surface, Viewer& viewer) {
-  auto& offscreen = dynamic_cast<OffscreenSurface&>(surface);
-  for (const InputEvent& key : KeysFromNames(args.keys)) {
+void TakePicture(const ViewArgs& args, render::Surface& surface, render::Viewer& viewer) {
+  auto& offscreen = dynamic_cast<render::OffscreenSurface&>(surface);
+  for (const render::InputEvent& key : render::KeysFromNames(args.keys)) {
     offscreen.Push(key);
     if (!viewer.Step(0)) return;
   }
   while (viewer.loading()) viewer.Step(kPatience);
-  SavePicture(args.screenshot, offscreen.Read());
+  render::SavePicture(args.screenshot, offscreen.Read());
 }
 
 // Until the person leaves.
-FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, Surface& surface, Viewer& viewer) {
+FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::Surface& surface,
+                  render::Viewer& viewer) {
   const auto seconds = [&] { return std::chrono::duration<double>(SteadyClock::now() - start).count(); };
   FirstPicture first;
   bool goes_on = viewer.Step(0);
@@ -178,27 +179,28 @@ FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, Surface& 
 
 int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
-  const FieldOptions field = FieldOf(args);
+  const render::FieldOptions field = FieldOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  KeysFromNames(args.keys);  // a wrong name is told before anything is opened
+  render::KeysFromNames(args.keys);  // a wrong name is told before anything is opened
   auto surface = OpenSurface(args);
-  std::unique_ptr<Viewer> viewer;
+  std::unique_ptr<render::Viewer> viewer;
   try {
     if (args.screenshot.empty()) ShowWaiting(*surface);
     const auto scene = Load(args);
     spdlog::info("{}", scene->mesh.Description());
-    viewer = std::make_unique<Viewer>(*surface, scene,
-                                      ViewerOptions{.field = field,
-                                                    .proxies = ProxiesOf(args, scene->subject),
-                                                    .out = args.out,
-                                                    .gpu_memory_mb = args.gpu_memory_mb,
-                                                    .sensor_width_mm = args.aperture.sensor_width_mm,
-                                                    .keeps_up = args.screenshot.empty()});
+    viewer = std::make_unique<render::Viewer>(
+        *surface, scene,
+        render::ViewerOptions{.field = field,
+                              .proxies = ProxiesOf(args, scene->subject),
+                              .out = args.out,
+                              .gpu_memory_mb = args.gpu_memory_mb,
+                              .sensor_width_mm = args.aperture.sensor_width_mm,
+                              .keeps_up = args.screenshot.empty()});
     Open(args.aperture, surface->Size(), *viewer);
     Report(args, *viewer, Show(args, start, *surface, *viewer));
-  } catch (const SurfaceGone& gone) {
-    Abandon(std::move(viewer));
-    Abandon(std::move(surface));
+  } catch (const render::SurfaceGone& gone) {
+    render::Abandon(std::move(viewer));
+    render::Abandon(std::move(surface));
     // A thread of the viewer may still be reading a photograph, and nobody can end it now: leaving as usual
     // would take the libraries away from under it.
     fmt::print(stderr, "ulf: {}, and the viewer with its window\n", gone.what());
@@ -240,4 +242,4 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->callback([&chosen, args] { chosen = [args] { return RunView(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

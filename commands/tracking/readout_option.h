@@ -7,9 +7,9 @@
 
 #include "tracking/tracker/readout_args.h"
 
-namespace ulf {
+namespace ulf::commands {
 
-inline void AddReadoutOption(CLI::App& command, ReadoutArgs& args) {
+inline void AddReadoutOption(CLI::App& command, tracking::ReadoutArgs& args) {
   command
       .add_option_function<std::string>(
           "--readout-ms",
@@ -29,4 +29,4 @@ inline void AddReadoutOption(CLI::App& command, ReadoutArgs& args) {
       ->type_name("MS|auto");
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -30,7 +30,7 @@
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_truth.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -40,7 +40,7 @@ struct RefineArgs {
   std::string output;
   std::string subject;
   std::string truth;
-  RefineOptions options;
+  tracking::RefineOptions options;
   int threads = 2;
   bool explain = false;
   bool json = false;
@@ -58,7 +58,7 @@ double PeakMemoryMib() {
 }
 
 // In one step, so that a kill leaves the old or the new poses.
-void Write(const LightField& before, const RefineResult& result, LightFieldWriter& writer) {
+void Write(const LightField& before, const tracking::RefineResult& result, LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (result.views[v].registered) poses[before.views[v].id] = result.views[v].cam_from_world;
@@ -67,7 +67,7 @@ void Write(const LightField& before, const RefineResult& result, LightFieldWrite
     if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
   writer.UpdatePoses(poses, lenses);
   try {
-    writer.SetPoints(WithViewIds(result.points, before));
+    writer.SetPoints(tracking::WithViewIds(result.points, before));
     writer.Close(before.capture_s, before.reasons);
   } catch (const Error& error) {
     throw Error(
@@ -85,7 +85,7 @@ nlohmann::ordered_json LensJson(const CameraModel& lens) {
           {"k2", lens.coefficients[1]}};
 }
 
-nlohmann::ordered_json FitJson(const LensEstimate& fit, bool taken) {
+nlohmann::ordered_json FitJson(const tracking::LensEstimate& fit, bool taken) {
   nlohmann::ordered_json json = LensJson(fit.lens);
   if (fit.free.focal) json["focal_sigma_px"] = fit.focal_sigma_px;
   if (fit.free.principal_point) json["principal_point_sigma_px"] = fit.principal_point_sigma_px;
@@ -98,15 +98,16 @@ nlohmann::ordered_json FitJson(const LensEstimate& fit, bool taken) {
 
 // Of the cap that the capture was to cover.
 struct CoverageChange {
-  Cap cap;
+  coverage::Cap cap;
   double before = 0, after = 0;
 };
 
 std::optional<CoverageChange> CoverageOf(const LightField& before, const LightField& after) {
   if (!before.goal || !before.subject) return std::nullopt;
-  const Cap cap = Cap::FromDegrees(before.goal->cap_deg);
+  const coverage::Cap cap = coverage::Cap::FromDegrees(before.goal->cap_deg);
   const auto covered = [&](const LightField& light_field) {
-    return MeasureCoverage(light_field, *before.subject, cap, before.threshold_px.value_or(7)).covered;
+    return coverage::MeasureCoverage(light_field, *before.subject, cap, before.threshold_px.value_or(7))
+        .covered;
   };
   return CoverageChange{cap, covered(before), covered(after)};
 }
@@ -120,8 +121,8 @@ std::string ToText(const CoverageChange& change) {
   return text + "\n";
 }
 
-nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& result, const RefineArgs& args,
-                              const Cost& cost) {
+nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,
+                              const RefineArgs& args, const Cost& cost) {
   nlohmann::ordered_json json{{"views", before.views.size()}, {"registered", result.registered}};
   json["dropped"] = nlohmann::ordered_json::array();
   for (std::size_t v = 0; v < before.views.size(); ++v)
@@ -152,17 +153,17 @@ nlohmann::ordered_json ToJson(const LightField& before, const RefineResult& resu
     json["predicted_error"]["view"] = before.views[static_cast<std::size_t>(result.least_sure)].id;
   }
   json["lenses"] = nlohmann::ordered_json::array();
-  for (const LensEstimate& fit : result.lens_fits)
+  for (const tracking::LensEstimate& fit : result.lens_fits)
     json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
   json["calibration"] = nlohmann::ordered_json::array();
-  for (const CalibrationCheck& check : result.checks)
+  for (const tracking::CalibrationCheck& check : result.checks)
     json["calibration"].push_back(ToJson(std::optional(check)));
   json["seconds"] = cost.seconds;
   json["peak_memory_mib"] = cost.peak_mib;
   return json;
 }
 
-std::string FreedNumbers(const FreeIntrinsics& free) {
+std::string FreedNumbers(const tracking::FreeIntrinsics& free) {
   std::string text;
   for (const auto& [is_free, name] :
        {std::pair(free.focal, "focal length"), std::pair(free.k1, "k1"),
@@ -171,14 +172,14 @@ std::string FreedNumbers(const FreeIntrinsics& free) {
   return text;
 }
 
-ModelChoice Explained(const std::vector<LensTrial>& trials, std::size_t lens, std::size_t lenses) {
+ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_t lens, std::size_t lenses) {
   ModelChoice choice{
       lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
       "numbers are freed one after the other; one stays free where the information criterion gains more "
       "than ten and the number moves by more than three of its standard deviations",
       {{"as given", "gain 0", true}}};
   std::size_t chosen = 0;
-  for (const LensTrial& trial : trials) {
+  for (const tracking::LensTrial& trial : trials) {
     if (trial.kept) chosen = choice.candidates.size();
     choice.candidates.push_back(
         {FreedNumbers(trial.fit.free) + " free",
@@ -190,14 +191,14 @@ ModelChoice Explained(const std::vector<LensTrial>& trials, std::size_t lens, st
   return choice;
 }
 
-std::vector<ModelChoice> Explained(const RefineResult& result) {
+std::vector<ModelChoice> Explained(const tracking::RefineResult& result) {
   std::vector<ModelChoice> choices;
   for (std::size_t l = 0; l < result.lens_trials.size(); ++l)
     choices.push_back(Explained(result.lens_trials[l], l, result.lens_trials.size()));
   return choices;
 }
 
-std::string Describe(const LensEstimate& fit) {
+std::string Describe(const tracking::LensEstimate& fit) {
   std::string text = fmt::format("focal length {:.2f} px", fit.lens.MeanFocalPx());
   if (fit.free.focal) text += fmt::format(" (± {:.2f})", fit.focal_sigma_px);
   if (fit.free.k1) text += fmt::format(", k1 {:.4f} (± {:.4f})", fit.lens.coefficients[0], fit.k1_sigma);
@@ -208,7 +209,7 @@ std::string Describe(const LensEstimate& fit) {
   return text;
 }
 
-void PrintText(const std::string& dir, const LightField& before, const RefineResult& result,
+void PrintText(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
                const RefineArgs& args, const Cost& cost) {
   const PointStatistics points = StatisticsOf(result.points);
   fmt::print("{}: {} of {} registered by {}, seen {}\n", dir, result.registered,
@@ -250,14 +251,14 @@ void PrintText(const std::string& dir, const LightField& before, const RefineRes
     fmt::print(
         "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
         result.groups);
-  for (const LensEstimate& fit : result.lens_fits)
+  for (const tracking::LensEstimate& fit : result.lens_fits)
     fmt::print(
         "{}: {}\n",
         args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
         Describe(fit));
   if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: nothing speaks for others\n");
-  for (const CalibrationCheck& check : result.checks)
+  for (const tracking::CalibrationCheck& check : result.checks)
     if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
 }
@@ -277,7 +278,7 @@ int RunRefine(const RefineArgs& args) {
     dir = args.output;
   }
   cv::setNumThreads(args.threads);
-  RefineResult result;
+  tracking::RefineResult result;
   LightField before;
   std::optional<CoverageChange> coverage;
   {
@@ -285,10 +286,10 @@ int RunRefine(const RefineArgs& args) {
     before = writer.Contents();
     Progress progress("refine", args.json);
     try {
-      RefineOptions options = args.options;
+      tracking::RefineOptions options = args.options;
       options.all_points = true;
       options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-      result = Refine(RefineInputOf(before), options);
+      result = tracking::Refine(tracking::RefineInputOf(before), options);
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
@@ -297,7 +298,7 @@ int RunRefine(const RefineArgs& args) {
   }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
-  std::optional<LightFieldErrors> errors;
+  std::optional<tracking::LightFieldErrors> errors;
   std::string not_compared;  // why: the report of what was done comes first
   if (!args.truth.empty()) try {
       errors = CompareWithTruth(before, result, truth, args.truth);
@@ -351,4 +352,4 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -31,7 +31,7 @@
 #include "tracking/sources/pose_source.h"
 #include "tracking/tracker/track_words.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 struct TrackArgs {
@@ -44,12 +44,12 @@ struct TrackArgs {
   std::string poses = "features";
   double focal_px = 0;
   double fps = 0;
-  ReadoutArgs readout;
+  tracking::ReadoutArgs readout;
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
-  int features = TrackerOptions{}.features;
-  int tracking_side_px = TrackerOptions{}.max_side_px;
+  int features = tracking::TrackerOptions{}.features;
+  int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   int frames = 0;
   bool benchmark = false;
   bool explain = false;
@@ -58,7 +58,7 @@ struct TrackArgs {
 
 // What cv::ORB costs on the same frame, at the size that is tracked, thread and moment: the unit in which
 // tracking cost is told.
-double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const TrackedSize& size) {
+double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::TrackedSize& size) {
   cv::Mat gray = GrayForTracking(frame.image);
   if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
     cv::resize(gray, gray, {size.width, size.height}, 0, 0, cv::INTER_AREA);
@@ -87,29 +87,30 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
 }
 
 // Until the device is over, enough frames have come or the operator ends it.
-void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
-                  std::unique_ptr<PoseSource>& poses, Followed& followed) {
+void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
+                  std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
   TrackRun& run = followed.run;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   device.Start();
-  while (!IsOver(device.State()) && !StopOnSignal::Asked()) {
-    for (const DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
+    for (const acquisition::DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
     if (!poses) {
-      IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
+      acquisition::IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      poses = spec.Open(ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
-                        {.tracker = {.deterministic = args.deterministic,
-                                     .seed = args.seed,
-                                     .features = args.features,
-                                     .max_side_px = args.tracking_side_px,
-                                     .wait_for_mapper = !device.IsLive(),
-                                     .readout_s = args.readout.readout_s,
-                                     .compensate_found_readout = args.readout.compensate_found},
-                         .stop = StopOnSignal::Asked});
+      poses = spec.Open(
+          acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
+          {.tracker = {.deterministic = args.deterministic,
+                       .seed = args.seed,
+                       .features = args.features,
+                       .max_side_px = args.tracking_side_px,
+                       .wait_for_mapper = !device.IsLive(),
+                       .readout_s = args.readout.readout_s,
+                       .compensate_found_readout = args.readout.compensate_found},
+           .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -130,18 +131,18 @@ void FollowFrames(const TrackArgs& args, const PosesSpec& spec, Device& device,
   }
 }
 
-Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
+Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
   Followed followed;
   TrackRun& run = followed.run;
   run.deterministic = args.deterministic;
-  std::unique_ptr<PoseSource> poses;
+  std::unique_ptr<tracking::PoseSource> poses;
   try {
     FollowFrames(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
     if (run.live.empty()) throw;
     run.broke = fmt::format("frame {}: {}", run.frames.size(), error.what());
   }
-  const bool lost = device.State() == DeviceState::kLost;
+  const bool lost = device.State() == acquisition::DeviceState::kLost;
   device.Stop();
   if (!poses)
     throw Error("{}: no frame came; {}", args.uri,
@@ -167,7 +168,7 @@ Followed Follow(const TrackArgs& args, const PosesSpec& spec, Device& device) {
 int RunTrack(const TrackArgs& args) {
   for (const std::string& output : {args.output, args.final_output})
     if (!output.empty()) RequireWritable(output);
-  const PosesSpec spec = PosesSpec::Parse(args.poses);
+  const tracking::PosesSpec spec = tracking::PosesSpec::Parse(args.poses);
   if (!args.plot.empty()) RequireChart(args.plot);
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
@@ -176,7 +177,7 @@ int RunTrack(const TrackArgs& args) {
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
-  const auto device = OpenDevice(WithReplaySpeed(uri, args.speed));
+  const auto device = acquisition::OpenDevice(acquisition::WithReplaySpeed(uri, args.speed));
   const auto [run, known] = Follow(args, spec, *device);
   // The report is printed whatever the disk says.
   std::vector<std::string> unwritten;
@@ -232,7 +233,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
-  command->add_option("--poses", args->poses, kPosesHelp)->capture_default_str();
+  command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
@@ -255,4 +256,4 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -3,6 +3,6 @@
 
 #include "commands/command_line.h"
 
-namespace ulf {
+namespace ulf::commands {
 void AddTrackCommand(CLI::App& app, ChosenCommand& chosen);
 }

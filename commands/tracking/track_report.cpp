@@ -10,7 +10,7 @@
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -45,15 +45,15 @@ struct Counts {
 Counts Count(const TrackRun& run) {
   Counts counts;
   counts.frames = static_cast<int>(run.frames.size());
-  TrackState before = TrackState::kInitializing;
+  tracking::TrackState before = tracking::TrackState::kInitializing;
   for (int i = 0; i < counts.frames; ++i) {
     const TrackedFrame& frame = run.frames[static_cast<std::size_t>(i)];
-    const Track& track = frame.track;
+    const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
     // A camera that is found in the frame that lost it was lost, too.
-    counts.lost +=
-        before == TrackState::kTracking && (track.state != TrackState::kTracking || track.relocalized);
+    counts.lost += before == tracking::TrackState::kTracking &&
+                   (track.state != tracking::TrackState::kTracking || track.relocalized);
     if (!counts.first_tracked && track.cam_from_world) counts.first_tracked = i;
     before = track.state;
     if (track.skipped) continue;
@@ -100,17 +100,17 @@ GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
   return poses;
 }
 
-bool IsReduced(const TrackedSize& size) {
+bool IsReduced(const tracking::TrackedSize& size) {
   return size.width != size.original_width || size.height != size.original_height;
 }
 
-std::string SizeLine(const TrackedSize& size) {
+std::string SizeLine(const tracking::TrackedSize& size) {
   if (!IsReduced(size)) return {};
   return fmt::format("pictures of {}x{} tracked at {}x{}; poses and pixels are those of the pictures\n",
                      size.original_width, size.original_height, size.width, size.height);
 }
 
-std::string MapLine(const TrackerStatistics& map) {
+std::string MapLine(const tracking::TrackerStatistics& map) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
   if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
@@ -124,14 +124,14 @@ std::string MapLine(const TrackerStatistics& map) {
 
 // What kept the map from starting, by the frames' own words; empty where no map was to start.
 std::string MostOftenInTheWay(const TrackRun& run) {
-  std::map<StartObstacle, int> frames;
+  std::map<tracking::StartObstacle, int> frames;
   for (const TrackedFrame& frame : run.frames)
     if (frame.track.start) ++frames[frame.track.start->obstacle];
   if (frames.empty()) return {};
-  if (frames.size() > 1) frames.erase(StartObstacle::kFirstView);
+  if (frames.size() > 1) frames.erase(tracking::StartObstacle::kFirstView);
   const auto most = std::max_element(frames.begin(), frames.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
-  return fmt::format("{} (so in {} of {})", Advice(most->first), most->second,
+  return fmt::format("{} (so in {} of {})", tracking::Advice(most->first), most->second,
                      Counted(run.frames.size(), "frame"));
 }
 
@@ -229,7 +229,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   for (std::size_t k = 0; k < kStages.size(); ++k)
     report["stage_cpu_ms_mean"][kStages[k].name] = counts.stage_ms[k];
   report["tracked_size"] = nullptr;
-  if (const TrackedSize& size = run.map.size; size.width > 0)
+  if (const tracking::TrackedSize& size = run.map.size; size.width > 0)
     report["tracked_size"] = {{"width", size.width},
                               {"height", size.height},
                               {"original_width", size.original_width},
@@ -313,9 +313,9 @@ std::vector<LostStretch> LostStretches(const TrackRun& run) {
 std::vector<ModelChoice> Explained(const TrackRun& run) {
   std::vector<ModelChoice> choices;
   if (const auto& start = run.map.start) {
-    const MotionEvidence& seen = start->evidence;
+    const tracking::MotionEvidence& seen = start->evidence;
     const auto of_matches = [&](int count) { return fmt::format("{} of {} matches", count, seen.matches); };
-    const bool flat = start->model == RelativePoseModel::kHomography;
+    const bool flat = start->model == tracking::RelativePoseModel::kHomography;
     choices.push_back(
         {"model that started the map",
          fmt::format(
@@ -341,4 +341,4 @@ std::vector<ModelChoice> Explained(const TrackRun& run) {
   return choices;
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

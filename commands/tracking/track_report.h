@@ -14,12 +14,12 @@
 #include "core/geometry/trajectory.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // One frame's outcome, as it was given live.
 struct TrackedFrame {
   double time_s = 0;
-  Track track;
+  tracking::Track track;
   double wall_ms = 0;
 };
 
@@ -33,7 +33,7 @@ struct TrackRun {
   std::vector<TimedPose> live, final;
   GivenPoses middle_row;           // the camera at its frames' times, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
-  TrackerStatistics map;
+  tracking::TrackerStatistics map;
   std::string broke;  // what ended the run early, where, and why; empty: nothing
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
@@ -65,4 +65,4 @@ struct LostStretch {
 };
 std::vector<LostStretch> LostStretches(const TrackRun& run);
 
-}  // namespace ulf
+}  // namespace ulf::commands

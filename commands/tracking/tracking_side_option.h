@@ -6,7 +6,7 @@
 
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 inline constexpr int kSmallestTrackingSide = 160, kLargestTrackingSide = 20000;  // px
 
@@ -28,7 +28,7 @@ inline void AddTrackingSideOption(CLI::App& command, int& side_px) {
                           std::to_string(kLargestTrackingSide);
       })
       ->type_name("PX|full")
-      ->default_str(std::to_string(TrackerOptions{}.max_side_px));
+      ->default_str(std::to_string(tracking::TrackerOptions{}.max_side_px));
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -12,7 +12,7 @@
 #include "core/base/quantile.h"
 #include "core/plot/gnuplot.h"
 
-namespace ulf {
+namespace ulf::commands {
 namespace {
 
 using Eigen::Matrix3d;
@@ -305,4 +305,4 @@ void PlotRun(const std::string& path, const TrackRun& run, const TrackErrors* er
   DrawChart(path, kWidth, static_cast<int>(layout.height), script + "unset multiplot\n");
 }
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -9,10 +9,10 @@
 
 #include "commands/tracking/track_report.h"
 
-namespace ulf {
+namespace ulf::commands {
 
 // `errors`: none where no truth is known; lengths are map units then. Throws as DrawChart() does.
 void PlotRun(const std::string& path, const TrackRun& run, const TrackErrors* errors,
              const std::string& title);
 
-}  // namespace ulf
+}  // namespace ulf::commands

@@ -284,17 +284,23 @@ void CompareDerived(const fs::path& dir, const LightField& journal, const Folder
   if (check.transforms.lineage != Lineage::kCurrent || check.model.lineage != Lineage::kCurrent) return;
   const auto stamp = StampOf(dir / kJournal);
   const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp);
-  const std::pair<const char*, std::string> as_made[] = {
-      {"sparse/0/cameras.txt", colmap.cameras},
-      {"sparse/0/images.txt", colmap.images},
-      {"sparse/0/points3D.txt", colmap.points3d},
-      {kTransforms, TransformsJsonText(light_field, stamp)}};
-  for (const auto& [name, text] : as_made) {
-    if (fs::is_regular_file(dir / name) && ReadWholeFile(dir / name) == text) continue;
+  // Observations and points are kept with fewer digits than they were derived with, so that those files are
+  // compared by what a cut takes away.
+  const auto says_otherwise = [&](const char* name, bool same) {
+    if (same) return;
     plan.found.push_back(fmt::format("{}: is not as it was made from the journal", (dir / name).string()));
     (name == std::string(kTransforms) ? plan.other_transforms : plan.other_model) = true;
     plan.new_derived = true;
-  }
+  };
+  const auto text = [&](const char* name) {
+    return fs::is_regular_file(dir / name) ? ReadWholeFile(dir / name) : std::string();
+  };
+  const auto lines = [](const std::string& of) { return std::count(of.begin(), of.end(), '\n'); };
+  const std::string images = text("sparse/0/images.txt"), points = text("sparse/0/points3D.txt");
+  says_otherwise("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
+  says_otherwise("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
+  says_otherwise("sparse/0/points3D.txt", points.ends_with('\n'));
+  says_otherwise(kTransforms, text(kTransforms) == TransformsJsonText(light_field, stamp));
 }
 
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 
 CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,
                        double distance, double threshold_px) {
@@ -81,4 +81,4 @@ std::string InWords(const CapturePrediction& prediction, double threshold_px, bo
                           : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, stay);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -9,7 +9,7 @@
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // How many views a capture by hand takes for a cap, when a view is recorded as soon as the recorded ones no
 // longer cover it: along a row one each disc radius R, and rows of such views leave no gap, whatever their
@@ -50,4 +50,4 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
 // operator.
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
@@ -432,4 +432,4 @@ std::vector<CriterionView> CriterionViews(const LightField& light_field) {
   return views;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -22,7 +22,7 @@
 #include "core/light_field/light_field.h"
 #include "coverage/bound/criterion.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Azimuth within width / 2, elevation within height / 2 of the first recorded direction; radians.
 struct Cap {
@@ -195,4 +195,4 @@ CoverageMeasure MeasureCoverage(const LightField& light_field, const Subject& su
 
 std::vector<CriterionView> CriterionViews(const LightField& light_field);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

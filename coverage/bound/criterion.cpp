@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Matrix3d;
@@ -464,4 +464,4 @@ std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup) {
   return limits;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -29,7 +29,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // A camera and where it stands, in pixels of the coverage image.
 struct CriterionView {
@@ -104,4 +104,4 @@ struct DistanceLimits {
 };
 std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -5,7 +5,7 @@
 
 #include "coverage/bound/capture_prediction.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector2d;
@@ -300,4 +300,4 @@ void Guide::Expect(const CoverageMap& map, double time_s, Guidance& guidance) {
   if (seconds > 2 && sr > sr_per_view) guidance.seconds_left = open_.OpenSr() * seconds / sr;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -22,7 +22,7 @@
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/open_directions.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct Guidance {
   // The viewpoint to fill next lies in this direction; none: nothing is missing, or nothing is known yet.
@@ -92,4 +92,4 @@ class Guide {
   std::deque<Painted> painted_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
@@ -164,4 +164,4 @@ double OpenDirections::Gain(double azimuth, double elevation) const {
   return open / (0.5 * std::max(inside, M_PI * reach * reach) + 0.5 * inside + 1e-300);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

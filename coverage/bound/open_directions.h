@@ -16,7 +16,7 @@
 
 #include "coverage/bound/coverage_map.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class OpenDirections {
  public:
@@ -64,4 +64,4 @@ class OpenDirections {
   std::size_t known_views_ = 0, next_cell_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -1,6 +1,6 @@
 #include "coverage/bound/reopened.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 double Reopened::Note(const CoverageMap& before, const CoverageMap& now) {
   DropCovered(now);
@@ -26,4 +26,4 @@ void Reopened::DropCovered(const CoverageMap& now) {
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

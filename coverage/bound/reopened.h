@@ -7,7 +7,7 @@
 
 #include "coverage/bound/coverage_map.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class Reopened {
  public:
@@ -23,4 +23,4 @@ class Reopened {
   std::vector<Eigen::Vector3d> directions_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -45,4 +45,4 @@ Subject SubjectOnAxis(const CameraModel& camera, const Rigid3& cam_from_world, d
   return {cam_from_world.Inverse() * Vector3d(0, 0, depth), depth * std::sin(half_angle)};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -10,7 +10,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // The silhouette's image as a polygon, with the camera's distortion. None when the camera is inside the
 // sphere or part of the silhouette has no image.
@@ -30,4 +30,4 @@ struct SafetyRectangle {
 Subject SubjectOnAxis(const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                       double width_share);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

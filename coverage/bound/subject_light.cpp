@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // A pixel's brightest channel as it is stored, 0 to 1.
@@ -60,4 +60,4 @@ std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Ei
                       .mean_linear = sum / count};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

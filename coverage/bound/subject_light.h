@@ -7,7 +7,7 @@
 
 #include "core/image/image.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Of each pixel's brightest channel.
 struct SubjectLight {
@@ -19,4 +19,4 @@ struct SubjectLight {
 // None where the outline holds no pixel.
 std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Eigen::Vector2d>& outline);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

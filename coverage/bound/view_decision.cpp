@@ -7,7 +7,7 @@
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/bound/subject_light.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 struct ReasonTexts {
@@ -69,8 +69,9 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 }
 
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  const Track& track = input.track;
-  const bool tracked = track.state == TrackState::kTracking && !track.skipped && track.cam_from_world;
+  const tracking::Track& track = input.track;
+  const bool tracked =
+      track.state == tracking::TrackState::kTracking && !track.skipped && track.cam_from_world;
   if (!tracked || !map) return {Reason::kTracking, {}};
 
   const Rigid3& cam_from_world = *track.cam_from_world;
@@ -96,12 +97,12 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
 
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
   constexpr double kSureEnough = 0.5;  // of the quality: an error of a hundredth of the distance
-  const Track& track = input.track;
-  if (track.state != TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
+  const tracking::Track& track = input.track;
+  if (track.state != tracking::TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
   if (track.center_sigma && track.quality < kSureEnough) return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;
   return {OfThePicture(input, {{0, 0}, {width, height}}, limits), {}};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -15,7 +15,7 @@
 #include "coverage/bound/coverage_map.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 enum class Reason {
   kRecorded,
@@ -72,7 +72,7 @@ struct Decision {
 
 struct FrameToDecide {
   const Frame& frame;
-  const Track& track;
+  const tracking::Track& track;
   const CameraModel& camera;
   double frame_period_s = 0;  // 0: unknown
   int coverage_width_px = 640;
@@ -88,4 +88,4 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
                               const DecisionLimits& limits = {});
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -14,7 +14,7 @@
 #include "coverage/operator/overlay.h"
 #include "coverage/operator/palette.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector2d;
@@ -59,7 +59,7 @@ void Text(cv::Mat& image, const std::string& text, const Vector2d& at, double si
               cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
 }
 
-cv::Vec3f Paint(const Rgba& color) {
+cv::Vec3f Paint(const render::Rgba& color) {
   return {static_cast<float>(color.b), static_cast<float>(color.g), static_cast<float>(color.r)};
 }
 
@@ -166,7 +166,7 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
 
 // ---- the sphere over the live image
 
-cv::Scalar Bgr(const Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
+cv::Scalar Bgr(const render::Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
 
 // Draws shapes of one opacity on a copy, which is then laid over the image.
 class ShapePainter {
@@ -176,26 +176,28 @@ class ShapePainter {
   ShapePainter(const ShapePainter&) = delete;
   ShapePainter& operator=(const ShapePainter&) = delete;
 
-  void operator()(const Polyline& line) {
+  void operator()(const render::Polyline& line) {
     cv::Mat& layer = Layer(line.color);
     const int thickness = std::max(1, static_cast<int>(std::lround(line.width * scale_)));
     for (std::size_t i = 0; i + (line.closed ? 0 : 1) < line.img.size(); ++i)
       Line(layer, line.img[i], line.img[(i + 1) % line.img.size()], Bgr(line.color), thickness);
   }
-  void operator()(const Polygon& polygon) { Fill(polygon.img, polygon.color, cv::LINE_AA); }
-  void operator()(const Patch& patch) { Fill({patch.img.begin(), patch.img.end()}, patch.color, cv::LINE_8); }
-  void operator()(const Spot& spot) {
+  void operator()(const render::Polygon& polygon) { Fill(polygon.img, polygon.color, cv::LINE_AA); }
+  void operator()(const render::Patch& patch) {
+    Fill({patch.img.begin(), patch.img.end()}, patch.color, cv::LINE_8);
+  }
+  void operator()(const render::Spot& spot) {
     Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color));
   }
-  void operator()(const Label&) {}  // words are for the display
+  void operator()(const render::Label&) {}  // words are for the display
 
  private:
-  void Fill(const std::vector<Vector2d>& img, const Rgba& color, int kind) {
+  void Fill(const std::vector<Vector2d>& img, const render::Rgba& color, int kind) {
     std::vector<cv::Point> corners;
     for (const Vector2d& corner : img) corners.push_back(Subpixel(corner));
     cv::fillConvexPoly(Layer(color), corners, Bgr(color), kind, kSubpixelBits);
   }
-  cv::Mat& Layer(const Rgba& color) {
+  cv::Mat& Layer(const render::Rgba& color) {
     if (layer_.empty() || color.a != opacity_) {
       LayDown();
       layer_ = image_.clone();
@@ -264,7 +266,7 @@ cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3
                     const CoverageMap& map, double rectangle_share) {
   CaptureState state;
   state.camera = camera;
-  state.tracking = TrackState::kTracking;
+  state.tracking = tracking::TrackState::kTracking;
   state.cam_from_world = cam_from_world;
   state.subject = map.subject();
   state.rectangle_share = rectangle_share;
@@ -272,9 +274,9 @@ cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3
   cv::Mat image = live.clone();
   {
     ShapePainter painter(image, std::max(1.0, camera.width / 1280.0));
-    for (const OverlayShape& shape : MakeOverlay(state)) std::visit(painter, shape);
+    for (const render::OverlayShape& shape : MakeOverlay(state)) std::visit(painter, shape);
   }
   return image;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

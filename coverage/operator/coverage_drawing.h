@@ -12,7 +12,7 @@
 #include "core/geometry/rigid3.h"
 #include "coverage/bound/coverage_map.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct CoverageMapPicture {
   int width = 960;
@@ -32,4 +32,4 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
 cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
                     const CoverageMap& map, double rectangle_share = 0.8);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

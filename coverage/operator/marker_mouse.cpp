@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::coverage {
 
-MarkerMouse::MarkerMouse(const RenderScene& scene, const Eigen::Vector3d& middle) : middle_(middle) {
+MarkerMouse::MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d& middle) : middle_(middle) {
   const Eigen::Vector3d& subject = scene.subject.center_in_world;
   Eigen::Vector3d front = Eigen::Vector3d::Zero();
   std::vector<double> distances;
-  for (const SceneView& view : scene.views) {
+  for (const render::SceneView& view : scene.views) {
     front += (view.center_in_world - subject).normalized();
     distances.push_back((view.center_in_world - subject).norm());
   }
@@ -30,4 +30,4 @@ Rigid3 MarkerMouse::CamFromWorld(const Rigid3& cam_from_marker) {
   return Rigid3{(aimed * cam_from_marker.rotation).normalized(), ahead} * held_from_world_;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -9,12 +9,12 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class MarkerMouse {
  public:
   // `middle`: of the marker, in its own frame.
-  MarkerMouse(const RenderScene& scene, const Eigen::Vector3d& middle);
+  MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d& middle);
 
   // The virtual camera while the marker is there. The first pose sets the scale.
   Rigid3 CamFromWorld(const Rigid3& cam_from_marker);
@@ -26,4 +26,4 @@ class MarkerMouse {
   std::optional<double> world_per_metre_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -13,18 +13,18 @@
 #include "coverage/operator/key_help.h"
 #include "coverage/operator/view_mark.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr int kFramesToRead = 300;  // about ten seconds
 
-void AddKeys(std::span<const KeyHelp> keys, std::vector<TableRow>& rows) {
-  for (const KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what, ink::kDim});
+void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow>& rows) {
+  for (const render::KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what, render::ink::kDim});
 }
 
 }  // namespace
 
-OperatorDisplay::OperatorDisplay(Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
+OperatorDisplay::OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                                  const DisplayOptions& options)
     : surface_(surface),
       feed_(feed),
@@ -33,7 +33,7 @@ OperatorDisplay::OperatorDisplay(Surface& surface, CaptureFeed& feed, CaptureReq
       colour_blind_(options.colour_blind) {}
 
 bool OperatorDisplay::Step(double patience_s) {
-  for (const InputEvent& event : surface_.TakeEvents(patience_s)) Handle(event);
+  for (const render::InputEvent& event : surface_.TakeEvents(patience_s)) Handle(event);
   TakeStates();
   DrawFrame();
   return !done_;
@@ -97,17 +97,17 @@ void OperatorDisplay::Finish() {
   done_ = true;
 }
 
-void OperatorDisplay::Handle(InputEvent event) {
-  if (auto* typed = std::get_if<Typed>(&event))  // whatever Caps Lock says
+void OperatorDisplay::Handle(render::InputEvent event) {
+  if (auto* typed = std::get_if<render::Typed>(&event))  // whatever Caps Lock says
     if (typed->character >= U'A' && typed->character <= U'Z') typed->character += U'a' - U'A';
   if (over_) {
-    const auto* button = std::get_if<MouseButton>(&event);
-    if (std::holds_alternative<KeyPressed>(event) || std::holds_alternative<Typed>(event) ||
-        std::holds_alternative<CloseAsked>(event) || (button && button->down))
+    const auto* button = std::get_if<render::MouseButton>(&event);
+    if (std::holds_alternative<render::KeyPressed>(event) || std::holds_alternative<render::Typed>(event) ||
+        std::holds_alternative<render::CloseAsked>(event) || (button && button->down))
       done_ = true;
     return;
   }
-  if (std::holds_alternative<CloseAsked>(event)) return Finish();
+  if (std::holds_alternative<render::CloseAsked>(event)) return Finish();
   if (state_) {
     if (subject_tool_.Handle(event, *state_, placement_.scale, wishes_)) return;
     if (review_.is_open() && TakesBackMarked(event)) return;
@@ -116,9 +116,9 @@ void OperatorDisplay::Handle(InputEvent event) {
   HandleInAnyMode(event);
 }
 
-bool OperatorDisplay::TakesBackMarked(const InputEvent& event) {
-  const auto* key = std::get_if<KeyPressed>(&event);
-  if (!key || (key->key != Key::kDelete && key->key != Key::kBackspace)) return false;
+bool OperatorDisplay::TakesBackMarked(const render::InputEvent& event) {
+  const auto* key = std::get_if<render::KeyPressed>(&event);
+  if (!key || (key->key != render::Key::kDelete && key->key != render::Key::kBackspace)) return false;
   if (!marked_view_) return true;
   constexpr int kFramesToSee = 15;  // about half a second
   if (frames_ - marked_at_frame_ < kFramesToSee) {
@@ -129,23 +129,23 @@ bool OperatorDisplay::TakesBackMarked(const InputEvent& event) {
   return true;
 }
 
-void OperatorDisplay::HandleInAnyMode(const InputEvent& event) {
-  if (const auto* key = std::get_if<KeyPressed>(&event)) Press(key->key);
-  if (const auto* typed = std::get_if<Typed>(&event)) Type(typed->character);
+void OperatorDisplay::HandleInAnyMode(const render::InputEvent& event) {
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(key->key);
+  if (const auto* typed = std::get_if<render::Typed>(&event)) Type(typed->character);
 }
 
-void OperatorDisplay::Press(Key key) {
+void OperatorDisplay::Press(render::Key key) {
   switch (key) {
-    case Key::kBackspace:
+    case render::Key::kBackspace:
       if (state_)
         if (const auto view = wishes_.LastView(*state_)) wishes_.TakeBack(*view);
       return;
-    case Key::kF11:
+    case render::Key::kF11:
       return surface_.ToggleFullScreen();
-    case Key::kF1:
+    case render::Key::kF1:
       keys_shown_ = !keys_shown_;
       return;
-    case Key::kEscape:
+    case render::Key::kEscape:
       keys_shown_ = false;
       return;
     default:
@@ -204,11 +204,11 @@ void OperatorDisplay::DrawFrame() {
   constexpr float kDark = 0.07f;
   if (!state_) {
     live_.FillScreen({}, screen, cv::Vec3f::all(kDark));
-    panels.Instruction("waiting for the first frame", ink::kText);
+    panels.Instruction("waiting for the first frame", render::ink::kText);
   } else {
     const CaptureState& state = *state_;
     if (state_is_new_ && !state.live.empty()) live_.Upload(Srgb8(state.live));
-    placement_ = Placement::Letterboxed(
+    placement_ = render::Placement::Letterboxed(
         state.live.empty() ? cv::Size(state.camera.width, state.camera.height) : state.live.pixels.size(),
         screen);
     live_.FillScreen(placement_.Area(), screen, cv::Vec3f::all(kDark));
@@ -243,7 +243,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) 
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);
   const Instruction instruction = InstructionFor(state);
-  panels.Instruction(instruction.words, instruction.urgent ? ink::kBad : palette().guide);
+  panels.Instruction(instruction.words, instruction.urgent ? render::ink::kBad : palette().guide);
 }
 
 void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& panels) {
@@ -262,7 +262,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
     }
     painter_.Draw(SphereOverlay(state.camera, *state.cam_from_world, *draft, palette().guide), placement_);
   }
-  std::vector<TableRow> rows{{{}, "subject", "", palette().guide}};
+  std::vector<render::TableRow> rows{{{}, "subject", "", palette().guide}};
   if (draft && state.cam_from_world) {
     const double distance = (state.cam_from_world->OriginInSource() - draft->center_in_world).norm();
     rows.push_back({{}, "distance", fmt::format("{:.3g}", distance)});
@@ -323,7 +323,7 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
     }
   }
   static constexpr const char* kControls[] = {"live camera", "mouse and keys", "marker"};
-  std::vector<TableRow> rows{{{}, "review", Counted(state.view_ids.size(), "view"), palette().guide}};
+  std::vector<render::TableRow> rows{{{}, "review", Counted(state.view_ids.size(), "view"), palette().guide}};
   if (recorded_.missing() > 0) rows.push_back({{}, "reading", Counted(recorded_.missing(), "picture")});
   rows.push_back({{}, "control", kControls[static_cast<int>(review_.control())]});
   rows.push_back({{}, "marked", marked_view_ ? fmt::format("view {}", *marked_view_) : "none"});
@@ -331,9 +331,9 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   panels.Mode(rows);
   if (live_turn) panels.Instruction("live", palette().guide);
   if (review_.control() == Review::Control::kMarker && !review_.marker_is_seen())
-    panels.Instruction("hold the marker before the camera", ink::kBad);
+    panels.Instruction("hold the marker before the camera", render::ink::kBad);
   else if (!virtual_camera)
-    panels.Instruction("tracking is lost", ink::kBad);
+    panels.Instruction("tracking is lost", render::ink::kBad);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -23,7 +23,7 @@
 #include "render/display/painter.h"
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
@@ -32,7 +32,7 @@ struct DisplayOptions {
 
 class OperatorDisplay {
  public:
-  OperatorDisplay(Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
+  OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                   const DisplayOptions& options = {});
 
   // Takes what has been pressed and draws the newest state. False once the window has been asked to close or
@@ -45,10 +45,10 @@ class OperatorDisplay {
   bool LetGo();
 
  private:
-  void Handle(InputEvent event);
-  bool TakesBackMarked(const InputEvent& event);
-  void HandleInAnyMode(const InputEvent& event);
-  void Press(Key key);
+  void Handle(render::InputEvent event);
+  bool TakesBackMarked(const render::InputEvent& event);
+  void HandleInAnyMode(const render::InputEvent& event);
+  void Press(render::Key key);
   void Type(char32_t character);
   void Finish();
   void TakeStates();
@@ -59,11 +59,11 @@ class OperatorDisplay {
   void DrawReview(const CaptureState& state, const Panels& panels);
   const Palette& palette() const { return colour_blind_ ? Palette::ForColourBlind() : Palette::Standard(); }
 
-  Surface& surface_;
+  render::Surface& surface_;
   CaptureFeed& feed_;
   Wishes wishes_;
-  Painter painter_;
-  LiveTexture live_;
+  render::Painter painter_;
+  render::LiveTexture live_;
   Reprojection reprojection_;
   SpreadPictures spread_;
   RecordedPictures recorded_;
@@ -72,7 +72,7 @@ class OperatorDisplay {
 
   std::shared_ptr<const CaptureState> state_;
   bool state_is_new_ = false;
-  Placement placement_;
+  render::Placement placement_;
   std::optional<int> marked_view_;  // on the screen, in review
   int marked_at_frame_ = 0;         // the first that showed it
 
@@ -97,4 +97,4 @@ class OperatorDisplay {
   int flash_until_frame_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

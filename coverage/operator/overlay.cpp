@@ -9,14 +9,14 @@
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/operator/shown_sphere.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-const Rgba kWhite{255, 255, 255}, kShade{0, 0, 0, 190};
+const render::Rgba kWhite{255, 255, 255}, kShade{0, 0, 0, 190};
 
 // What is shown of the sphere, and the camera that takes its directions to the picture.
 struct Sphere {
@@ -35,8 +35,8 @@ struct Sphere {
 // A curve over the sphere, t from 0 to 1: the parts that face the camera.
 template <typename DirectionAt>
 void AddCurve(const Sphere& sphere, const DirectionAt& direction_at, int steps, double width,
-              const Rgba& color, Overlay& overlay) {
-  Polyline part{.img = {}, .width = width, .color = color};
+              const render::Rgba& color, render::Overlay& overlay) {
+  render::Polyline part{.img = {}, .width = width, .color = color};
   const auto end_part = [&] {
     if (part.img.size() > 1) overlay.push_back(part);
     part.img.clear();
@@ -51,8 +51,8 @@ void AddCurve(const Sphere& sphere, const DirectionAt& direction_at, int steps, 
   end_part();
 }
 
-void AddCircle(const Sphere& sphere, const Vector3d& around, double radius, double width, const Rgba& color,
-               Overlay& overlay) {
+void AddCircle(const Sphere& sphere, const Vector3d& around, double radius, double width,
+               const render::Rgba& color, render::Overlay& overlay) {
   const Vector3d x = around.unitOrthogonal(), y = around.cross(x);
   const auto at = [&](double t) -> Vector3d {
     const double turn = 2 * M_PI * t;
@@ -61,7 +61,7 @@ void AddCircle(const Sphere& sphere, const Vector3d& around, double radius, doub
   AddCurve(sphere, at, 32, width, color, overlay);
 }
 
-void AddWireframe(const Sphere& sphere, const Rgba& color, Overlay& overlay) {
+void AddWireframe(const Sphere& sphere, const render::Rgba& color, render::Overlay& overlay) {
   const CapFrame& frame = sphere.shown.frame;
   constexpr int kSpacingDeg = 10;
   for (int deg = -180; deg < 180; deg += kSpacingDeg)
@@ -74,13 +74,13 @@ void AddWireframe(const Sphere& sphere, const Rgba& color, Overlay& overlay) {
         overlay);
 }
 
-void AddPaint(const Sphere& sphere, const Palette& palette, Overlay& overlay) {
+void AddPaint(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   const CapFrame& frame = sphere.shown.frame;
   for (const ShownSphere::Paint& paint : sphere.shown.paint) {
     const std::array directions{
         frame.Direction(paint.left, paint.bottom), frame.Direction(paint.right, paint.bottom),
         frame.Direction(paint.right, paint.top), frame.Direction(paint.left, paint.top)};
-    Patch patch{.img = {}, .color = palette.OfNearer(paint.nearer).WithOpacity(0.72)};
+    render::Patch patch{.img = {}, .color = palette.OfNearer(paint.nearer).WithOpacity(0.72)};
     bool whole = true;
     for (std::size_t i = 0; i < directions.size() && whole; ++i) {
       const auto img = sphere.ImgOf(directions[i]);
@@ -91,17 +91,17 @@ void AddPaint(const Sphere& sphere, const Palette& palette, Overlay& overlay) {
   }
 }
 
-void AddViews(const Sphere& sphere, Overlay& overlay) {
-  const Rgba rim{10, 10, 10, 150}, middle{10, 10, 10, 210};
+void AddViews(const Sphere& sphere, render::Overlay& overlay) {
+  const render::Rgba rim{10, 10, 10, 150}, middle{10, 10, 10, 210};
   for (const ShownSphere::View& view : sphere.shown.views) {
     const auto img = sphere.ImgOf(view.direction);
     if (!img) continue;
-    overlay.push_back(Spot{*img, 1.6, middle});
+    overlay.push_back(render::Spot{*img, 1.6, middle});
     if (view.rim > 0) AddCircle(sphere, view.direction, view.rim, 1.2, rim, overlay);
   }
 }
 
-void AddCapOutline(const Sphere& sphere, const Cap& cap, Overlay& overlay) {
+void AddCapOutline(const Sphere& sphere, const Cap& cap, render::Overlay& overlay) {
   const CapFrame& frame = sphere.shown.frame;
   const double x = 0.5 * cap.width, y = 0.5 * cap.height;
   for (const auto& [width, color] : {std::pair{5.0, kShade}, std::pair{2.5, kWhite}})
@@ -116,18 +116,18 @@ void AddCapOutline(const Sphere& sphere, const Cap& cap, Overlay& overlay) {
 }
 
 // Small marks on directions, with a dark rim that holds on any colour.
-void AddMarks(const Sphere& sphere, const std::vector<Vector3d>& directions, double radius, const Rgba& color,
-              Overlay& overlay) {
+void AddMarks(const Sphere& sphere, const std::vector<Vector3d>& directions, double radius,
+              const render::Rgba& color, render::Overlay& overlay) {
   for (const Vector3d& direction : directions) {
     const auto img = sphere.ImgOf(direction);
     if (!img) continue;
-    overlay.push_back(Spot{*img, radius + 1, kWhite.WithOpacity(0.8)});
-    overlay.push_back(Spot{*img, radius, color});
+    overlay.push_back(render::Spot{*img, radius + 1, kWhite.WithOpacity(0.8)});
+    overlay.push_back(render::Spot{*img, radius, color});
   }
 }
 
-void AddArrow(const std::vector<Vector2d>& img, double width, double head, const Rgba& color,
-              Overlay& overlay) {
+void AddArrow(const std::vector<Vector2d>& img, double width, double head, const render::Rgba& color,
+              render::Overlay& overlay) {
   const Vector2d tip = img.back();
   // The head's direction is that of the last stretch as long as the head.
   Vector2d from = img.front();
@@ -148,15 +148,15 @@ void AddArrow(const std::vector<Vector2d>& img, double width, double head, const
   };
   if (shaft.size() > 1) {
     shaft.push_back(tip - 0.75 * head * ahead);
-    overlay.push_back(Polyline{shaft, width + 3, kShade});
+    overlay.push_back(render::Polyline{shaft, width + 3, kShade});
   }
-  overlay.push_back(Polygon{head_of(0.15 * head), kShade});
-  if (shaft.size() > 1) overlay.push_back(Polyline{shaft, width, color});
-  overlay.push_back(Polygon{head_of(0), color});
+  overlay.push_back(render::Polygon{head_of(0.15 * head), kShade});
+  if (shaft.size() > 1) overlay.push_back(render::Polyline{shaft, width, color});
+  overlay.push_back(render::Polygon{head_of(0), color});
 }
 
 // From the red dot over the sphere to where the next view belongs.
-void AddGuidance(const Sphere& sphere, const Palette& palette, Overlay& overlay) {
+void AddGuidance(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   AddMarks(sphere, sphere.shown.left_open, 2.2, palette.guide, overlay);
   if (!sphere.shown.target) return;
   const ShownSphere::Target& target = *sphere.shown.target;
@@ -178,17 +178,17 @@ void AddGuidance(const Sphere& sphere, const Palette& palette, Overlay& overlay)
              palette.guide, overlay);
 }
 
-void AddPresentCamera(const Sphere& sphere, const Palette& palette, Overlay& overlay) {
+void AddPresentCamera(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   const auto img = sphere.ImgOf(sphere.shown.toward_camera);
   if (!img) return;
-  overlay.push_back(Spot{*img, 8, {0, 0, 0, 120}});
-  overlay.push_back(Spot{*img, 7, kWhite});
-  overlay.push_back(Spot{*img, 5, palette.camera});
+  overlay.push_back(render::Spot{*img, 8, {0, 0, 0, 120}});
+  overlay.push_back(render::Spot{*img, 7, kWhite});
+  overlay.push_back(render::Spot{*img, 5, palette.camera});
 }
 
 // Towards a subject that the picture does not show: where it would enter.
 void AddWayToSubject(const Vector2d& toward, const SafetyRectangle& rectangle, const Palette& palette,
-                     Overlay& overlay) {
+                     render::Overlay& overlay) {
   const Vector2d middle = 0.5 * (rectangle.low + rectangle.high),
                  half = 0.5 * (rectangle.high - rectangle.low);
   const double to_border = 1 / (toward.cwiseAbs().cwiseQuotient(half)).maxCoeff();
@@ -198,33 +198,35 @@ void AddWayToSubject(const Vector2d& toward, const SafetyRectangle& rectangle, c
   for (int i = 0; i <= 8; ++i) way.push_back(tip - length * (1 - i / 8.0) * toward);
   AddArrow(way, 12, 0.45 * length, palette.alarm, overlay);
   overlay.push_back(
-      Label{.img = tip - 1.35 * length * toward, .text = "subject", .size = 22, .color = kWhite});
+      render::Label{.img = tip - 1.35 * length * toward, .text = "subject", .size = 22, .color = kWhite});
 }
 
-void AddRectangle(const SafetyRectangle& rectangle, bool held, const Palette& palette, Overlay& overlay) {
+void AddRectangle(const SafetyRectangle& rectangle, bool held, const Palette& palette,
+                  render::Overlay& overlay) {
   const Vector2d low = rectangle.low, high = rectangle.high;
   const std::vector<Vector2d> corners{low, {high.x(), low.y()}, high, {low.x(), high.y()}};
-  overlay.push_back(Polyline{corners, held ? 4.0 : 9.0, {0, 0, 0, 110}, true});
-  overlay.push_back(Polyline{corners, held ? 2.0 : 6.0, held ? kWhite : palette.alarm, true});
+  overlay.push_back(render::Polyline{corners, held ? 4.0 : 9.0, {0, 0, 0, 110}, true});
+  overlay.push_back(render::Polyline{corners, held ? 2.0 : 6.0, held ? kWhite : palette.alarm, true});
   if (!held)
-    overlay.push_back(Label{.img = {0.5 * (low.x() + high.x()), low.y()},
-                            .text = "OUTSIDE",
-                            .size = 30,
-                            .color = palette.alarm,
-                            .anchor = {0.5, -0.3}});
+    overlay.push_back(render::Label{.img = {0.5 * (low.x() + high.x()), low.y()},
+                                    .text = "OUTSIDE",
+                                    .size = 30,
+                                    .color = palette.alarm,
+                                    .anchor = {0.5, -0.3}});
 }
 
-void AddOutline(const Sphere& sphere, double width, const Rgba& color, const Rgba& fill, Overlay& overlay) {
+void AddOutline(const Sphere& sphere, double width, const render::Rgba& color, const render::Rgba& fill,
+                render::Overlay& overlay) {
   const auto outline =
       SphereOutline(sphere.camera, {}, {-sphere.shown.toward_camera, sphere.shown.radius}, 96);
   if (!outline) return;
-  if (fill.a > 0) overlay.push_back(Polygon{*outline, fill});
-  overlay.push_back(Polyline{*outline, width, color, true});
+  if (fill.a > 0) overlay.push_back(render::Polygon{*outline, fill});
+  overlay.push_back(render::Polyline{*outline, width, color, true});
 }
 
 // All that hangs on the sphere of a subject, from outside it.
 void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palette& palette,
-               Overlay& overlay) {
+               render::Overlay& overlay) {
   const Sphere sphere{shown, camera};
   // Dark where nothing covers: recognisable before any colour is.
   AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
@@ -254,9 +256,9 @@ Instruction LastWords(StoppedBecause why) {
 
 }  // namespace
 
-Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
-                      const Rgba& color) {
-  Overlay overlay;
+render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
+                              const render::Rgba& color) {
+  render::Overlay overlay;
   CaptureState state;
   state.cam_from_world = cam_from_world;
   state.subject = subject;
@@ -267,8 +269,8 @@ Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, c
   return overlay;
 }
 
-Overlay MakeOverlay(const CaptureState& state, const Palette& palette) {
-  Overlay overlay;
+render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette) {
+  render::Overlay overlay;
   const ShownPicture shown = ShownPicture::Of(state);
   if (!shown.rectangle) return overlay;
   if (shown.sphere) AddSphere(*shown.sphere, shown.camera, palette, overlay);
@@ -307,8 +309,8 @@ Instruction InstructionFor(const CaptureState& state) {
   if (!state.why_waiting.empty() && !state.device_problem.empty()) return {state.device_problem, true};
   if (!state.cam_from_world) {
     if (!state.tracking_words.empty()) return {state.tracking_words, true};
-    return {state.tracking == TrackState::kLost ? "go back to where the camera was before"
-                                                : "move the camera sideways",
+    return {state.tracking == tracking::TrackState::kLost ? "go back to where the camera was before"
+                                                          : "move the camera sideways",
             true};
   }
   if (!state.subject && !state.without_subject)
@@ -361,4 +363,4 @@ Instruction InstructionFor(const CaptureState& state) {
   return {};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -16,24 +16,24 @@
 #include "coverage/session/capture_state.h"
 #include "render/display/shapes.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Nothing of the sphere while there is no pose.
-Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard());
+render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard());
 
 // The map around the present camera, enlarged until a view's disc is well seen from an arm's length: where
 // the live picture's sphere is small the red dot's place among the discs is too fine to steer by.
 struct CloseLook {
   Eigen::Vector2i size;  // of the picture that the shapes are in
-  Overlay shapes;
+  render::Overlay shapes;
 };
 // None without a pose or before the first view.
 std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int height,
                                        const Palette& palette = Palette::Standard());
 
 // The same without a capture: only what hangs on the camera and the subject's sphere.
-Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
-                      const Rgba& color);
+render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
+                              const render::Rgba& color);
 
 // The one thing to do now, a line for arm's length.
 struct Instruction {
@@ -42,4 +42,4 @@ struct Instruction {
 };
 Instruction InstructionFor(const CaptureState& state);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

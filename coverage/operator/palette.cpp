@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // To find it takes a dozen milliseconds; a capture's stays the same until its views' median distance moves
@@ -44,8 +44,8 @@ const Palette& Palette::ForColourBlind() {
   return palette;
 }
 
-Rgba Palette::OfNearer(double nearer_by) const {
-  return nearer_by < 0 ? Mix(same, farther, -nearer_by) : Mix(same, nearer, nearer_by);
+render::Rgba Palette::OfNearer(double nearer_by) const {
+  return nearer_by < 0 ? render::Mix(same, farther, -nearer_by) : render::Mix(same, nearer, nearer_by);
 }
 
 DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette)
@@ -68,4 +68,4 @@ double DistanceColors::Nearer(double recorded_distance) const {
   return ratio < 1 ? -std::log(ratio) / std::log(nearest_) : std::log(ratio) / std::log(farthest_);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

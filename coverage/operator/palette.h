@@ -8,17 +8,17 @@
 #include "coverage/bound/coverage_map.h"
 #include "render/display/shapes.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct Palette {
-  Rgba same, farther, nearer;
-  Rgba reopened;
-  Rgba guide;
-  Rgba alarm;
-  Rgba camera;
+  render::Rgba same, farther, nearer;
+  render::Rgba reopened;
+  render::Rgba guide;
+  render::Rgba alarm;
+  render::Rgba camera;
 
   // `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
-  Rgba OfNearer(double nearer_by) const;
+  render::Rgba OfNearer(double nearer_by) const;
 
   static const Palette& Standard();
   // Orange, pale, blue: apart for every common kind of colour vision, and in lightness.
@@ -30,8 +30,10 @@ class DistanceColors {
  public:
   // `map` has views.
   DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette);
-  Rgba Of(const CriterionView& recorded) const { return OfDistance(Distance(recorded)); }
-  Rgba OfDistance(double recorded_distance) const { return palette_.OfNearer(Nearer(recorded_distance)); }
+  render::Rgba Of(const CriterionView& recorded) const { return OfDistance(Distance(recorded)); }
+  render::Rgba OfDistance(double recorded_distance) const {
+    return palette_.OfNearer(Nearer(recorded_distance));
+  }
   // 0 the same, 1 so much nearer that it just does not cover any more, -1 farther.
   double Nearer(double recorded_distance) const;
   double Distance(const CriterionView& recorded) const;
@@ -47,4 +49,4 @@ class DistanceColors {
   Eigen::Vector3d center_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -9,7 +9,7 @@
 #include "coverage/operator/key_help.h"
 #include "coverage/operator/overlay.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector2d;
@@ -30,10 +30,11 @@ std::string Duration(double seconds) {
 
 }  // namespace
 
-std::vector<StatusItem> StatusLine(const CaptureState& state) {
-  std::vector<StatusItem> items;
+std::vector<render::StatusItem> StatusLine(const CaptureState& state) {
+  std::vector<render::StatusItem> items;
   if (state.frames_per_s) items.push_back({fmt::format("{:.0f} frames/s", *state.frames_per_s)});
-  items.push_back({fmt::format("{} dropped", state.dropped), state.dropped > 0 ? ink::kCareful : ink::kText});
+  items.push_back({fmt::format("{} dropped", state.dropped),
+                   state.dropped > 0 ? render::ink::kCareful : render::ink::kText});
   items.push_back({Counted(state.points.size(), "point")});
   std::string views = Counted(state.view_ids.size(), "view");
   if (state.views_expected) views += fmt::format(" of about {:.0f}", *state.views_expected);
@@ -42,17 +43,17 @@ std::vector<StatusItem> StatusLine(const CaptureState& state) {
   if (state.guidance.seconds_left) items.push_back({Duration(*state.guidance.seconds_left)});
   constexpr std::uint64_t kLittleDisk = 2'000'000'000;
   if (state.disk_left_bytes)
-    items.push_back(
-        {Bytes(*state.disk_left_bytes), *state.disk_left_bytes < kLittleDisk ? ink::kBad : ink::kText});
+    items.push_back({Bytes(*state.disk_left_bytes),
+                     *state.disk_left_bytes < kLittleDisk ? render::ink::kBad : render::ink::kText});
   if (state.exposure_locked)
     items.push_back({*state.exposure_locked ? "exposure locked" : "exposure not locked",
-                     *state.exposure_locked ? ink::kText : ink::kCareful});
-  if (!state.reopened.empty()) items.push_back({"some reopened", ink::kCareful});
-  if (!state.recording) items.push_back({"paused", ink::kCareful});
+                     *state.exposure_locked ? render::ink::kText : render::ink::kCareful});
+  if (!state.reopened.empty()) items.push_back({"some reopened", render::ink::kCareful});
+  if (!state.recording) items.push_back({"paused", render::ink::kCareful});
   if (!state.device_problem.empty())  // what is waited for says it once more
-    items.push_back({state.device_problem, ink::kBad});
+    items.push_back({state.device_problem, render::ink::kBad});
   else if (!state.why_waiting.empty())
-    items.push_back({state.why_waiting, ink::kBad});
+    items.push_back({state.why_waiting, render::ink::kBad});
   return items;
 }
 
@@ -64,15 +65,15 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
   return marks;
 }
 
-std::vector<TableRow> KeyRows(const Rgba& heading) {
-  std::vector<TableRow> rows;
-  for (const KeyHelp& help : kKeysAlways) rows.push_back({{}, help.keys, help.what});
+std::vector<render::TableRow> KeyRows(const render::Rgba& heading) {
+  std::vector<render::TableRow> rows;
+  for (const render::KeyHelp& help : kKeysAlways) rows.push_back({{}, help.keys, help.what});
   rows.push_back({{}, "", ""});
   rows.push_back({{}, "placing the subject", "", heading});
-  for (const KeyHelp& help : kKeysInSubject) rows.push_back({{}, help.keys, help.what});
+  for (const render::KeyHelp& help : kKeysInSubject) rows.push_back({{}, help.keys, help.what});
   rows.push_back({{}, "", ""});
   rows.push_back({{}, "review", "", heading});
-  for (const KeyHelp& help : kKeysInReview) rows.push_back({{}, help.keys, help.what});
+  for (const render::KeyHelp& help : kKeysInReview) rows.push_back({{}, help.keys, help.what});
   return rows;
 }
 
@@ -81,49 +82,52 @@ void Panels::Share(const CaptureState& state) const {
   if (!state.coverage || state.view_ids.empty()) return;
   const std::string text = state.covered ? fmt::format("{:.0f} %", std::floor(100 * *state.covered))
                                          : Counted(state.view_ids.size(), "view");
-  const Vector2d extent = painter_.Extent(text, TextSize::kLarge);
+  const Vector2d extent = painter_.Extent(text, render::TextSize::kLarge);
   const Vector2d at(screen_.width - extent.x() - Px(26), Px(46));
-  painter_.Box({at.x() - Px(12), at.y() - Px(4), extent.x() + Px(24), extent.y() + Px(8)}, ink::kPanel);
-  painter_.Text(at, text, TextSize::kLarge, state.recorded_view ? palette_.guide : ink::kText);
+  painter_.Box({at.x() - Px(12), at.y() - Px(4), extent.x() + Px(24), extent.y() + Px(8)},
+               render::ink::kPanel);
+  painter_.Text(at, text, render::TextSize::kLarge,
+                state.recorded_view ? palette_.guide : render::ink::kText);
 }
 
 void Panels::TrackingHelp(const CaptureState& state) const {
-  const bool lost = state.tracking == TrackState::kLost;
+  const bool lost = state.tracking == tracking::TrackState::kLost;
   const std::string title = lost ? "LOST" : "STARTING";
-  const Vector2d extent = painter_.Extent(title, TextSize::kLarge);
+  const Vector2d extent = painter_.Extent(title, render::TextSize::kLarge);
   const Vector2d middle(0.5 * screen_.width, 0.42 * screen_.height);
   const double width = std::max(extent.x(), Px(260)) + Px(48);
   const bool bar = state.start && state.start->parallax_needed_deg > 0;
   const double height = extent.y() + Px(bar ? 58 : 24);
-  painter_.Box({middle.x() - 0.5 * width, middle.y() - Px(12), width, height}, ink::kPanel, 8);
-  painter_.Text({middle.x() - 0.5 * extent.x(), middle.y()}, title, TextSize::kLarge,
-                lost ? ink::kBad : ink::kText);
+  painter_.Box({middle.x() - 0.5 * width, middle.y() - Px(12), width, height}, render::ink::kPanel, 8);
+  painter_.Text({middle.x() - 0.5 * extent.x(), middle.y()}, title, render::TextSize::kLarge,
+                lost ? render::ink::kBad : render::ink::kText);
   if (!bar) return;
   // How much of the parallax that a map takes is there.
   const double share = std::clamp(state.start->parallax_deg / state.start->parallax_needed_deg, 0.0, 1.0);
   const cv::Rect2d whole(middle.x() - 0.5 * width + Px(24), middle.y() + extent.y() + Px(14), width - Px(48),
                          Px(14));
   painter_.Box(whole, {80, 80, 80}, 3);
-  painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, ink::kGood, 3);
+  painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, render::ink::kGood, 3);
 }
 
 void Panels::Legend(const CaptureState& state) const {
   if (!state.subject || !state.cam_from_world) return;
   const std::vector<LegendMark> marks = LegendMarks(state, palette_);
-  const double line = painter_.Extent("X", TextSize::kSmall).y() + Px(3), pad = Px(10), width = Px(250);
+  const double line = painter_.Extent("X", render::TextSize::kSmall).y() + Px(3), pad = Px(10),
+               width = Px(250);
   const double height = 2 * pad + 2 * line + Px(20) + line * static_cast<double>(marks.size());
   const cv::Rect2d area(Px(12), screen_.height - Px(12) - height, width, height);
-  painter_.Box(area, ink::kPanel, 6);
+  painter_.Box(area, render::ink::kPanel, 6);
   const double x = area.x + pad, inner = width - 2 * pad;
   double y = area.y + pad;
-  painter_.Text({x, y}, "recorded, against now", TextSize::kSmall, ink::kText);
+  painter_.Text({x, y}, "recorded, against now", render::TextSize::kSmall, render::ink::kText);
   y += line;
   painter_.Gradient({x, y, 0.5 * inner, Px(16)}, palette_.nearer, palette_.same);
   painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)}, palette_.same, palette_.farther);
   y += Px(19);
   const auto word = [&](const char* text, double share) {
-    const double extent = painter_.Extent(text, TextSize::kSmall).x();
-    painter_.Text({x + share * (inner - extent), y}, text, TextSize::kSmall, ink::kText);
+    const double extent = painter_.Extent(text, render::TextSize::kSmall).x();
+    painter_.Text({x + share * (inner - extent), y}, text, render::TextSize::kSmall, render::ink::kText);
   };
   word("nearer", 0), word("the same", 0.5), word("farther", 1);
   y += line;
@@ -131,7 +135,7 @@ void Panels::Legend(const CaptureState& state) const {
     const Vector2d middle(x + Px(8), y + 0.5 * line);
     painter_.Disc(middle, 7, {255, 255, 255});
     painter_.Disc(middle, 5, mark.color);
-    painter_.Text({x + Px(24), y}, mark.words, TextSize::kSmall, ink::kText);
+    painter_.Text({x + Px(24), y}, mark.words, render::TextSize::kSmall, render::ink::kText);
     y += line;
   }
 }
@@ -142,7 +146,7 @@ void Panels::CloseLook(const CaptureState& state) const {
   // In points, so that what is drawn on it keeps its size whatever the screen's density.
   const auto look = MakeCloseLook(state, static_cast<int>(kWidth), static_cast<int>(kHeight), palette_);
   if (!look) return;
-  Placement placement;
+  render::Placement placement;
   placement.scale = scale_;
   placement.picture = {double(look->size.x()), double(look->size.y())};
   placement.origin = {screen_.width - Px(kWidth + 12), screen_.height - Px(kHeight + 56)};
@@ -155,24 +159,25 @@ void Panels::CloseLook(const CaptureState& state) const {
 
 void Panels::Preflight(const CaptureState& state) const {
   if (state.preflight.empty()) return;
-  std::vector<TableRow> rows;
+  std::vector<render::TableRow> rows;
   for (const PreflightItem& item : state.preflight)
-    rows.push_back({!item.in_order   ? ink::kDim
-                    : *item.in_order ? ink::kGood
-                                     : ink::kBad,
-                    item.name, item.words, item.in_order == false ? ink::kBad : ink::kText});
+    rows.push_back({!item.in_order   ? render::ink::kDim
+                    : *item.in_order ? render::ink::kGood
+                                     : render::ink::kBad,
+                    item.name, item.words, item.in_order == false ? render::ink::kBad : render::ink::kText});
   Table(rows, {Px(12), Px(46)}, {0, 0}, 420);
 }
 
 void Panels::BesideLine(const Vector2d& top, const std::string& left, const std::string& right) const {
   const auto word = [this](const std::string& text, const Vector2d& at) {
-    const Vector2d extent = painter_.Extent(text, TextSize::kMedium);
-    painter_.Box({at.x() - Px(8), at.y() - Px(4), extent.x() + Px(16), extent.y() + Px(8)}, ink::kPanel);
-    painter_.Text(at, text, TextSize::kMedium, ink::kText);
+    const Vector2d extent = painter_.Extent(text, render::TextSize::kMedium);
+    painter_.Box({at.x() - Px(8), at.y() - Px(4), extent.x() + Px(16), extent.y() + Px(8)},
+                 render::ink::kPanel);
+    painter_.Text(at, text, render::TextSize::kMedium, render::ink::kText);
   };
   const double y = top.y() + Px(48);
-  word(left, {top.x() - painter_.Extent(left, TextSize::kMedium).x() - Px(20), y});
+  word(left, {top.x() - painter_.Extent(left, render::TextSize::kMedium).x() - Px(20), y});
   word(right, {top.x() + Px(20), y});
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -9,31 +9,31 @@
 #include "coverage/session/capture_state.h"
 #include "render/display/plain_panels.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
-std::vector<StatusItem> StatusLine(const CaptureState& state);
+std::vector<render::StatusItem> StatusLine(const CaptureState& state);
 
 struct LegendMark {
-  Rgba color;
+  render::Rgba color;
   const char* words;
 };
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette);
 
 // All keys, in the order of the modes.
-std::vector<TableRow> KeyRows(const Rgba& heading);
+std::vector<render::TableRow> KeyRows(const render::Rgba& heading);
 
-class Panels : public PlainPanels {
+class Panels : public render::PlainPanels {
  public:
-  Panels(Painter& painter, const cv::Size& screen, double scale, const Palette& palette)
-      : PlainPanels(painter, screen, scale), palette_(palette) {}
+  Panels(render::Painter& painter, const cv::Size& screen, double scale, const Palette& palette)
+      : render::PlainPanels(painter, screen, scale), palette_(palette) {}
 
-  void Status(const CaptureState& state) const { PlainPanels::Status(StatusLine(state)); }
+  void Status(const CaptureState& state) const { render::PlainPanels::Status(StatusLine(state)); }
   void Share(const CaptureState& state) const;
   void TrackingHelp(const CaptureState& state) const;
   void Legend(const CaptureState& state) const;
   void CloseLook(const CaptureState& state) const;
   void Preflight(const CaptureState& state) const;
-  void Keys() const { PlainPanels::Keys(KeyRows(palette_.guide)); }
+  void Keys() const { render::PlainPanels::Keys(KeyRows(palette_.guide)); }
   // On both sides of an upright line.
   void BesideLine(const Eigen::Vector2d& top, const std::string& left, const std::string& right) const;
 
@@ -41,4 +41,4 @@ class Panels : public PlainPanels {
   const Palette& palette_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -7,7 +7,7 @@
 
 #include "core/image/image.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 PosedPicture PosedPicture::Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
                               std::uint64_t key) {
@@ -54,7 +54,7 @@ void SpreadPictures::Offer(const CaptureState& state) {
   // What is a step depends on how far away things are.
   if (least_baseline_ == 0) {
     std::vector<double> depths;
-    for (const VisiblePoint& point : state.points) depths.push_back(point.depth);
+    for (const tracking::VisiblePoint& point : state.points) depths.push_back(point.depth);
     std::nth_element(depths.begin(), depths.begin() + static_cast<long>(depths.size() / 2), depths.end());
     constexpr double kStep = 0.02;
     least_baseline_ = kStep * depths[depths.size() / 2];
@@ -90,4 +90,4 @@ void SpreadPictures::Thin() {
   kept_ = std::move(apart);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

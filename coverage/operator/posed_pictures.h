@@ -11,7 +11,7 @@
 #include "core/geometry/rigid3.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct PosedPicture {
   std::uint64_t key = 0;  // its own: two pictures never share one
@@ -57,4 +57,4 @@ class SpreadPictures {
   std::vector<Kept> kept_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

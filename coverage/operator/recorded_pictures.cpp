@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
@@ -117,4 +117,4 @@ std::optional<std::string> RecordedPictures::TakeProblem() {
   return stored_ ? stored_->TakeProblem() : std::nullopt;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

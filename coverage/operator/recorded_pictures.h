@@ -14,7 +14,7 @@
 #include "coverage/operator/stored_pictures.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class RecordedPictures {
  public:
@@ -53,4 +53,4 @@ class RecordedPictures {
   std::unique_ptr<StoredPictures> stored_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

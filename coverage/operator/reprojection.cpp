@@ -6,7 +6,7 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr std::size_t kMostUploaded = 64;
@@ -208,7 +208,7 @@ unsigned Reprojection::Draw(const CameraModel& camera, const Rigid3& cam_from_wo
   sum_.BindTexture(0);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindVertexArray(0);
-  CheckGl("reprojecting pictures");
+  render::CheckGl("reprojecting pictures");
   return result_.texture();
 }
 
@@ -219,4 +219,4 @@ cv::Mat Reprojection::Read() const {
   return picture;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -14,7 +14,7 @@
 #include "coverage/operator/posed_pictures.h"
 #include "render/gl/gl_objects.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class Reprojection {
  public:
@@ -33,10 +33,10 @@ class Reprojection {
  private:
   unsigned TextureOf(const PosedPicture& picture);
 
-  GlProgram add_, normalise_;
-  GlBuffer vertices_;
-  GlEmptyVertexArray no_attributes_;
-  GlTarget sum_, result_;
+  render::GlProgram add_, normalise_;
+  render::GlBuffer vertices_;
+  render::GlEmptyVertexArray no_attributes_;
+  render::GlTarget sum_, result_;
   // The last few dozen pictures that were drawn, newest first.
   struct Uploaded {
     std::uint64_t key;
@@ -45,4 +45,4 @@ class Reprojection {
   std::list<Uploaded> uploaded_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -5,7 +5,7 @@
 
 #include "tracking/sources/marker_locator.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
@@ -13,11 +13,11 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 
 // What the marker as a mouse wants to know of a light field: where it was seen from.
-RenderScene ViewpointsOf(const CaptureState& state) {
-  RenderScene scene;
+render::RenderScene ViewpointsOf(const CaptureState& state) {
+  render::RenderScene scene;
   scene.subject = *state.subject;
   for (const CriterionView& view : state.coverage->views()) {
-    SceneView& seen = scene.views.emplace_back();
+    render::SceneView& seen = scene.views.emplace_back();
     seen.center_in_world = view.center_in_world;
   }
   scene.up_in_world = state.coverage->frame()->Up();
@@ -31,7 +31,7 @@ bool HasViews(const CaptureState& state) {
 }  // namespace
 
 Review::Review(std::string marker) : marker_(std::move(marker)) {
-  if (!marker_.empty()) MarkerSpec::Parse(marker_);  // throws where it is none
+  if (!marker_.empty()) tracking::MarkerSpec::Parse(marker_);  // throws where it is none
 }
 Review::~Review() = default;
 
@@ -81,37 +81,37 @@ void Review::Zoom(double factor) {
   if (orbit_) orbit_->distance *= factor;
 }
 
-bool Review::Handle(const InputEvent& event, const CaptureState& state) {
+bool Review::Handle(const render::InputEvent& event, const CaptureState& state) {
   constexpr double kStep = 2 * kDegree, kZoom = 1.05, kWipeStep = 0.05;
   if (!open_) return false;
-  if (const auto* key = std::get_if<KeyPressed>(&event)) {
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) {
     switch (key->key) {
-      case Key::kEscape:
+      case render::Key::kEscape:
         open_ = false;
         return true;
-      case Key::kLeft:
+      case render::Key::kLeft:
         Turn(-kStep, 0);
         return true;
-      case Key::kRight:
+      case render::Key::kRight:
         Turn(kStep, 0);
         return true;
-      case Key::kUp:
+      case render::Key::kUp:
         Turn(0, kStep);
         return true;
-      case Key::kDown:
+      case render::Key::kDown:
         Turn(0, -kStep);
         return true;
-      case Key::kPageUp:
+      case render::Key::kPageUp:
         Zoom(1 / kZoom);
         return true;
-      case Key::kPageDown:
+      case render::Key::kPageDown:
         Zoom(kZoom);
         return true;
       default:
         return false;
     }
   }
-  if (const auto* typed = std::get_if<Typed>(&event)) {
+  if (const auto* typed = std::get_if<render::Typed>(&event)) {
     switch (typed->character) {
       case 'r':
         open_ = false;
@@ -140,15 +140,15 @@ bool Review::Handle(const InputEvent& event, const CaptureState& state) {
         return false;
     }
   }
-  if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+  if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     Zoom(std::pow(kZoom, -wheel->steps));
     return true;
   }
-  if (const auto* button = std::get_if<MouseButton>(&event)) {
+  if (const auto* button = std::get_if<render::MouseButton>(&event)) {
     if (button->button == 0) dragging_ = button->down;
     return true;
   }
-  if (const auto* moved = std::get_if<MouseMoved>(&event)) {
+  if (const auto* moved = std::get_if<render::MouseMoved>(&event)) {
     constexpr double kRadiansAPixel = 0.25 * kDegree;
     // The subject follows the hand: the camera goes the other way.
     if (mouse_ && dragging_)
@@ -161,8 +161,8 @@ bool Review::Handle(const InputEvent& event, const CaptureState& state) {
 
 std::optional<Rigid3> Review::MarkerPose(const CaptureState& state) {
   if (!HasViews(state)) return std::nullopt;
-  const MarkerSpec spec = MarkerSpec::Parse(marker_);
-  if (!locator_) locator_ = std::make_unique<MarkerLocator>(state.camera, spec);
+  const tracking::MarkerSpec spec = tracking::MarkerSpec::Parse(marker_);
+  if (!locator_) locator_ = std::make_unique<tracking::MarkerLocator>(state.camera, spec);
   if (!marker_mouse_) {
     mouse_subject_ = state.subject;
     marker_mouse_.emplace(ViewpointsOf(state), spec.Middle());
@@ -195,4 +195,4 @@ std::optional<Review::VirtualCamera> Review::CameraNow(const CaptureState& state
   return VirtualCamera{state.camera.WithoutDistortion(), *pose};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

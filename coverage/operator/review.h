@@ -11,9 +11,11 @@
 #include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
-namespace ulf {
-
+namespace ulf::tracking {
 class MarkerLocator;
+}  // namespace ulf::tracking
+
+namespace ulf::coverage {
 
 class Review {
  public:
@@ -31,7 +33,7 @@ class Review {
   bool marker_is_seen() const { return marker_is_seen_; }
 
   void Open(const CaptureState& state);
-  bool Handle(const InputEvent& event, const CaptureState& state);
+  bool Handle(const render::InputEvent& event, const CaptureState& state);
 
   // Where it is looked from, and with which camera; none: the chosen control has no pose.
   struct VirtualCamera {
@@ -64,7 +66,7 @@ class Review {
   std::optional<Eigen::Vector2d> mouse_;
   bool dragging_ = false;
 
-  std::unique_ptr<MarkerLocator> locator_;
+  std::unique_ptr<tracking::MarkerLocator> locator_;
   std::optional<Rigid3> cam_from_marker_;  // as it was last seen
   double located_at_s_ = -1;
   bool marker_is_seen_ = false;
@@ -72,4 +74,4 @@ class Review {
   std::optional<MarkerMouse> marker_mouse_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/signal_stack.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // The display's own clock: no faster than this, so that tracking keeps the processor.
@@ -32,7 +32,7 @@ bool ShowWhile(const std::function<bool()>& goes_on, OperatorDisplay& display) {
   return true;
 }
 
-void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, CaptureFeed& feed,
+void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& options, CaptureFeed& feed,
           CaptureRequests& requests, const std::atomic<bool>& over) {
   std::unique_ptr<OperatorDisplay> display;
   const auto let_go = [&](const char* problem) {
@@ -45,15 +45,15 @@ void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, Captu
     if (!ShowWhile([&] { return !over; }, *display) || !display->ShowTheEnd()) return;
     const auto until = Clock::now() + kLastWords;
     ShowWhile([&] { return Clock::now() < until; }, *display);
-  } catch (const SurfaceKilled& killed) {
+  } catch (const render::SurfaceKilled& killed) {
     fmt::print(stderr, "{}: the capture finishes\n", killed.what());
     requests.Ask(FinishCapture{});
-    Abandon(std::move(display));
-    Abandon(std::move(surface));
-  } catch (const SurfaceGone& gone) {
+    render::Abandon(std::move(display));
+    render::Abandon(std::move(surface));
+  } catch (const render::SurfaceGone& gone) {
     let_go(gone.what());
-    Abandon(std::move(display));
-    Abandon(std::move(surface));
+    render::Abandon(std::move(display));
+    render::Abandon(std::move(surface));
   } catch (const std::exception& error) {
     let_go(error.what());  // the capture is worth more than its picture
   }
@@ -63,7 +63,7 @@ void Show(std::unique_ptr<Surface> surface, const DisplayOptions& options, Captu
 
 void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
                     CaptureRequests& requests, const std::function<void()>& capture) {
-  std::unique_ptr<Surface> surface;
+  std::unique_ptr<render::Surface> surface;
   try {
     if (open) surface = open();
   } catch (const Error& error) {
@@ -91,4 +91,4 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
   if (thrown) std::rethrow_exception(thrown);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -7,9 +7,9 @@
 
 #include "coverage/operator/operator_display.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
-using DisplayDoor = std::function<std::unique_ptr<Surface>()>;
+using DisplayDoor = std::function<std::unique_ptr<render::Surface>()>;
 
 // Runs `capture`, which publishes to `feed` and obeys `requests`, to its end, and shows it meanwhile on what
 // `open` gives; without `open` it is not shown. Closing the window, also by force, asks the capture to
@@ -18,4 +18,4 @@ using DisplayDoor = std::function<std::unique_ptr<Surface>()>;
 void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
                     CaptureRequests& requests, const std::function<void()>& capture);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -8,7 +8,7 @@
 #include "core/image/image.h"
 #include "render/display/key_names.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 std::optional<std::string> After(const std::string& word, const std::string& line) {
@@ -26,7 +26,7 @@ std::optional<std::string> After(const std::string& word, const std::string& lin
 void DisplayScript::Take(const std::string& line) {
   Step step;
   if (const auto keys = After("press", line)) {
-    step = KeysFromNames(*keys);
+    step = render::KeysFromNames(*keys);
     if (std::get<Keys>(step).empty()) throw UsageError("press: names no key; write press s,Up,Enter");
   } else if (const auto file = After("look", line)) {
     RequireWritablePicture(*file);
@@ -63,7 +63,7 @@ void DisplayScript::End() {
 }
 
 ScriptedSurface::ScriptedSurface(cv::Size size, std::shared_ptr<DisplayScript> script)
-    : OffscreenSurface(size), script_(std::move(script)) {}
+    : render::OffscreenSurface(size), script_(std::move(script)) {}
 
 ScriptedSurface::~ScriptedSurface() {
   constexpr char kAtTheEnd[] = " as the display ended";
@@ -79,23 +79,23 @@ ScriptedSurface::~ScriptedSurface() {
   script_->End();
 }
 
-std::vector<InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
+std::vector<render::InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
   if (++frames_ > kFramesBetween && !look_) {
     if (auto step = script_->Next()) {
       frames_ = 0;
       if (auto* keys = std::get_if<DisplayScript::Keys>(&*step))
-        for (const InputEvent& key : *keys) Push(key);
+        for (const render::InputEvent& key : *keys) Push(key);
       else if (auto* file = std::get_if<DisplayScript::Look>(&*step))
         look_ = *file;
       else
         script_->Ask(std::get<CaptureRequest>(*step));
     }
   }
-  return OffscreenSurface::TakeEvents(patience_s);
+  return render::OffscreenSurface::TakeEvents(patience_s);
 }
 
 void ScriptedSurface::Present() {
-  OffscreenSurface::Present();
+  render::OffscreenSurface::Present();
   if (look_) Write(*std::exchange(look_, std::nullopt), "");
 }
 
@@ -110,4 +110,4 @@ void ScriptedSurface::Write(const std::filesystem::path& file, const char* when)
   fmt::print(stderr, "look {}: {}{}\n", file.string(), written ? "written" : "cannot be written", when);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -15,13 +15,13 @@
 #include "coverage/session/capture_request.h"
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Lines from the thread that reads them to the display's, in order: keys, pictures, and what is asked of the
 // capture itself.
 class DisplayScript {
  public:
-  using Keys = std::vector<InputEvent>;
+  using Keys = std::vector<render::InputEvent>;
   using Look = std::filesystem::path;
   using Step = std::variant<Keys, Look, CaptureRequest>;
   explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
@@ -45,12 +45,12 @@ class DisplayScript {
 // One line after the other, each half a second of display frames after the last, so that what was asked for
 // is on the screen before it is looked at. What is still to be looked at when the display ends gets its last
 // picture.
-class ScriptedSurface : public OffscreenSurface {
+class ScriptedSurface : public render::OffscreenSurface {
  public:
   static constexpr int kFramesBetween = 15;
   ScriptedSurface(cv::Size size, std::shared_ptr<DisplayScript> script);
   ~ScriptedSurface() override;
-  std::vector<InputEvent> TakeEvents(double patience_s) override;
+  std::vector<render::InputEvent> TakeEvents(double patience_s) override;
   void Present() override;
 
  private:
@@ -61,4 +61,4 @@ class ScriptedSurface : public OffscreenSurface {
   std::optional<std::filesystem::path> look_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -7,7 +7,7 @@
 
 #include "coverage/operator/palette.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector2d;
@@ -141,4 +141,4 @@ ShownPicture ShownPicture::Of(const CaptureState& state) {
   return shown;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

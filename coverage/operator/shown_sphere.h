@@ -15,7 +15,7 @@
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct ShownSphere {
   double radius = 0;              // share of the distance
@@ -72,4 +72,4 @@ struct ShownPicture {
 // Whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
 std::optional<bool> SubjectIsHeld(const CaptureState& state);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -10,7 +10,7 @@
 #include "core/light_field/journal.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 StoredPictures::StoredPictures(const std::filesystem::path& light_field) {
   on_disk_.root = light_field;
@@ -124,4 +124,4 @@ void StoredPictures::Loop() {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -17,7 +17,7 @@
 #include "core/light_field/light_field.h"
 #include "coverage/operator/posed_pictures.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class StoredPictures {
  public:
@@ -57,4 +57,4 @@ class StoredPictures {
   std::thread thread_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

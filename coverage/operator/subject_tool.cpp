@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -62,33 +62,33 @@ void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img
   draft_->center_in_world += state.cam_from_world->DirectionInSource(by_cam);
 }
 
-bool SubjectTool::Press(const KeyPressed& key, const CaptureState& state, Wishes& wishes) {
+bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state, Wishes& wishes) {
   constexpr double kStepShare = 0.01;  // of the picture's width, across it
   const double step = kStepShare * state.camera.width;
   switch (key.key) {
-    case Key::kUp:
+    case render::Key::kUp:
       key.shift ? MoveSideways(state, {0, -step}) : ScaleDistance(state, kFine);
       return true;
-    case Key::kDown:
+    case render::Key::kDown:
       key.shift ? MoveSideways(state, {0, step}) : ScaleDistance(state, 1 / kFine);
       return true;
-    case Key::kRight:
+    case render::Key::kRight:
       key.shift ? MoveSideways(state, {step, 0}) : ScaleRadius(kFine);
       return true;
-    case Key::kLeft:
+    case render::Key::kLeft:
       key.shift ? MoveSideways(state, {-step, 0}) : ScaleRadius(1 / kFine);
       return true;
-    case Key::kPageUp:
+    case render::Key::kPageUp:
       ScaleDistance(state, kCoarse);
       return true;
-    case Key::kPageDown:
+    case render::Key::kPageDown:
       ScaleDistance(state, 1 / kCoarse);
       return true;
-    case Key::kEnter:
+    case render::Key::kEnter:
       if (draft_ && draft_ != of_capture_) wishes.Place(*draft_);
       Close(wishes);
       return true;
-    case Key::kEscape:
+    case render::Key::kEscape:
       Leave(wishes);
       return true;
     default:
@@ -96,11 +96,11 @@ bool SubjectTool::Press(const KeyPressed& key, const CaptureState& state, Wishes
   }
 }
 
-bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img,
+bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
                          Wishes& wishes) {
   if (!open_) return false;
-  if (const auto* key = std::get_if<KeyPressed>(&event)) return Press(*key, state, wishes);
-  if (const auto* typed = std::get_if<Typed>(&event)) {
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, wishes);
+  if (const auto* typed = std::get_if<render::Typed>(&event)) {
     switch (typed->character) {
       case 's':
         Leave(wishes);
@@ -116,19 +116,19 @@ bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, dou
         return false;
     }
   }
-  if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+  if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     if (wheel->shift)
       ScaleRadius(std::pow(kFine, wheel->steps));
     else
       ScaleDistance(state, std::pow(kFine, wheel->steps));
     return true;
   }
-  if (const auto* button = std::get_if<MouseButton>(&event)) {
+  if (const auto* button = std::get_if<render::MouseButton>(&event)) {
     if (button->button == 0) dragging_center_ = button->down;
     if (button->button == 1) dragging_radius_ = button->down;
     return true;
   }
-  if (const auto* moved = std::get_if<MouseMoved>(&event)) {
+  if (const auto* moved = std::get_if<render::MouseMoved>(&event)) {
     if (mouse_) {
       const Vector2d by = moved->at - *mouse_;
       constexpr double kPixelsADoubling = 200;
@@ -141,4 +141,4 @@ bool SubjectTool::Handle(const InputEvent& event, const CaptureState& state, dou
   return false;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -9,7 +9,7 @@
 #include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class SubjectTool {
  public:
@@ -23,11 +23,12 @@ class SubjectTool {
   // Every new state: a subject that the capture found anew is the new draft.
   void Follow(const CaptureState& state, const Wishes& wishes);
   // True when the event was the tool's. `pixels_per_img`: of the screen, for dragging.
-  bool Handle(const InputEvent& event, const CaptureState& state, double pixels_per_img, Wishes& wishes);
+  bool Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
+              Wishes& wishes);
 
  private:
   void Leave(Wishes& wishes);
-  bool Press(const KeyPressed& key, const CaptureState& state, Wishes& wishes);
+  bool Press(const render::KeyPressed& key, const CaptureState& state, Wishes& wishes);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);
   void MoveSideways(const CaptureState& state, const Eigen::Vector2d& by_img);
@@ -43,4 +44,4 @@ class SubjectTool {
   bool dragging_center_ = false, dragging_radius_ = false;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -2,7 +2,7 @@
 
 #include <fmt/core.h>
 
-namespace ulf {
+namespace ulf::coverage {
 
 using Eigen::Vector3d;
 
@@ -28,14 +28,14 @@ std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishe
   const auto img =
       camera.ImgFromCam(cam_from_world * Vector3d(center + state.subject->radius * nearest_direction));
   if (!img || !camera.Contains(*img)) return marked;
-  marked.shapes = {Spot{*img, 8, {0, 0, 0, 120}}, Spot{*img, 7, {255, 255, 255}},
-                   Spot{*img, 5, palette.guide},
-                   Label{.img = *img + Eigen::Vector2d(0, -0.02 * camera.height),
-                         .text = fmt::format("view {}", marked.id),
-                         .size = 17,
-                         .color = {255, 255, 255},
-                         .anchor = {0.5, 1}}};
+  marked.shapes = {render::Spot{*img, 8, {0, 0, 0, 120}}, render::Spot{*img, 7, {255, 255, 255}},
+                   render::Spot{*img, 5, palette.guide},
+                   render::Label{.img = *img + Eigen::Vector2d(0, -0.02 * camera.height),
+                                 .text = fmt::format("view {}", marked.id),
+                                 .size = 17,
+                                 .color = {255, 255, 255},
+                                 .anchor = {0.5, 1}}};
   return marked;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

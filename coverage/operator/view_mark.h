@@ -8,15 +8,15 @@
 #include "coverage/operator/wishes.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct MarkedView {
   int id = 0;
-  Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
+  render::Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
 };
 // Of those that nobody has asked to take back. None without any.
 std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishes& wishes,
                                           const CameraModel& camera, const Rigid3& cam_from_world,
                                           const Palette& palette);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

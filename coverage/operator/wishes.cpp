@@ -1,13 +1,13 @@
 #include "coverage/operator/wishes.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 void Wishes::Record(bool on) { record_ = {on, requests_.Ask(SetRecording{on})}; }
 
 void Wishes::Place(const Subject& subject) { subject_ = {subject, requests_.Ask(PlaceSubject{subject})}; }
 
 void Wishes::FindSubject() {
-  requests_.Ask(ulf::FindSubject{});
+  requests_.Ask(ulf::coverage::FindSubject{});
   subject_ = {};  // nobody knows yet where it will be
 }
 
@@ -32,4 +32,4 @@ std::optional<int> Wishes::LastView(const CaptureState& state) const {
   return std::nullopt;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

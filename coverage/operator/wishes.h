@@ -10,7 +10,7 @@
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class Wishes {
  public:
@@ -44,4 +44,4 @@ class Wishes {
   std::set<int> taken_back_;  // no number is given twice
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr double kStep = 2 * M_PI / 180;  // less is a hand's trembling
@@ -94,4 +94,4 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
                      way_ * 180 / M_PI, OpenInWords(1 - covered), Where(map), smaller);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

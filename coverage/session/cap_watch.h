@@ -9,7 +9,7 @@
 
 #include "coverage/bound/coverage_map.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CapWatch {
  public:
@@ -33,4 +33,4 @@ class CapWatch {
 // not even one of a degree.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

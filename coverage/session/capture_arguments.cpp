@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // "60x40", "60x40:0.95", "60x40:95%" or "none".
@@ -85,4 +85,4 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   return options;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

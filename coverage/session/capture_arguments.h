@@ -10,7 +10,7 @@
 #include "tracking/sources/pose_source.h"
 #include "tracking/tracker/readout_args.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct CaptureArgs {
   std::string uri;
@@ -23,11 +23,11 @@ struct CaptureArgs {
   std::string quality;
   std::optional<double> threshold_px;
   std::optional<int> coverage_width_px;
-  IntrinsicsArgs intrinsics;
+  acquisition::IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
-  ReadoutArgs readout;
-  int tracking_side_px = TrackerOptions{}.max_side_px;
-  PosesSpec poses;
+  tracking::ReadoutArgs readout;
+  int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
+  tracking::PosesSpec poses;
   std::uint64_t frames = 0;
   double max_seconds = 0;
   std::optional<double> speed;
@@ -49,4 +49,4 @@ struct CaptureArgs {
 // What of it can be known before there is a device. Throws UsageError.
 CaptureOptions OptionsFrom(const CaptureArgs& args);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -6,7 +6,7 @@
 
 #include "coverage/bound/view_decision.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // What is over within moments (a slow disk that catches up, a blink of the tracker) is not worth a word.
@@ -79,4 +79,4 @@ void CaptureGaps::End(std::optional<double> now_s) {
   EndDisk(*now_s, true);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -11,7 +11,7 @@
 
 #include "coverage/session/record/view_spool.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CaptureGaps {
  public:
@@ -51,4 +51,4 @@ class CaptureGaps {
   double paused_s_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -4,7 +4,7 @@
 
 #include "core/base/atomic_file.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 bool IsDue(std::optional<std::chrono::steady_clock::time_point>& asked) {
@@ -28,9 +28,9 @@ std::optional<double> CaptureMeters::FramesPerS() const {
   return static_cast<double>(times_s_.size() - 1) / (times_s_.back() - times_s_.front());
 }
 
-std::uint64_t CaptureMeters::Dropped(const Device& device) {
+std::uint64_t CaptureMeters::Dropped(const acquisition::Device& device) {
   if (IsDue(asked_device_)) {
-    const DeviceStatistics statistics = device.Statistics();
+    const acquisition::DeviceStatistics statistics = device.Statistics();
     dropped_ = statistics.dropped + statistics.missing + statistics.incomplete;
   }
   return dropped_;
@@ -44,4 +44,4 @@ std::optional<std::uint64_t> CaptureMeters::DiskLeftBytes(const std::filesystem:
   return disk_left_bytes_;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -10,13 +10,13 @@
 
 #include "acquisition/device/device.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CaptureMeters {
  public:
   void FrameAt(double device_time_s);
   std::optional<double> FramesPerS() const;  // over the last second; none before two frames
-  std::uint64_t Dropped(const Device& device);
+  std::uint64_t Dropped(const acquisition::Device& device);
   std::optional<std::uint64_t> DiskLeftBytes(const std::filesystem::path& dir);
 
  private:
@@ -27,4 +27,4 @@ class CaptureMeters {
   std::optional<std::uint64_t> disk_left_bytes_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::coverage {
 
 void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
                             bool metric) {
@@ -32,4 +32,4 @@ void CaptureOutlook::Describe(CaptureState& state) const {
         std::max(0.0, 1 - state.coverage->CoveredShare() / until_share_) * prediction_->views->usual;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

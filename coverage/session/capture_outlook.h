@@ -11,7 +11,7 @@
 #include "coverage/session/capture_state.h"
 #include "coverage/session/preflight.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CaptureOutlook {
  public:
@@ -34,4 +34,4 @@ class CaptureOutlook {
   std::vector<PreflightItem> preflight_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

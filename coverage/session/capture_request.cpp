@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& line) {
@@ -83,4 +83,4 @@ std::vector<CaptureRequest> CaptureRequests::Take() {
   return std::exchange(asked_, {});
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -12,7 +12,7 @@
 
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Views are taken out of the light field: their photographs go to unposed/, the coverage map is painted
 // without them.
@@ -57,4 +57,4 @@ class CaptureRequests {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -24,7 +24,7 @@
 #include "coverage/session/subject/capture_subject.h"
 #include "tracking/tracker/track_words.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -33,16 +33,16 @@ constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no
 
 class Session {
  public:
-  Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-          ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
-          std::vector<Frame> first);
+  Session(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
+          LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
+          const CaptureHooks& hooks, std::vector<Frame> first);
   CaptureSummary Run();
 
  private:
   // The latest frame that got as far as a decision, and what became of it.
   struct Looked {
     Image live;
-    Track track;
+    tracking::Track track;
     Decision decision;
     Guidance guidance;
   };
@@ -51,7 +51,7 @@ class Session {
   std::optional<StoppedBecause> TakeFrame();
   void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
-  void WatchTheCap(const Track& track, const Decision& decision);
+  void WatchTheCap(const tracking::Track& track, const Decision& decision);
 
   void SayWhatToExpect();
   void CheckBeforeFirstView(const Frame& frame);
@@ -73,9 +73,9 @@ class Session {
 
   void Close();
 
-  Device& device_;
+  acquisition::Device& device_;
   const CameraModel camera_;  // of the frames that are tracked
-  PoseSource& poses_;
+  tracking::PoseSource& poses_;
   const CaptureOptions options_;
   const CameraModel recorded_camera_;
   const CaptureHooks& hooks_;
@@ -105,9 +105,9 @@ class Session {
   double ended_after_s_ = 0;  // by this machine's clock
 };
 
-Session::Session(Device& device, const CameraModel& camera, PoseSource& poses, LightFieldWriter writer,
-                 ExposureMatch light, const CaptureOptions& options, const CaptureHooks& hooks,
-                 std::vector<Frame> first)
+Session::Session(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
+                 LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
+                 const CaptureHooks& hooks, std::vector<Frame> first)
     : device_(device),
       camera_(camera),
       poses_(poses),
@@ -167,7 +167,7 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
 }
 
 std::optional<double> Session::PoseErrorNow() const {
-  const Track& track = looked_.track;
+  const tracking::Track& track = looked_.track;
   if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
   const Subject& subject = record_.map()->subject();
   return PoseErrorPx(*track.center_sigma,
@@ -175,7 +175,7 @@ std::optional<double> Session::PoseErrorNow() const {
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
-void Session::WatchTheCap(const Track& track, const Decision& decision) {
+void Session::WatchTheCap(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
   const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
@@ -200,10 +200,10 @@ void Session::Say(const std::string& text) {
 }
 
 void Session::TakeEvents() {
-  for (const DeviceEvent& event : device_.TakeEvents()) {
+  for (const acquisition::DeviceEvent& event : device_.TakeEvents()) {
     ++summary_.events[Name(event.kind)];
     Say(event.text);
-    if (event.kind == DeviceEventKind::kFaulted && last_time_s_)
+    if (event.kind == acquisition::DeviceEventKind::kFaulted && last_time_s_)
       gaps_.DeviceFaulted(*last_time_s_, event.text);
   }
 }
@@ -248,8 +248,9 @@ void Session::Answer(const FinishCapture&) {
 }
 
 std::string Session::DeviceProblem() const {
-  const DeviceState state = device_.State();
-  if (state != DeviceState::kFaulted && state != DeviceState::kReconnecting) return {};
+  const acquisition::DeviceState state = device_.State();
+  if (state != acquisition::DeviceState::kFaulted && state != acquisition::DeviceState::kReconnecting)
+    return {};
   return fmt::format("{}: {}", Name(state), device_.Info().problem);
 }
 
@@ -261,12 +262,12 @@ SharedCaptureState Session::State() {
   state->dropped = meters_.Dropped(device_);
   state->disk_left_bytes = meters_.DiskLeftBytes(root_);
 
-  const Track& track = looked_.track;
+  const tracking::Track& track = looked_.track;
   state->live = looked_.live;
   state->camera = camera_;
   state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
-  if (track.state != TrackState::kTracking) state->tracking_words = InWords(track);
+  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track);
   state->cam_from_world = track.cam_from_world;
   state->quality = track.quality;
   state->start = track.start;
@@ -338,8 +339,8 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   TakeEvents();
   if (!frame) {
     Show(hooks_.while_waiting);
-    if (device_.State() == DeviceState::kEnded) return StoppedBecause::kEnded;
-    if (device_.State() == DeviceState::kLost) return StoppedBecause::kDeviceLost;
+    if (device_.State() == acquisition::DeviceState::kEnded) return StoppedBecause::kEnded;
+    if (device_.State() == acquisition::DeviceState::kLost) return StoppedBecause::kDeviceLost;
     return std::nullopt;
   }
   if (frame->kind == FrameKind::kStill) return TakeStill(*frame);
@@ -349,10 +350,10 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   NoteTime(*frame);
 
   const auto start = Clock::now();
-  const Track track = poses_.Step(*frame);
+  const tracking::Track track = poses_.Step(*frame);
   ms_track_.push_back(1000 * SecondsSince(start));
   looked_ = {frame->image, track, {}, {}};
-  gaps_.Tracking(track.state == TrackState::kTracking, *last_time_s_);
+  gaps_.Tracking(track.state == tracking::TrackState::kTracking, *last_time_s_);
   if (!options_.without_subject) subject_.FindFirst(track);
   SayWhatToExpect();
   CheckBeforeFirstView(*frame);
@@ -382,7 +383,7 @@ void Session::Close() {
   } catch (const std::exception& error) {
     spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
   }
-  const TrackerStatistics known = poses_.Statistics();
+  const tracking::TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   record_.CorrectPoses(poses_, true);
@@ -453,7 +454,7 @@ CaptureSummary Session::Run() {
 
 }  // namespace
 
-CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
+CaptureSummary RunCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
                           std::vector<Frame> first) {
   ExposureMatch light(writer.Contents());
@@ -461,4 +462,4 @@ CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource&
       .Run();
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -34,7 +34,7 @@
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct CaptureOptions {
   std::optional<Subject>
@@ -87,7 +87,7 @@ struct CaptureSummary {
   double ms_decide_median = 0;
   StoppedBecause stopped_because = StoppedBecause::kEnded;
   std::string problem;  // what the disk said; empty otherwise
-  DeviceStatistics device;
+  acquisition::DeviceStatistics device;
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;
@@ -95,8 +95,9 @@ struct CaptureSummary {
   // light field but in these folders.
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
-  std::optional<CalibrationCheck> calibration;  // what the tracker's map says about the focal length
-  std::optional<Readout> rolling_shutter;       // and about the shutter; none: global as far as is known
+  std::optional<tracking::CalibrationCheck>
+      calibration;                                   // what the tracker's map says about the focal length
+  std::optional<tracking::Readout> rolling_shutter;  // and about the shutter; none: global as far as is known
   std::optional<Subject> subject;
   bool subject_was_found = false;                     // by the capture itself, not given
   std::shared_ptr<const RecordedView> last_recorded;  // null: none
@@ -109,8 +110,8 @@ struct CaptureSummary {
 // started; what was taken from it already (a live frame to learn its size, photographs before that) is
 // `first`. `writer` may come from
 // LightFieldWriter::Resume: its views are taken over as they are. Throws what the device throws.
-CaptureSummary RunCapture(Device& device, const CameraModel& camera, PoseSource& poses,
+CaptureSummary RunCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options,
                           const CaptureHooks& hooks = {}, std::vector<Frame> first = {});
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -14,17 +14,17 @@
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace fs = std::filesystem;
 
-bool TakeFirstFrames(Device& device, const std::string& uri, const std::function<bool()>& stop,
+bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
                      std::vector<Frame>& taken) {
   constexpr std::chrono::seconds kPatience(10);
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < until && !stop()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
-    for (const DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
-    if (!frame && IsOver(device.State())) break;
+    for (const acquisition::DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
+    if (!frame && acquisition::IsOver(device.State())) break;
     if (!frame) continue;
     const bool live = frame->kind == FrameKind::kLive;
     if (live && frame->status != FrameStatus::kComplete) continue;  // the device counts them
@@ -35,7 +35,7 @@ bool TakeFirstFrames(Device& device, const std::string& uri, const std::function
   throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
 }
 
-void KeepPhotographs(Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
+void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
                      const fs::path& dir) {
   std::vector<Frame> photographs;
   for (const Frame& frame : taken)
@@ -133,7 +133,8 @@ void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOpt
 }
 
 // Poses of one camera and intrinsics of another make no light field.
-void RequireSameCamera(const std::string& dir, const LightField& recorded, const DeviceInfo& info) {
+void RequireSameCamera(const std::string& dir, const LightField& recorded,
+                       const acquisition::DeviceInfo& info) {
   if (recorded.device_serial.empty() || info.serial.empty() || recorded.device_serial == info.serial) return;
   throw Error(
       "{}: was recorded with {} (serial number {}), this is {} ({}); go on with that camera, or begin a new "
@@ -168,11 +169,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         "--poses {}:NUMBER",
         args.dir, args.poses.Text());
   if (args.person.empty()) {
-    prepared.device = OpenDevice(WithReplaySpeed(args.uri, args.speed));
+    prepared.device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
   } else {
     const DeviceUri uri = DeviceUri::Parse(args.uri);
     prepared.person = OperatorBefore(uri, args.person);
-    prepared.device = OpenSimulatedDevice(uri, prepared.person);
+    prepared.device = acquisition::OpenSimulatedDevice(uri, prepared.person);
   }
   prepared.device->Start();
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
@@ -180,13 +181,14 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
 
   CaptureHeader header;
   const bool stills = prepared.device->TakesStills();
-  const auto use = [&header](const ResolvedCalibration& calibration) {
+  const auto use = [&header](const acquisition::ResolvedCalibration& calibration) {
     for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
     header.calibration_source = calibration.source;
     header.flat_field = calibration.flat_field;
     return calibration.camera;
   };
-  RecordingHeader& recording = prepared.recording = RecordingHeader::Of(*prepared.device);
+  acquisition::RecordingHeader& recording = prepared.recording =
+      acquisition::RecordingHeader::Of(*prepared.device);
   if (args.resume) {
     RequireSameCamera(args.dir, prepared.writer->Contents(), prepared.device->Info());
     header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
@@ -194,12 +196,12 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (args.resume && !stills)
     prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
   else
-    prepared.camera =
-        use(ResolveCalibration(*prepared.device, args.intrinsics, first.image.width(), first.image.height()));
+    prepared.camera = use(acquisition::ResolveCalibration(*prepared.device, args.intrinsics,
+                                                          first.image.width(), first.image.height()));
   options->calibration_source =
       args.resume && !stills ? prepared.writer->Contents().calibration_source : header.calibration_source;
   if (!options->calibration_source.empty())
-    options->calibrated = options->calibration_source != kFocalLengthGiven;
+    options->calibrated = options->calibration_source != acquisition::kFocalLengthGiven;
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
   if (stills) {
@@ -209,7 +211,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     recording.still_flat_field =
         args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
   }
-  const DeviceInfo info = prepared.device->Info();
+  const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)
     throw UsageError(
         "--no-subject: {} is asked for photographs where the coverage of a subject needs them; leave out "
@@ -265,4 +267,4 @@ bool PrepareCapture(const CaptureArgs& args, CaptureOptions* options, PreparedCa
   return ready;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

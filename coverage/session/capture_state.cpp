@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 std::string Part(double amount, const char* unit, const char* forward, const char* backward) {
@@ -39,4 +39,4 @@ std::string WayInWords(const CaptureState& state) {
   return words;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -22,7 +22,7 @@
 #include "coverage/session/preflight.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
 const char* Name(StoppedBecause why);  // as in --json
@@ -46,12 +46,12 @@ struct CaptureState {
   CameraModel camera;
   bool takes_stills = false;  // photographs are recorded in place of live frames
 
-  TrackState tracking = TrackState::kInitializing;
+  tracking::TrackState tracking = tracking::TrackState::kInitializing;
   std::string tracking_words;  // what to do while there is no pose; empty while there is one
   std::optional<Rigid3> cam_from_world;
   double quality = 0;
-  std::optional<StartProgress> start;
-  std::vector<VisiblePoint> points;  // found in this frame
+  std::optional<tracking::StartProgress> start;
+  std::vector<tracking::VisiblePoint> points;  // found in this frame
 
   bool without_subject = false;  // posed photographs are asked for, no subject is looked for
   bool finding_subject = false;  // what is in the middle will be it: its distance is being found
@@ -115,4 +115,4 @@ class CaptureFeed {
   std::shared_ptr<const CaptureState> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -6,7 +6,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
@@ -67,4 +67,4 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   return items;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

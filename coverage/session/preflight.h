@@ -9,7 +9,7 @@
 #include "acquisition/device/device.h"
 #include "coverage/bound/capture_prediction.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // One line of it.
 struct PreflightItem {
@@ -21,7 +21,7 @@ struct PreflightItem {
 struct PreflightInput {
   std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
   std::string calibration_source;
-  HeldAutomatics held;
+  acquisition::HeldAutomatics held;
   std::optional<CapturePrediction> prediction;
   std::optional<Cap> cap = std::nullopt;  // none: the operator ends the capture
   bool without_subject = false;
@@ -35,4 +35,4 @@ struct PreflightInput {
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

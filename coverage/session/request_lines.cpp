@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 RequestLines::RequestLines(const std::string& path, std::function<void(const std::string&)> take)
     : take_(std::move(take)) {
@@ -62,4 +62,4 @@ void RequestLines::Take(const std::function<void(const std::string&)>& say) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

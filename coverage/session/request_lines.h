@@ -7,7 +7,7 @@
 
 #include "coverage/session/capture_request.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class RequestLines {
  public:
@@ -30,4 +30,4 @@ class RequestLines {
   std::function<void(const std::string&)> take_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

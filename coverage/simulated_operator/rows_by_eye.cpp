@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
@@ -139,4 +139,4 @@ std::optional<CapFrame::Angles> RowsByEye::FindHole(const ShownSphere& sphere, c
   return nearest;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

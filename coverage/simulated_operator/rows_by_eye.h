@@ -11,7 +11,7 @@
 #include "acquisition/simulator/waves.h"
 #include "coverage/operator/shown_sphere.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class RowsByEye {
  public:
@@ -31,10 +31,10 @@ class RowsByEye {
 
   std::mt19937_64 random_;
   const bool novice_;
-  const double own_spacing_;  // of rows, disc radii
-  const Waves wobble_;        // of a row's height, disc radii
-  double radius_ = 0;         // of the discs, as last seen
-  int upwards_ = 0;           // 0: not begun
+  const double own_spacing_;         // of rows, disc radii
+  const acquisition::Waves wobble_;  // of a row's height, disc radii
+  double radius_ = 0;                // of the discs, as last seen
+  int upwards_ = 0;                  // 0: not begun
   int heading_ = 1;
   double level_ = 0;
   bool rows_done_ = false;
@@ -42,4 +42,4 @@ class RowsByEye {
   std::vector<Hole> given_up_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

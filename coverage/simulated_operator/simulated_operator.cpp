@@ -15,7 +15,7 @@
 #include "coverage/operator/overlay.h"
 #include "coverage/simulated_operator/rows_by_eye.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 using Eigen::Quaterniond;
@@ -156,13 +156,13 @@ struct SimulatedOperator::Person {
         rows(options.seed, options.novice),
         course_error(options.seed, 201, 3, 0.1, 0.6, habits.misjudged_course),
         color_error(options.seed, 202, 3, 0.02, 0.12, habits.misread_color),
-        place_error{Waves(options.seed, 203, 3, 0.2, 1, habits.misread_place),
-                    Waves(options.seed, 204, 3, 0.2, 1, habits.misread_place)} {
+        place_error{acquisition::Waves(options.seed, 203, 3, 0.2, 1, habits.misread_place),
+                    acquisition::Waves(options.seed, 204, 3, 0.2, 1, habits.misread_place)} {
     for (int axis = 0; axis < 3; ++axis) {
-      sway[axis] = Waves(options.seed, 210 + axis, 3, 0.15, 0.8, habits.sway_m);
-      sway[axis].Add(Waves(options.seed, 220 + axis, 4, 4, 9, habits.tremor_m));
-      turn_sway[axis] = Waves(options.seed, 230 + axis, 3, 0.1, 0.5, habits.turn_sway);
-      turn_sway[axis].Add(Waves(options.seed, 240 + axis, 4, 4, 9, habits.turn_tremor));
+      sway[axis] = acquisition::Waves(options.seed, 210 + axis, 3, 0.15, 0.8, habits.sway_m);
+      sway[axis].Add(acquisition::Waves(options.seed, 220 + axis, 4, 4, 9, habits.tremor_m));
+      turn_sway[axis] = acquisition::Waves(options.seed, 230 + axis, 3, 0.1, 0.5, habits.turn_sway);
+      turn_sway[axis].Add(acquisition::Waves(options.seed, 240 + axis, 4, 4, 9, habits.turn_tremor));
     }
     std::mt19937_64 random(options.seed * 1000003u + 5u);
     const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
@@ -232,9 +232,9 @@ struct SimulatedOperator::Person {
   std::optional<CapFrame::Angles> by_eye;
   double looked_s = -1;
 
-  Waves course_error, color_error;
-  std::array<Waves, 2> place_error;
-  std::array<Waves, 3> sway, turn_sway;
+  acquisition::Waves course_error, color_error;
+  std::array<acquisition::Waves, 2> place_error;
+  std::array<acquisition::Waves, 3> sway, turn_sway;
   std::vector<Moment> glances, rushes;
 };
 
@@ -426,11 +426,11 @@ Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {
 
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text) {
   const OperatorOptions options = OperatorOptions::Parse(text);
-  const std::vector<std::string> scenes = Scene::Names();
+  const std::vector<std::string> scenes = acquisition::Scene::Names();
   if (uri.scheme != "sim" || std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
     throw UsageError("--operator {}: {} is not a simulated scene; a simulated person can hold nothing else",
                      text, uri.Text());
-  const auto scene = Scene::Named(uri.path);
+  const auto scene = acquisition::Scene::Named(uri.path);
   const Vector3d center = scene->subject().center_in_world;
   return std::make_shared<SimulatedOperator>(
       options,
@@ -440,4 +440,4 @@ std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const st
                     .distance = scene->FirstDistance()});
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

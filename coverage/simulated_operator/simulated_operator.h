@@ -24,7 +24,7 @@
 #include "acquisition/simulator/hand_motion.h"
 #include "coverage/session/capture_state.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct OperatorOptions {
   bool follows_guidance = true;
@@ -42,7 +42,7 @@ struct OperatorStart {
   double distance = 1;  // to the subject
 };
 
-class SimulatedOperator : public HandMotion {
+class SimulatedOperator : public acquisition::HandMotion {
  public:
   SimulatedOperator(const OperatorOptions& options, const OperatorStart& start);
   ~SimulatedOperator() override;
@@ -60,4 +60,4 @@ class SimulatedOperator : public HandMotion {
 // As `ulf capture --operator` says it. Throws UsageError unless `uri` is a simulated scene.
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 InputEvent KeyFromName(const std::string& name) {
@@ -38,4 +38,4 @@ std::vector<InputEvent> KeysFromNames(const std::string& names) {
   return keys;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

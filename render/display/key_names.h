@@ -6,11 +6,11 @@
 
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Separated by commas: a character that is typed (`comma` and `Space` for these), or Left, Right, Up, Down,
 // PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11, with Shift+ before it where Shift is
 // held. UsageError for others.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
-}  // namespace ulf
+}  // namespace ulf::render

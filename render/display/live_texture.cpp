@@ -7,7 +7,7 @@
 
 #include "render/gl/gl_objects.h"
 
-namespace ulf {
+namespace ulf::render {
 
 LiveTexture::~LiveTexture() { Release(); }
 
@@ -54,4 +54,4 @@ void LiveTexture::FillScreen(const cv::Rect2d& area, const cv::Size& screen,
   CheckGl("showing the live picture");
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace ulf {
+namespace ulf::render {
 
 class LiveTexture {
  public:
@@ -24,4 +24,4 @@ class LiveTexture {
   cv::Mat with_alpha_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

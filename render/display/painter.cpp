@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr std::array kPoints{17.0, 23.0, 36.0};  // by TextSize
@@ -202,4 +202,4 @@ void Painter::End() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 
 #include "render/display/shapes.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Where a picture lies on the screen, whole and undistorted in its aspect; pixels.
 struct Placement {
@@ -52,4 +52,4 @@ class Painter {
   double pixels_per_point_ = 0;  // that fonts were made for
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 
 #include "render/display/painter.h"
 
-namespace ulf {
+namespace ulf::render {
 
 PictureWindow::PictureWindow(const std::string& title) : surface_(OpenWindow(title, {960, 720})) {}
 
@@ -27,4 +27,4 @@ bool PictureWindow::Show(const cv::Mat& srgb8) {
   return goes_on;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include "render/display/live_texture.h"
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class PictureWindow {
  public:
@@ -21,4 +21,4 @@ class PictureWindow {
   LiveTexture texture_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector2d;
 
@@ -104,4 +104,4 @@ void PlainPanels::Flash(const Rgba& color) const {
   painter_.Box({width - thick, 0, thick, height}, color, 0);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 #include "render/display/painter.h"
 #include "render/display/surface.h"
 
-namespace ulf {
+namespace ulf::render {
 
 namespace ink {
 inline constexpr Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220, 120}, kBad{255, 95, 85},
@@ -63,4 +63,4 @@ class PlainPanels {
   const double scale_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 
 Rgba Rgba::WithOpacity(double opacity) const {
   return {r, g, b, static_cast<std::uint8_t>(std::lround(a * std::clamp(opacity, 0.0, 1.0)))};
@@ -16,4 +16,4 @@ Rgba Mix(const Rgba& from, const Rgba& to, double share) {
   return {mix(from.r, to.r), mix(from.g, to.g), mix(from.b, to.b), mix(from.a, to.a)};
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 struct Rgba {
   std::uint8_t r = 0, g = 0, b = 0, a = 255;
@@ -52,4 +52,4 @@ struct Label {
 using OverlayShape = std::variant<Polyline, Polygon, Patch, Spot, Label>;
 using Overlay = std::vector<OverlayShape>;  // in the order of drawing
 
-}  // namespace ulf
+}  // namespace ulf::render

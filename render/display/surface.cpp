@@ -21,7 +21,7 @@
 extern "C" [[gnu::weak]] Display* glfwGetX11Display();
 extern "C" [[gnu::weak]] ::Window glfwGetX11Window(GLFWwindow*);
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 std::string LastGlfwError() {
@@ -268,4 +268,4 @@ void OffscreenSurface::Bind() {
 
 void OffscreenSurface::Present() { glFinish(); }
 
-}  // namespace ulf
+}  // namespace ulf::render

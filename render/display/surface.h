@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "render/gl/gl_context.h"
 
-namespace ulf {
+namespace ulf::render {
 
 enum class Key {
   kEscape,
@@ -115,4 +115,4 @@ class OffscreenSurface : public Surface {
   std::vector<InputEvent> events_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -45,4 +45,4 @@ Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid
   return cam_from_world.Inverse() * (depth * ray);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct Aperture {
   // Of the disc, in world units. 0, or less than the viewpoints are apart: the smallest aperture that they
@@ -46,4 +46,4 @@ std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, cons
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 #include "core/base/at.h"
 #include "render/fields/ray_cone.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -236,4 +236,4 @@ std::unique_ptr<FieldFromHere> ApertureField::From(const Rigid3& cam_from_world,
                                                  std::move(rings), cam_from_world.rotation);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -27,7 +27,7 @@
 #include "render/fields/aperture.h"
 #include "render/fields/mesh_field.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // A triangle of one view's warped ring, in the camera's axes.
 struct WarpedTriangle {
@@ -72,4 +72,4 @@ class ApertureField {
   std::vector<Ring> rings_;  // of each vertex of the viewpoint mesh
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

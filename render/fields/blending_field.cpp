@@ -6,7 +6,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 struct NamedField {
@@ -78,4 +78,4 @@ std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scen
   return std::make_unique<LumigraphField>(std::move(scene), serves);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

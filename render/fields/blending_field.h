@@ -16,7 +16,7 @@
 #include "render/fields/loop_subdivision.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 enum class FieldKind {
   kLinear,
@@ -94,4 +94,4 @@ inline constexpr double kLeastWeightOfField = 1e-4;
 // Confidence of what is extrapolated past the hull.
 inline constexpr double kExtrapolatedConfidence = 0.25;
 
-}  // namespace ulf
+}  // namespace ulf::render

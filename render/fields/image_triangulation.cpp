@@ -8,7 +8,7 @@
 #include "render/fields/planar_delaunay.h"
 #include "render/fields/ray_cone.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector2d;
@@ -169,4 +169,4 @@ WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const 
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

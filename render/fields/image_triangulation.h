@@ -12,7 +12,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct WeightedImageTriangulation {
   std::vector<Eigen::Vector2d> img;  // covers the image and a little more
@@ -38,4 +38,4 @@ std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, con
 // A corner of such a triangle as a ray: with unit z what is barycentric is linear in the image.
 Eigen::Vector3d CornerRay(const CameraModel& camera, const Eigen::Vector2d& img);
 
-}  // namespace ulf
+}  // namespace ulf::render

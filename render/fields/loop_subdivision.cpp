@@ -7,7 +7,7 @@
 
 #include "core/base/at.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 class WeightSum {
@@ -117,4 +117,4 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
   return mesh;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

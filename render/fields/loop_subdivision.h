@@ -25,7 +25,7 @@
 
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // (vertex of the original mesh, weight), by ascending vertex.
 using SparseWeights = std::vector<std::pair<int, double>>;
@@ -53,4 +53,4 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Triangle>& triangles, int levels,
                                 Diagonals diagonals = Diagonals::kDelaunay);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -111,4 +111,4 @@ std::unique_ptr<FieldFromHere> NearestField::From(const Vector3d& virtual_center
   return std::make_unique<NearestFromHere>(scene_, virtual_center);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 
 #include "render/fields/blending_field.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class LumigraphField : public BlendingField {
  public:
@@ -47,4 +47,4 @@ inline constexpr double kLumigraphZeroPenalty = 1e-6;  // takes all
 inline constexpr double kThresholdAboveTie = 1.001;    // over the k-th, where the next is as good
 inline constexpr double kThresholdAboveLargest = 1.1;  // with no next view
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 #include "core/base/at.h"
 #include "render/fields/ray_cone.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -141,4 +141,4 @@ std::unique_ptr<FieldFromHere> MeshField::From(const Vector3d& virtual_center) c
   return std::make_unique<MeshFieldFromHere>(mesh_, Place(virtual_center));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

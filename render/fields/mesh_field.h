@@ -20,7 +20,7 @@
 #include "render/fields/blending_field.h"
 #include "render/fields/loop_subdivision.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct FieldMesh {
   int level = 0;                                // of subdivision
@@ -65,4 +65,4 @@ class MeshField : public BlendingField {
 // V nearer to the mesh than this share of the local edge counts as standing on it.
 inline constexpr double kOnMeshShare = 1e-3;
 
-}  // namespace ulf
+}  // namespace ulf::render

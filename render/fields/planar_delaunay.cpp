@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace ulf {
+namespace ulf::render {
 
 std::vector<Triangle> PlanarDelaunay(const std::vector<Eigen::Vector2d>& points) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -23,4 +23,4 @@ std::vector<Triangle> PlanarDelaunay(const std::vector<Eigen::Vector2d>& points)
   return triangles;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,9 +6,9 @@
 
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Triangles are counter-clockwise (x right, y up) and cover the points' convex hull.
 std::vector<Triangle> PlanarDelaunay(const std::vector<Eigen::Vector2d>& points);
 
-}  // namespace ulf
+}  // namespace ulf::render

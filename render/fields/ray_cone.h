@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-namespace ulf {
+namespace ulf::render {
 
 // Of badly shaped triangles, too; zero for those that are seen edge-on.
 inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
@@ -37,4 +37,4 @@ inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d&
   return sizes.x() > 0 && (sides - limit * sizes).minCoeff() >= 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -5,7 +5,7 @@
 #include <CGAL/Projection_on_sphere_traits_3.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
-namespace ulf {
+namespace ulf::render {
 
 std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& directions) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -42,4 +42,4 @@ std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& dire
   return triangles;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

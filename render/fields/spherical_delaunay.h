@@ -8,11 +8,11 @@
 
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // `directions` are unit vectors, no two closer than 1e-6. Triangles are counter-clockwise as seen from
 // outside. Empty when the directions span no surface: fewer than four, or all in one plane (any circle: a
 // ring).
 std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& directions);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,7 +6,7 @@
 
 #include "core/base/at.h"
 
-namespace ulf {
+namespace ulf::render {
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles) {
   TriangleTopology topology;
   topology.edges_of_triangle.resize(triangles.size());
@@ -74,4 +74,4 @@ std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles
   return repeated;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

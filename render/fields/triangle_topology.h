@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 using Triangle = std::array<int, 3>;
 
@@ -33,4 +33,4 @@ TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& tri
 // vertex, the old one that it repeats; new vertices are numbered from `vertex_count` on.
 std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -13,7 +13,7 @@
 #include "render/fields/spherical_delaunay.h"
 #include "render/scene/subject_center.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -401,4 +401,4 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   return mesh;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -25,7 +25,7 @@
 #include "core/light_field/light_field.h"
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 enum class Span {
   kSurface,  // a mesh with an inside
@@ -84,4 +84,4 @@ inline constexpr int kMaxSmoothingRounds = 20;
 // The mesh is a surface when at least this share of its vertices is inside.
 inline constexpr double kMinInteriorShare = 0.1;
 
-}  // namespace ulf
+}  // namespace ulf::render

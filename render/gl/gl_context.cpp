@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 bool HasExtension(EGLDisplay display, const char* name) { return epoxy_has_egl_extension(display, name); }
@@ -101,4 +101,4 @@ GlContext::~GlContext() {
   if (context_) eglDestroyContext(display_, context_);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-namespace ulf {
+namespace ulf::render {
 
 enum class GlDoor {
   kOwn,      // a context of its own
@@ -41,4 +41,4 @@ class GlContext {
   std::string device_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

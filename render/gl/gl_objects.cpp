@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 unsigned CompileShader(unsigned type, const std::string& name, const std::string& source) {
@@ -232,4 +232,4 @@ void GlTarget::Release() {
   width_ = height_ = 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 // Of an array of textures: the driver's, and no more than a float tells beside another number of that size.
 int MostLayers();
@@ -123,4 +123,4 @@ class GlTarget {
   unsigned texture_ = 0, framebuffer_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

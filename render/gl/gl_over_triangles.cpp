@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "render/gl/gl_renderer_state.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -259,4 +259,4 @@ TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, c
   return batch;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer_state.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
@@ -291,4 +291,4 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
   glDisable(GL_DEPTH_TEST);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

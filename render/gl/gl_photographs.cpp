@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "render/gl/gl_objects.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr std::size_t kMostArrayBytes = 1000000000;  // an array of 1.26 GB has worked, one of 2.3 GB has not
@@ -349,4 +349,4 @@ void GlPhotographs::Release() {
   counts_.bytes = 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

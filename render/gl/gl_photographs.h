@@ -19,7 +19,7 @@
 #include "render/scene/photograph.h"
 #include "render/scene/photograph_loader.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class GlPhotographs {
  public:
@@ -119,4 +119,4 @@ class GlPhotographs {
   std::unique_ptr<PhotographLoader> loader_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

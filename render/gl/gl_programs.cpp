@@ -9,7 +9,7 @@
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_sights.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // One more than meet at a vertex weigh in a triangle that was subdivided once.
@@ -123,4 +123,4 @@ void GlPrograms::Release() {
   sheaves_.clear();
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class GlPrograms {
  public:
@@ -51,4 +51,4 @@ class GlPrograms {
   std::map<std::pair<int, bool>, GlProgram> sheaves_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_triangles.h"
 
-namespace ulf {
+namespace ulf::render {
 
 namespace {
 
@@ -115,4 +115,4 @@ void GlProxy::Release() {
   uploaded_.reset();
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class GlProxy {
  public:
@@ -39,4 +39,4 @@ class GlProxy {
   static const unsigned kDepthFormat;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 #include "render/gl/gl_renderer_state.h"
 #include "render/scene/reference_renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -267,4 +267,4 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   return picture;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -27,7 +27,7 @@
 #include "render/gl/gl_photographs.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // How what was drawn is shown on a screen.
 struct DisplayTransform {
@@ -69,4 +69,4 @@ class GlRenderer : public Renderer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -21,7 +21,7 @@
 #include "render/gl/gl_views.h"
 #include "render/scene/view_tiles.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct GlRenderer::State {
   std::shared_ptr<const RenderScene> plain;  // with its own proxy
@@ -116,4 +116,4 @@ struct GlRenderer::State {
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

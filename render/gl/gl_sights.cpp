@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "render/gl/gl_objects.h"
 
-namespace ulf {
+namespace ulf::render {
 
 void GlSights::Reset(const std::vector<SceneView>& views) {
   views_ = &views;
@@ -82,4 +82,4 @@ void GlSights::Release() {
   used_ = layers_ = 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Depth textures hold 0 to 1, while inverse depths are as large as the scene's unit makes them: the maps keep
 // them times this, a power of two, so that not a bit is lost.
@@ -34,4 +34,4 @@ class GlSights {
   unsigned texture_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -83,4 +83,4 @@ Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
   return made;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

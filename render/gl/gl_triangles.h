@@ -14,7 +14,7 @@
 #include "core/geometry/camera_model.h"
 #include "render/fields/triangle_topology.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Vec4 = std::array<float, 4>;
 
@@ -92,4 +92,4 @@ void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& c
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);
 
-}  // namespace ulf
+}  // namespace ulf::render

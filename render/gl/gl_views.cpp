@@ -5,7 +5,7 @@
 
 #include "core/base/at.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -145,4 +145,4 @@ void GlViews::SetGaps(int view) {
 
 void GlViews::Release() { views_.Release(); }
 
-}  // namespace ulf
+}  // namespace ulf::render

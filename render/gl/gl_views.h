@@ -13,7 +13,7 @@
 #include "render/gl/gl_triangles.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class GlViews {
  public:
@@ -60,4 +60,4 @@ class GlViews {
   GlTexelBuffer views_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

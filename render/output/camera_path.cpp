@@ -9,7 +9,7 @@
 #include "render/output/path_files.h"
 #include "render/scene/subject_center.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -253,4 +253,4 @@ CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
   return PathFromFile(request.path, request, scene);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

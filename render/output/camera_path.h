@@ -10,7 +10,7 @@
 #include "render/scene/renderer.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct CameraPath {
   std::vector<Rigid3> cam_from_world;
@@ -60,4 +60,4 @@ void RequireFrames(const CameraPath& path, int asked, const std::string& option)
 // Throws PathFromFile()'s errors.
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 
-}  // namespace ulf
+}  // namespace ulf::render

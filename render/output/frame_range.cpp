@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 int Number(std::string_view digits, const std::string& text, int least) {
@@ -41,4 +41,4 @@ FrameRange ParseFrames(const std::string& text) {
   return range;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

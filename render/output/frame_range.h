@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace ulf {
+namespace ulf::render {
 
 struct FrameRange {
   int count = 0;  // of the whole path, where the path does not say; 0: as is usual
@@ -18,4 +18,4 @@ struct FrameRange {
 // "A:B/N": both. Throws UsageError.
 FrameRange ParseFrames(const std::string& text);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -97,4 +97,4 @@ std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>&
   return poses;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct PathKeyframe {
   double time_s = 0;
@@ -50,4 +50,4 @@ class CubicSpline {
   Eigen::MatrixXd values_, second_;  // derivatives
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

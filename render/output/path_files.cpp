@@ -14,7 +14,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/output/keyframes.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -308,4 +308,4 @@ CameraPath PathFromFile(const fs::path& file, const PathRequest& request, const 
   return path;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

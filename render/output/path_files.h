@@ -11,11 +11,11 @@
 
 #include "render/output/camera_path.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Throws Error naming the file and the line, frame or key for whatever is missing, not finite, not a rotation
 // or not supported, and for a path without a pose.
 CameraPath PathFromFile(const std::filesystem::path& file, const PathRequest& request,
                         const RenderScene& scene);
 
-}  // namespace ulf
+}  // namespace ulf::render

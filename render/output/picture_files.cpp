@@ -15,7 +15,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -181,4 +181,4 @@ void PictureFiles::Write(int number, const Rendering& picture) {
   RemoveLeftovers(fs::absolute(path));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

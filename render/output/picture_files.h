@@ -13,7 +13,7 @@
 #include "core/image/exr_file.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 enum class PictureFormat {
   kPng,    // 8 bits, sRGB
@@ -57,4 +57,4 @@ class PictureFiles {
   bool overwrite_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "render/output/tiled_rendering.h"
 
-namespace ulf {
+namespace ulf::render {
 
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding) {
   constexpr std::uint64_t kRendered = 12 + 4 + 1, kDepth = 4;  // light, confidence, whether drawn
@@ -35,4 +35,4 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
         width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

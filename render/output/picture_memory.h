@@ -5,7 +5,7 @@
 
 #include "render/output/picture_files.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // What rendering and encoding a picture takes, about.
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding);
@@ -13,4 +13,4 @@ std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& enc
 // Throws Error that says how much is needed and how much there is.
 void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 void Place(const cv::Mat& tile, const cv::Rect& at, const cv::Size& size, cv::Mat& whole) {
@@ -88,4 +88,4 @@ Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rig
   return whole;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Width and height of a tile: what every OpenGL 4.5 can draw into fits easily.
 inline constexpr int kTilePx = 4096;
@@ -12,4 +12,4 @@ inline constexpr int kTilePx = 4096;
 Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world,
                         int tile_px = kTilePx);
 
-}  // namespace ulf
+}  // namespace ulf::render

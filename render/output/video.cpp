@@ -17,7 +17,7 @@
 #include "core/base/error.h"
 #include "render/output/picture_files.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -150,4 +150,4 @@ std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
   return std::make_unique<Pictures>(out);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

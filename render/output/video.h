@@ -5,7 +5,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
-namespace ulf {
+namespace ulf::render {
 
 class PictureSink {
  public:
@@ -20,4 +20,4 @@ class PictureSink {
 // frame_00000.png and so on. Throws Error or UsageError.
 std::unique_ptr<PictureSink> OpenPictureSink(const std::filesystem::path& out, double fps);
 
-}  // namespace ulf
+}  // namespace ulf::render

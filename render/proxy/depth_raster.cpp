@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -130,4 +130,4 @@ void FillHoles(cv::Mat& inverse_depth) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

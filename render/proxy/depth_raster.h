@@ -8,7 +8,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/proxy/triangle_mesh.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // CV_32F, 1 / (depth along the optical axis), which is linear in the image over a triangle; 0 where there is
 // none. `camera` is without distortion.
@@ -18,4 +18,4 @@ cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, co
 // each level is the mean of what is known of the finer one, and fills it where it knows nothing. In place.
 void FillHoles(cv::Mat& inverse_depth);
 
-}  // namespace ulf
+}  // namespace ulf::render

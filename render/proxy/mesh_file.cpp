@@ -12,7 +12,7 @@
 #include "core/base/lowercase.h"
 #include "render/proxy/polygon_soup.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 PolygonSoup PolygonsOf(const std::filesystem::path& file) {
@@ -108,4 +108,4 @@ void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh) {
   WriteFileAtomically(file, MeshPlyBytes(mesh));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 
 #include "render/proxy/triangle_mesh.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct MeshReading {
   TriangleMesh mesh;
@@ -32,4 +32,4 @@ std::string MeshPlyBytes(const TriangleMesh& mesh);
 // Whole or not at all.
 void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh);
 
-}  // namespace ulf
+}  // namespace ulf::render

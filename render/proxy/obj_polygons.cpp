@@ -3,7 +3,7 @@
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/polygon_soup.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // The next word of a line; empty at its end.
@@ -62,4 +62,4 @@ PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name) {
   return soup;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,7 +6,7 @@
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/polygon_soup.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 void ReadVertices(const ply::Element& element, ply::Body& body, PolygonSoup& soup) {
@@ -70,4 +70,4 @@ PolygonSoup PolygonsFromPly(const std::string& bytes, const std::string& name) {
   return soup;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

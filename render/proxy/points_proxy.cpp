@@ -8,7 +8,7 @@
 #include "render/proxy/visible_points.h"
 #include "render/scene/fingerprint.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& ca
   return last_;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 
 #include "render/proxy/proxy.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class PointsProxy : public Proxy {
  public:
@@ -34,4 +34,4 @@ class PointsProxy : public Proxy {
   mutable std::shared_ptr<const TriangleMesh> last_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector2d;
@@ -62,4 +62,4 @@ std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::V
   return triangles;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 struct PolygonSoup {
   std::vector<Eigen::Vector3f> vertices;
@@ -25,4 +25,4 @@ PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name);
 std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::Vector3f>& vertices,
                                                       std::vector<std::uint32_t> polygon);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 #include "render/scene/fingerprint.h"
 #include "render/scene/subject_center.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector3d;
 
@@ -97,4 +97,4 @@ PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
   return plane;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Points x of the camera frame with normal . x = offset; the normal points away from the camera, offset > 0.
 struct PlaneInCamera {
@@ -91,4 +91,4 @@ class MeshProxy : public Proxy {
   std::string name_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

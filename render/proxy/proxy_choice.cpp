@@ -12,7 +12,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/points_proxy.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 PlaneProxy::InWorld PlaneFromText(const std::string& text) {
@@ -82,4 +82,4 @@ std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::pa
   return proxies;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

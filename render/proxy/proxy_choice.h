@@ -13,7 +13,7 @@
 
 #include "render/proxy/proxy.h"
 
-namespace ulf {
+namespace ulf::render {
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
@@ -29,4 +29,4 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject);
 
-}  // namespace ulf
+}  // namespace ulf::render

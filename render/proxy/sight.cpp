@@ -6,7 +6,7 @@
 
 #include "render/proxy/depth_raster.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // Of the changes to both sides the larger, as long as both are a surface's, which may be rough; at its edge,
@@ -86,4 +86,4 @@ Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, co
   return sight;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -17,7 +17,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/proxy/triangle_mesh.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct Sight {
   CameraModel camera;           // without distortion, and wide enough for the view's own
@@ -55,4 +55,4 @@ class LazySight {
   mutable std::optional<Sight> sight_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

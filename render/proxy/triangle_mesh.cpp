@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-namespace ulf {
+namespace ulf::render {
 
 std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> sums(mesh.vertices.size(), Eigen::Vector3d::Zero());
@@ -19,4 +19,4 @@ std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh) {
   return normals;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

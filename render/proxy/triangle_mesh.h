@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;
@@ -17,4 +17,4 @@ struct TriangleMesh {
 // Unit normals at the vertices, each the mean of its triangles' normals by area; zero where there is none.
 std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh);
 
-}  // namespace ulf
+}  // namespace ulf::render

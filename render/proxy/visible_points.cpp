@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector3d;
 
@@ -44,4 +44,4 @@ std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, doub
   return visible;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,10 +8,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 // Indices of the points, in the camera's frame, that a camera with so many square radians of view sees from
 // the origin; none of them lies there.
 std::vector<std::size_t> VisiblePoints(const std::vector<Eigen::Vector3d>& in_cam, double view_sr);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 std::string NameOf(const FieldOptions& field) {
@@ -187,4 +187,4 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
   return choice;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

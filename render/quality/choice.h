@@ -15,7 +15,7 @@
 #include "render/scene/renderer.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ScoredChoice {
   FieldOptions field;
@@ -56,4 +56,4 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "render/scene/reference_renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // Views whose vertex lies on the rim, or that have none.
@@ -151,4 +151,4 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   return summary;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

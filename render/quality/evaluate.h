@@ -14,7 +14,7 @@
 #include "render/quality/quality.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct EvaluateOptions {
   int every = 8;
@@ -74,4 +74,4 @@ UndistortedPhotograph Undistort(const SceneView& view);
 // CV_8U, 255 where the ray of a pixel meets the subject's sphere.
 cv::Mat SubjectDisc(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -7,7 +7,7 @@
 #include "render/quality/evaluate.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // Display values of the common exposure, by a view's own.
@@ -75,4 +75,4 @@ int NearestViewRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_
   return nearest;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

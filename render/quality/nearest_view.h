@@ -10,7 +10,7 @@
 #include "core/base/progress.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class NearestViewRenderer {
  public:
@@ -34,4 +34,4 @@ class NearestViewRenderer {
   std::vector<Flat> views_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr int kWindow = 11;
@@ -55,4 +55,4 @@ Quality CompareImages(const cv::Mat& rendered, const cv::Mat& photograph, const 
   return quality;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

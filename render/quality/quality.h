@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace ulf {
+namespace ulf::render {
 
 struct Quality {
   double psnr_db = 0;  // over all three channels; 100 where nothing differs
@@ -15,4 +15,4 @@ struct Quality {
 // window does not fit; zero pixels to compare give zeroes.
 Quality CompareImages(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& mask);
 
-}  // namespace ulf
+}  // namespace ulf::render

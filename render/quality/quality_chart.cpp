@@ -4,7 +4,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 std::string NameOf(const FieldScore& score) {
@@ -54,4 +54,4 @@ Chart QualityChart(const EvaluateSummary& summary, const std::string& light_fiel
       std::move(points));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

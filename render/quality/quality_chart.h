@@ -7,7 +7,7 @@
 #include "core/plot/chart.h"
 #include "render/quality/evaluate.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // `series` says what has a colour, `name` what stands beside the point.
 ChartRow QualityRow(const std::string& series, const std::string& name, double ms, double psnr_db);
@@ -16,4 +16,4 @@ Chart QualityChart(const std::string& title, const std::string& about, std::vect
 // Each proxy a colour, each field a point.
 Chart QualityChart(const EvaluateSummary& summary, const std::string& light_field);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 class TemporalError {
  public:
@@ -41,4 +41,4 @@ class TemporalError {
 // Display levels, 0 to 255, in float: CV_32FC3.
 cv::Mat DisplayLevels(const cv::Mat& linear);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 #include "render/quality/evaluate.h"
 #include "render/quality/temporal_error.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // True pictures are kept in 16 bits of display levels: each is compared with many renderings.
@@ -160,4 +160,4 @@ void DrawTemporalChart(const TemporalSummary& summary, const std::string& path) 
   DrawChart(path, 1100, 620, script + "plot " + lines + "\n");
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 #include "render/quality/truth.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct TemporalOptions {
   CameraPath path;  // with a camera for each pose, all of one size
@@ -50,4 +50,4 @@ cv::Mat StripPicture(const TemporalSummary& summary);
 // Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf).
 void DrawTemporalChart(const TemporalSummary& summary, const std::string& path);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include "core/image/exr_file.h"
 #include "core/image/image.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,4 +43,4 @@ std::unique_ptr<TruthSource> TruthFromFolder(const std::string& folder) {
   return std::make_unique<PicturesOfTruth>(folder);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

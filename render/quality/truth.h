@@ -10,7 +10,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class TruthSource {
  public:
@@ -25,4 +25,4 @@ class TruthSource {
 // A folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear), as `ulf render -o FOLDER` numbers them.
 std::unique_ptr<TruthSource> TruthFromFolder(const std::string& folder);
 
-}  // namespace ulf
+}  // namespace ulf::render

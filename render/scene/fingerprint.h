@@ -12,7 +12,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/pyramid_file.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class Fingerprint {
  public:
@@ -41,4 +41,4 @@ class Fingerprint {
   std::uint64_t hash_ = 0xcbf29ce484222325;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

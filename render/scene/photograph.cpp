@@ -8,7 +8,7 @@
 #include "core/image/exr_file.h"
 #include "core/image/image.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 cv::Size HalfOf(const cv::Size& size) { return {std::max(1, size.width / 2), std::max(1, size.height / 2)}; }
@@ -95,4 +95,4 @@ std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> ph
   return std::make_shared<CoarserPhotograph>(std::move(photograph), first);
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

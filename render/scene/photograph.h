@@ -12,7 +12,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 // All levels, the finest first.
 using ViewPyramid = std::vector<cv::Mat>;
@@ -48,4 +48,4 @@ std::shared_ptr<const Photograph> HoldPhotograph(ViewPyramid pyramid);
 // Without its first levels.
 std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 std::size_t MemoryOf(const cv::Mat& pixels) { return pixels.total() * pixels.elemSize(); }
@@ -103,4 +103,4 @@ void PhotographLoader::Run() {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

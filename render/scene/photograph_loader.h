@@ -15,7 +15,7 @@
 
 #include "render/scene/photograph.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class PhotographLoader {
  public:
@@ -62,4 +62,4 @@ class PhotographLoader {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -23,7 +23,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/scene/pyramid_file.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -283,4 +283,4 @@ PhotographStore::Counts PhotographStore::counts() const {
   return state_->counts;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

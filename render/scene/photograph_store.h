@@ -16,7 +16,7 @@
 #include "core/light_field/light_field.h"
 #include "render/scene/photograph.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct PhotographStoreOptions {
   bool linear = false;            // Photograph::linear()
@@ -51,4 +51,4 @@ class PhotographStore {
 // Where they are, under the light field's root.
 inline constexpr char kPyramidFolder[] = "cache/pyramids";
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 
 #include "core/base/atomic_file.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'u', 'l', 'f', 'p', 'y', 'r', '0', '1'};
@@ -151,4 +151,4 @@ std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, st
   return StoredLevel{pixels, head.gap_px};
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

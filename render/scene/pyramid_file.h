@@ -14,7 +14,7 @@
 
 #include "render/scene/photograph.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Not cryptographic; some GB/s.
 std::uint64_t Checksum(std::string_view bytes, std::uint64_t seed = 0);
@@ -32,4 +32,4 @@ struct StoredLevel {
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -12,7 +12,7 @@
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector2d;
@@ -338,4 +338,4 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
   return picture;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

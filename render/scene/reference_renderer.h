@@ -5,7 +5,7 @@
 #include "render/fields/aperture_field.h"
 #include "render/scene/renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class ReferenceRenderer : public Renderer {
  public:
@@ -38,4 +38,4 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFro
 // light at all. `img` in pixels of the view's camera, whatever the level.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
-}  // namespace ulf
+}  // namespace ulf::render

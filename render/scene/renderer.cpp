@@ -4,7 +4,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/scene/reference_renderer.h"
 
-namespace ulf {
+namespace ulf::render {
 
 std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
                                        const RenderOptions& options) {
@@ -30,4 +30,4 @@ void RequireUndistorted(const CameraModel& camera) {
     throw Error("the virtual camera has lens distortion; render with CameraModel::WithoutDistortion()");
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

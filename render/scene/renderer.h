@@ -27,7 +27,7 @@
 #include "render/proxy/proxy.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 enum class RendererKind { kGl, kReference };
 
@@ -109,4 +109,4 @@ Filling FillingOf(const RenderOptions& options);
 
 void RequireUndistorted(const CameraModel& camera);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // Exposure times gain (over f-number squared), the median view's being 1. Where no view tells its exposure
@@ -192,4 +192,4 @@ cv::Vec3f ViewColor(int index) {
   return {channel(1), channel(3), channel(5)};
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -16,7 +16,7 @@
 #include "render/scene/photograph.h"
 #include "render/scene/photograph_store.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct Seen {
   Eigen::Vector2d img;  // in the view's image
@@ -98,4 +98,4 @@ int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vec
 // A colour for each view, as linear B G R: what the blending field looks like.
 cv::Vec3f ViewColor(int index);
 
-}  // namespace ulf
+}  // namespace ulf::render

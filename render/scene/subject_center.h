@@ -6,10 +6,10 @@
 
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::render {
 
 inline bool IsAtCenter(const Subject& subject, const Eigen::Vector3d& point_in_world) {
   return !((point_in_world - subject.center_in_world).norm() > 1e-9 * std::max(1.0, subject.radius));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

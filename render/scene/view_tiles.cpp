@@ -7,7 +7,7 @@
 
 #include "core/base/at.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -215,4 +215,4 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
   return tiles;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -15,7 +15,7 @@
 #include "render/proxy/triangle_mesh.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ViewTiles {
   struct Tile {
@@ -54,4 +54,4 @@ class ViewTiler {
   Eigen::AlignedBox3f box_;                         // of the triangles
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -122,4 +122,4 @@ std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
   return points;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 
 #include "render/stereo/plane_sweep.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ViewDepth {
   StereoView view;
@@ -38,4 +38,4 @@ void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector
 std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
                                    const std::vector<std::vector<int>>& others, const FusionOptions& options);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr int kFewestPlanes = 16;
@@ -75,4 +75,4 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
                           1 / std::max(1 / farthest, least - margin));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

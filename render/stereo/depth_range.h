@@ -5,7 +5,7 @@
 
 #include "render/stereo/plane_sweep.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // The sweep's range for a view, from one at half the size over everything from a fifth of the subject's
 // distance to the horizon; planes so close that the neighbour that moves the most moves about a pixel from
@@ -22,4 +22,4 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
 double DepthOfAPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      double distance);
 
-}  // namespace ulf
+}  // namespace ulf::render

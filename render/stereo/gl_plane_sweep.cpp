@@ -8,7 +8,7 @@
 #include "render/gl/embedded_shaders.h"
 #include "render/stereo/plane_carrier.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // Grey images as layers of one texture, each from its upper left corner.
@@ -127,4 +127,4 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   return volume;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include "render/gl/gl_objects.h"
 #include "render/stereo/plane_sweep.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class GlPlaneSweep {
  public:
@@ -37,4 +37,4 @@ class GlPlaneSweep {
   static const unsigned kCostsFormat;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,7 +6,7 @@
 
 #include "render/stereo/stereo_view.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct PlaneCarrier {
   Eigen::Matrix3f at_infinity;
@@ -15,4 +15,4 @@ struct PlaneCarrier {
 
 PlaneCarrier MakePlaneCarrier(const StereoView& view, const StereoView& neighbour);
 
-}  // namespace ulf
+}  // namespace ulf::render

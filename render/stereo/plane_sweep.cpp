@@ -8,7 +8,7 @@
 
 #include "render/stereo/plane_carrier.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3f;
@@ -283,4 +283,4 @@ DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, cons
   return map;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -14,7 +14,7 @@
 #include "render/stereo/semi_global.h"
 #include "render/stereo/stereo_view.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct InverseDepthRange {
   double least = 0, most = 0;  // 1 over depth along the optical axis
@@ -50,4 +50,4 @@ DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, cons
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options = {});
 
-}  // namespace ulf
+}  // namespace ulf::render

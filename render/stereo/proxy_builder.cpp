@@ -16,7 +16,7 @@
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 class Stopwatch {
@@ -192,4 +192,4 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

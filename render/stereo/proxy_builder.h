@@ -14,7 +14,7 @@
 #include "render/proxy/triangle_mesh.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // Where pictures are compared.
 enum class SweepDevice { kAuto, kGl, kProcessor };  // auto: OpenGL where a GPU draws, not software
@@ -49,4 +49,4 @@ struct ProxyMesh {
 // agree; SweepDevice::kGl without any OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 // The least cost of reaching each label along one direction, for the pixels of one row; a label more on
@@ -133,4 +133,4 @@ cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const S
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

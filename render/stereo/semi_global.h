@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 // Costs of `labels` labels at each pixel, a pixel's labels side by side.
 class CostVolume {
@@ -43,4 +43,4 @@ struct SemiGlobalOptions {
 // whole labels, because steps from one label to the next cost. `grey`: CV_32F.
 cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::render {
 
 namespace {
 
@@ -79,4 +79,4 @@ StereoView MakeStereoView(const SceneView& view, int size_px) {
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

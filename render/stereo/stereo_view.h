@@ -9,7 +9,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct StereoView {
   CameraModel camera;  // without distortion
@@ -27,4 +27,4 @@ struct StereoView {
 // The longer side has `size_px` pixels, or what the photograph has where that is less.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -10,7 +10,7 @@
 
 #include "render/stereo/tetrahedra.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -307,4 +307,4 @@ ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
   return surface;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

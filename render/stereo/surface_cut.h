@@ -11,7 +11,7 @@
 #include "render/proxy/triangle_mesh.h"
 #include "render/stereo/depth_fusion.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct SurfaceOptions {
   int sight_lines = 6;      // of a point, at most
@@ -32,4 +32,4 @@ ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
                                 const std::vector<Eigen::Vector3d>& centers_in_world,
                                 const SurfaceOptions& options = {});
 
-}  // namespace ulf
+}  // namespace ulf::render

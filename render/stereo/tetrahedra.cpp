@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -75,4 +75,4 @@ Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points,
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

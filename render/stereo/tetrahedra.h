@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace ulf {
+namespace ulf::render {
 
 // Corners run so that the determinant of (corner 1, 2, 3) - corner 0 is positive. Neighbour k lies across
 // from corner k. An outer cell has the face on the hull's and no fourth corner: kAtInfinity.
@@ -24,4 +24,4 @@ struct Tetrahedra {
 // in one plane, give no cells.
 Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points, std::vector<std::uint32_t>* number);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -114,4 +114,4 @@ std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject
   return chosen;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,7 +6,7 @@
 #include "core/light_field/light_field.h"
 #include "render/stereo/stereo_view.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct NeighbourOptions {
   int count = 8;
@@ -23,4 +23,4 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
 // Up to `count` views, spread as evenly as they can be; all when there are no more. In ascending order.
 std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject& subject, int count);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 #include "core/base/at.h"
 #include "core/image/image.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Matrix3d;
@@ -111,4 +111,4 @@ Overlay MeshView(const MeshField& coarse, const MeshField* fine, const RenderSce
   return drawing.Take();
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,11 +8,11 @@
 #include "render/display/shapes.h"
 #include "render/fields/mesh_field.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // `coarse` is the mesh as triangulated; the edges of `fine`, where there is one, are thin. The strips past
 // the hull are faint; viewpoints have the colours of the blending field's picture.
 Overlay MeshView(const MeshField& coarse, const MeshField* fine, const RenderScene& scene,
                  const CameraModel& camera, const Rigid3& cam_from_world);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr double kTargetMs = 1000 / kMovingFps;
@@ -28,4 +28,4 @@ void MovingSize::Took(double ms, const cv::Size& drawn, const cv::Size& screen) 
   full_ms_ = full_ms;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

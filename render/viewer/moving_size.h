@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 
-namespace ulf {
+namespace ulf::render {
 
 inline constexpr double kMovingFps = 30;
 
@@ -23,4 +23,4 @@ class MovingSize {
   double full_ms_ = 0;  // what the last frame would have taken at full size
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

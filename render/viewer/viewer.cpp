@@ -11,7 +11,7 @@
 #include "render/viewer/viewer_files.h"
 #include "render/viewer/viewer_words.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr std::size_t kFramesRemembered = 1000;
@@ -267,4 +267,4 @@ void Viewer::SaveKeyframe() {
   Say(fmt::format("keyframe {}: ulf render --path {}", count, file.string()));
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

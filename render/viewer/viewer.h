@@ -17,7 +17,7 @@
 #include "render/viewer/viewer_state.h"
 #include "render/viewer/where_am_i.h"
 
-namespace ulf {
+namespace ulf::render {
 
 // A proxy that is made when it is first wanted.
 struct OfferedProxy {
@@ -95,4 +95,4 @@ class Viewer {
   std::vector<double> frame_ms_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -6,7 +6,7 @@
 
 #include "render/output/camera_path.h"
 
-namespace ulf {
+namespace ulf::render {
 
 using Eigen::Vector3d;
 
@@ -96,4 +96,4 @@ ViewerCamera AtNearestView(ViewerCamera camera, const RenderScene& scene) {
   return camera;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ViewerCamera {
   Eigen::Vector3d eye_in_world = Eigen::Vector3d::UnitZ();
@@ -44,4 +44,4 @@ ViewerCamera AtNearestView(ViewerCamera camera, const RenderScene& scene);
 inline constexpr double kLeastPolarRad = 2 * 3.14159265358979323846 / 180;
 inline constexpr double kLeastZoom = 0.1, kMostZoom = 30;
 
-}  // namespace ulf
+}  // namespace ulf::render

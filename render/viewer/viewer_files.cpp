@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using nlohmann::json;
@@ -76,4 +76,4 @@ std::filesystem::path SaveNumbered(const std::filesystem::path& folder, const cv
   return file;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

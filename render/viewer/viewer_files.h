@@ -10,7 +10,7 @@
 #include "render/fields/aperture.h"
 #include "render/viewer/viewer_camera.h"
 
-namespace ulf {
+namespace ulf::render {
 
 inline constexpr char kKeyframeFile[] = "ulf_keyframes.json";
 inline constexpr double kKeyframeSeconds = 2;  // from one to the next
@@ -26,4 +26,4 @@ std::filesystem::path SaveNumbered(const std::filesystem::path& folder, const cv
 // As its ending says: .png, .jpg.
 void SavePicture(const std::filesystem::path& file, const cv::Mat& srgb8);
 
-}  // namespace ulf
+}  // namespace ulf::render

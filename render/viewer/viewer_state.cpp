@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
@@ -206,4 +206,4 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

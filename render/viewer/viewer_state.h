@@ -13,7 +13,7 @@
 #include "render/fields/blending_field.h"
 #include "render/viewer/viewer_camera.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ViewerState {
   ViewerCamera camera;
@@ -107,4 +107,4 @@ inline constexpr FieldKind kViewerFields[] = {FieldKind::kSubdivision, FieldKind
                                               FieldKind::kLumigraph, FieldKind::kLumigraphPerPixel,
                                               FieldKind::kNearest};
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -4,7 +4,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 std::string FieldWords(const FieldOptions& field) {
@@ -43,4 +43,4 @@ std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures
   return items;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -8,7 +8,7 @@
 #include "render/display/plain_panels.h"
 #include "render/viewer/viewer_state.h"
 
-namespace ulf {
+namespace ulf::render {
 
 struct ViewerFigures {
   std::size_t views = 0;
@@ -24,4 +24,4 @@ struct ViewerFigures {
 
 std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures);
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -9,7 +9,7 @@
 #include "render/scene/subject_center.h"
 #include "render/viewer/viewer_camera.h"
 
-namespace ulf {
+namespace ulf::render {
 namespace {
 
 using Eigen::Vector2d;
@@ -148,4 +148,4 @@ std::string WhereAmI::Warning(const Vector3d& eye) const {
   return warning;
 }
 
-}  // namespace ulf
+}  // namespace ulf::render

@@ -11,7 +11,7 @@
 #include "render/display/shapes.h"
 #include "render/scene/scene.h"
 
-namespace ulf {
+namespace ulf::render {
 
 class WhereAmI {
  public:
@@ -42,4 +42,4 @@ class WhereAmI {
   double nearest_ = 0, farthest_ = 0;        // distances of the views
 };
 
-}  // namespace ulf
+}  // namespace ulf::render

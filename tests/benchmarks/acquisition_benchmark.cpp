@@ -26,6 +26,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 
 namespace ulf {

@@ -10,6 +10,7 @@
 
 #include "coverage/bound/coverage_map.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

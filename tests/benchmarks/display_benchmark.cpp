@@ -15,6 +15,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tracking/sources/pose_source.h"
 

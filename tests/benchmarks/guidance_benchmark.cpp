@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "tests/support/floors.h"
 #include "tests/support/imagined_capture.h"
 
 namespace ulf {

@@ -13,6 +13,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/scene/pyramid_file.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

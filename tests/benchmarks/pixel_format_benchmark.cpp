@@ -10,6 +10,7 @@
 #include "core/image/pixel_format.h"
 #include "core/image/unpack.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

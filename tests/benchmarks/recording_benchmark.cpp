@@ -29,6 +29,7 @@
 #include "coverage/session/record/view_spool.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 #include "tracking/tracker/tracker.h"
 

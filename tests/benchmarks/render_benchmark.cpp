@@ -28,6 +28,7 @@
 #include "tests/benchmarks/figures.h"
 #include "tests/render/scenes/cap_scene.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

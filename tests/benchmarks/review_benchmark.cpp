@@ -11,6 +11,7 @@
 #include "coverage/operator/marker_mouse.h"
 #include "render/quality/nearest_view.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 #include "tracking/sources/marker_locator.h"
 
 namespace ulf {

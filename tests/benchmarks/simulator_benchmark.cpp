@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

@@ -5,6 +5,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "tests/benchmarks/figures.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/bundle_adjustment.h"

@@ -12,6 +12,7 @@
 #include "render/viewer/viewer.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

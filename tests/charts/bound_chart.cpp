@@ -11,6 +11,7 @@
 #include "coverage/bound/criterion.h"
 #include "tests/charts/makers.h"
 #include "tests/support/bound_oracle.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -5,6 +5,7 @@
 #include "core/base/thread_clock.h"
 #include "core/geometry/similarity3.h"
 #include "tests/charts/makers.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_adjustment.h"
 

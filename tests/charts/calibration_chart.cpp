@@ -6,6 +6,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/charts/makers.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/plot/chart_layout.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "tests/charts/makers.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

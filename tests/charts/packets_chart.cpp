@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "tests/charts/makers.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 
 namespace ulf::test {

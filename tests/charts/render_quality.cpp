@@ -28,6 +28,7 @@
 #include "render/quality/evaluate.h"
 #include "render/quality/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
+#include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 

@@ -6,6 +6,7 @@
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

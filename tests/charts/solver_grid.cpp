@@ -8,6 +8,7 @@
 
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/sampling.h"
 

@@ -7,6 +7,7 @@
 #include <opengv/relative_pose/CentralRelativeAdapter.hpp>
 #include <opengv/relative_pose/methods.hpp>
 
+#include "tests/support/floors.h"
 #include "tracking/estimation/relative_pose.h"
 
 namespace ulf::test {

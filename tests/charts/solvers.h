@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/geometry/rigid3.h"
+#include "tests/support/floors.h"
 #include "tracking/estimation/opengv_bridge.h"
 
 namespace ulf::test {

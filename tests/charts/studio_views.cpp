@@ -12,6 +12,7 @@
 #include "render/quality/evaluate.h"
 #include "render/quality/temporal_error.h"
 #include "render/scene/photograph.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

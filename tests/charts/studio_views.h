@@ -8,6 +8,7 @@
 
 #include "render/scene/renderer.h"
 #include "render/scene/scene.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

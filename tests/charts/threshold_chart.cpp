@@ -2,6 +2,7 @@
 #include "render/proxy/points_proxy.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -16,6 +16,7 @@
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/floors.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

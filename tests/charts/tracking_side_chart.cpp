@@ -3,6 +3,7 @@
 
 #include "tests/charts/makers.h"
 #include "tests/charts/tracking_runs.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

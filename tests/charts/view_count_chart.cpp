@@ -8,6 +8,7 @@
 #include "tests/charts/studio_views.h"
 #include "tests/render/scenes/cap_scene.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -17,6 +17,7 @@
 #include "tests/charts/studio_views.h"
 #include "tests/charts/tracking_runs.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/refine/refine_views.h"
 
 namespace ulf::test {

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "core/base/atomic_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/support/test_paths.h"
@@ -286,6 +287,30 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_TRUE(std::filesystem::exists(saved_map));
   EXPECT_GT(observations("lf"), at_first) << "without the map's memory, too";
   EXPECT_GE(points(), points_before) << "points that no recorded view shows are kept, too";
+}
+
+TEST(RepairCommand, HasNothingToDoAfterACaptureThatWasTracked) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "lf").string();
+  JsonOf(RunUlf("capture 'sim:studio?row_deg=6&width=320&height=240' -o " + dir +
+                " --headless --deterministic --quality fast --frames 80 --json"));
+  ASSERT_GT(StatisticsOf(ReadLightField(dir).points).tracked, 100u);
+  EXPECT_THAT(RunUlf("repair " + dir).output, HasSubstr("nothing to repair"));
+}
+
+// A set by another program was never captured: there is nothing to count.
+TEST(InfoCommand, CountsNoSessionOfASetByAnotherProgram) {
+  const ScratchFolder scratch;
+  const std::string first = (scratch / "first").string();
+  JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
+                " --headless --quality fast --frames 30 --json"));
+  auto document = nlohmann::json::parse(ReadWholeFile(scratch / "first/transforms.json"));
+  document.erase("ulf");
+  std::filesystem::remove(scratch / "first/journal.jsonl");
+  std::ofstream(scratch / "first/transforms.json") << document.dump();
+  const CommandResult info = RunUlf("info " + first);
+  EXPECT_EQ(info.exit_code, 0) << info.errors;
+  EXPECT_THAT(info.output, testing::Not(HasSubstr("not counted")));
 }
 
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {

@@ -15,6 +15,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/image/image.h"
 #include "core/light_field/view_numbers.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

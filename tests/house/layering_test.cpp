@@ -161,6 +161,32 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
   return found;
 }
 
+// A folder's names stand in a namespace of the folder's name, what all share (`core/`) in `ulf` itself.
+std::vector<std::string> NamespaceFaults(const fs::path& root) {
+  static const std::regex opens(R"(^namespace (ulf[a-z_:]*) \{$)");
+  static const std::regex declares(R"(^((class|struct|enum class) [^{}]*;.*|//.*|\}.*)?$)");
+  std::vector<std::string> found;
+  for (const std::string& path : FilesUnder(root)) {
+    const std::size_t slash = path.find('/');
+    if (!IsSource(path) || slash == std::string::npos || path.starts_with("tests/")) continue;
+    const std::string folder = path.substr(0, slash);
+    const std::string own = folder == "core" ? "ulf" : "ulf::" + folder;
+    std::ifstream file(root / path);
+    std::smatch match;
+    bool elsewhere = false;  // where only types may be declared
+    for (std::string line; std::getline(file, line);) {
+      if (std::regex_match(line, match, opens))
+        elsewhere = match[1] != own && match[1] != own + "::ply";
+      else if (elsewhere && !std::regex_match(line, declares)) {
+        found.push_back(path + " defines something outside " + own);
+        break;
+      }
+      if (line.starts_with('}')) elsewhere = false;
+    }
+  }
+  return found;
+}
+
 std::vector<std::string> CrowdedFolders(const fs::path& root) {
   std::map<std::string, std::set<std::string>> units;
   for (const std::string& path : FilesUnder(root))
@@ -229,6 +255,8 @@ void Plant(const fs::path& root, const std::string& path, const std::string& tex
 TEST(Layering, NoIncludeClimbsAFloorAndLibrariesStayInTheirRooms) {
   EXPECT_THAT(IncludeFaults(Checkout(), OurHouse()), IsEmpty());
 }
+
+TEST(Layering, EveryFloorHasItsNamespace) { EXPECT_THAT(NamespaceFaults(Checkout()), IsEmpty()); }
 
 TEST(Layering, NoFolderIsCrowded) { EXPECT_THAT(CrowdedFolders(Checkout()), IsEmpty()); }
 
@@ -336,6 +364,27 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
     const ScratchFolder other;
     Plant(other.path(), c.room, "#include <" + c.header + ">\n");
     EXPECT_THAT(IncludeFaults(other.path(), house), IsEmpty()) << c.header;
+  }
+}
+
+TEST(Layering, FindsAForeignNamespace) {
+  struct Case {
+    std::string path, text;
+    bool wrong;
+  };
+  for (const Case& c : {
+           Case{"render/a.h", "namespace ulf::render {\nint A();\n}  // namespace ulf::render\n", false},
+           Case{"render/a.h", "namespace ulf {\nint A();\n}  // namespace ulf\n", true},
+           Case{"render/a.h", "namespace ulf {\nstruct FlatField;\n}  // namespace ulf\n", false},
+           Case{"render/a.h",
+                "namespace ulf::tracking {\nclass Map;\n}\nnamespace ulf::render {\nint A();\n}\n", false},
+           Case{"render/a.h", "namespace ulf::tracking {\nvoid Track() {\n}\n}\n", true},
+           Case{"core/base/a.h", "namespace ulf {\nint A();\n}\n", false},
+           Case{"core/base/a.h", "namespace ulf::core {\nint A();\n}\n", true},
+       }) {
+    const ScratchFolder scratch;
+    Plant(scratch.path(), c.path, c.text);
+    EXPECT_EQ(!NamespaceFaults(scratch.path()).empty(), c.wrong) << c.text;
   }
 }
 

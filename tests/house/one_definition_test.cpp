@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

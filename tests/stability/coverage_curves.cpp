@@ -10,6 +10,7 @@
 #include "coverage/bound/sphere_outline.h"
 #include "tests/stability/curve.h"
 #include "tests/support/bound_oracle.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

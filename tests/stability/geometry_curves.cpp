@@ -7,6 +7,7 @@
 
 #include "core/geometry/similarity3.h"
 #include "tests/stability/curve.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/estimation/bundle_uncertainty.h"

@@ -2,6 +2,7 @@
 // that have several answers.
 #include <gtest/gtest.h>
 
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/opengv_bridge.h"
 

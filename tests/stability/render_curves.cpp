@@ -18,6 +18,7 @@
 #include "render/stereo/view_selection.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/stability/curve.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

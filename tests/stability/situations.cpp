@@ -1,4 +1,5 @@
 #include "tests/stability/situations.h"
+#include "tests/support/floors.h"
 
 #include <algorithm>
 #include <limits>

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 

@@ -15,6 +15,7 @@
 
 #include "core/base/error.h"
 #include "tests/stability/curve.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -11,6 +11,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "tests/stability/situations.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/stability/situations.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

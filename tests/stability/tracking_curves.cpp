@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "tests/stability/curve.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tests/tracking/scenes/tiled_wall.h"
 #include "tracking/tracker/tracker.h"

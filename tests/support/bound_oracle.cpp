@@ -1,4 +1,5 @@
 #include "tests/support/bound_oracle.h"
+#include "tests/support/floors.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "coverage/bound/criterion.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -15,6 +15,7 @@
 
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

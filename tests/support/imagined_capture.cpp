@@ -7,6 +7,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/bound/sphere_outline.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "coverage/bound/coverage_map.h"
 #include "coverage/simulated_operator/simulated_operator.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -1,4 +1,5 @@
 #include "tests/support/planar_device.h"
+#include "tests/support/floors.h"
 
 #include <Eigen/LU>
 #include <opencv2/core/eigen.hpp>

@@ -8,6 +8,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/geometry/rigid3.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/floors.h"
+
 namespace ulf::test::ptp {
 
 // Packet types of PTP/IP.

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
 
 namespace ulf::test {

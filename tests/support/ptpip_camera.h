@@ -17,6 +17,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/floors.h"
+
 namespace ulf::test {
 
 // Property codes of PTP that the camera has.

@@ -5,6 +5,7 @@
 
 #include "acquisition/device/frame_queue.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

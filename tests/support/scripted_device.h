@@ -8,6 +8,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/reconnecting_device.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "coverage/session/preflight.h"
+#include "tests/support/floors.h"
 #include "tracking/tracker/track_words.h"
 
 namespace ulf::test {

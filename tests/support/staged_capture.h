@@ -7,6 +7,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/session/capture_state.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

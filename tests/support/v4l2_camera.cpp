@@ -1,4 +1,5 @@
 #include "tests/support/v4l2_camera.h"
+#include "tests/support/floors.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>

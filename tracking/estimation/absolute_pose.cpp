@@ -11,7 +11,7 @@
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -323,4 +323,4 @@ std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
   return PoseSearch(camera, observations, options).Run();
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

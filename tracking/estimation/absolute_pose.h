@@ -14,7 +14,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct PointObservation {
   Eigen::Vector3d point_in_world = Eigen::Vector3d::Zero();
@@ -67,4 +67,4 @@ std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
 // exp(twist) applied on the left: rotation then translation of the camera frame.
 Rigid3 Perturbed(const Rigid3& cam_from_world, const Eigen::Matrix<double, 6, 1>& twist);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

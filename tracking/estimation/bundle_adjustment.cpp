@@ -10,7 +10,7 @@
 #include "core/base/silent_solver.h"
 #include "tracking/estimation/residuals.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -265,4 +265,4 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   return summary;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

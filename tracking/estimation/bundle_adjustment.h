@@ -24,7 +24,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/free_intrinsics.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct BundleObservation {
   int camera = 0;  // indices into the problem
@@ -94,4 +94,4 @@ double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& p
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
                           const BundleObservation& seen);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -11,7 +11,7 @@
 
 // Column by column and with lazy products: Eigen's blocked ones of large matrices expect memory that is
 // aligned for AVX, which EIGEN_MAX_ALIGN_BYTES (cmake/house.cmake, for the libraries' sake) does not promise.
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -204,4 +204,4 @@ std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const B
   return sigmas;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -12,10 +12,10 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/bundle_adjustment.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // One standard deviation of every camera's centre, world units: 0 of a fixed one, infinite of all where
 // something can move that no observation holds, not a number of a camera without observations.
 std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -10,7 +10,7 @@
 #include "tracking/estimation/lens_evidence.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr double kTelling = 0.015;        // share of the focal length that is worth saying
@@ -94,4 +94,4 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   return CheckCalibration(given, problem);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -13,7 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/bundle_adjustment.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct CalibrationCheck {
   double given_focal_px = 0;
@@ -44,4 +44,4 @@ class Map;
 // Of the map's living keyframes and points.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

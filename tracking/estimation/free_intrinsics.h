@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct FreeIntrinsics {
   bool focal = false;
@@ -14,4 +14,4 @@ struct FreeIntrinsics {
   bool operator==(const FreeIntrinsics&) const = default;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

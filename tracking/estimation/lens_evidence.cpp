@@ -11,7 +11,7 @@
 #include "core/base/quantile.h"
 #include "tracking/estimation/residuals.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr double kHuberSigmas = 2.45;
@@ -229,4 +229,4 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
   return best;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/bundle_adjustment.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct LensEstimate {
   FreeIntrinsics free;
@@ -59,4 +59,4 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
                                        const LensEvidenceOptions& options = {},
                                        std::vector<LensTrial>* trials = nullptr);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -7,7 +7,7 @@
 #include <opengv/relative_pose/CentralRelativeAdapter.hpp>
 #include <opengv/relative_pose/methods.hpp>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -54,4 +54,4 @@ std::vector<Matrix3d> SolveFivePoint(std::span<const Vector3d> rays_in_first,
   return essentials;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

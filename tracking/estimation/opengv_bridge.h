@@ -11,7 +11,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011): chosen in
 // docs/charts/one_camera_solvers.png.
@@ -23,4 +23,4 @@ std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::tracking {
 
 double QualityOf(double center_sigma, double distance) {
   constexpr double kHalf = 0.01;
@@ -24,4 +24,4 @@ double MapUnrest::Of(const Map& map, double distance) const {
   return std::sqrt(sum / (kYoungCounts + static_cast<double>(given_.size())));
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -13,7 +13,7 @@
 #include "tracking/map/anchored.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // One half where the camera's centre is predicted to be off by a hundredth of the distance of what it sees,
 // near 1 where by less.
@@ -38,4 +38,4 @@ class MapUnrest {
   std::deque<Given> given_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 #include "tracking/features/matching.h"
 #include "tracking/tracker/frame_locator.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -124,4 +124,4 @@ void LeaveOutTwins(const Map& map, int keyframe, const Located& located, LeftOut
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -19,7 +19,7 @@
 #include "tracking/features/features.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct Located;
 
@@ -41,4 +41,4 @@ void LeaveOutTwins(const CameraModel& camera, const FeatureSet& picture, const L
 // Leaves out what looks like another place's points, those that a keyframe sees. The map's lock is held.
 void LeaveOutTwins(const Map& map, int keyframe, const Located& located, LeftOut& left_out);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 
 #include "core/base/silent_solver.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -164,4 +164,4 @@ PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& opt
   return summary;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

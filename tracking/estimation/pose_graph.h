@@ -14,7 +14,7 @@
 
 #include "core/geometry/similarity3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct PoseGraphEdge {
   int from = 0, to = 0;  // nodes
@@ -47,4 +47,4 @@ Eigen::Matrix<double, 7, 1> PoseGraphError(const PoseGraphEdge& edge, const Simi
                                            Eigen::Matrix<double, 7, 7>* by_from = nullptr,
                                            Eigen::Matrix<double, 7, 7>* by_to = nullptr);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -16,7 +16,7 @@
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -406,4 +406,4 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

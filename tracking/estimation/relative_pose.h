@@ -19,7 +19,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/two_view_motion.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct RelativePoseOptions {
   double focal_px = 500;
@@ -70,4 +70,4 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 // A point that cannot be projected (behind the camera): a large constant, so that a step losing points is
@@ -177,4 +177,4 @@ bool ReprojectionError<Blocks...>::Evaluate(const double* const* parameters, dou
 template class ReprojectionError<7, 3>;
 template class ReprojectionError<7, 3, 9>;
 
-}  // namespace ulf
+}  // namespace ulf::tracking

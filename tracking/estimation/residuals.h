@@ -15,7 +15,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/free_intrinsics.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3& pose);
@@ -74,4 +74,4 @@ class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
 using ReprojectionCost = ReprojectionError<7, 3>;
 using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -7,7 +7,7 @@
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -240,4 +240,4 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -23,7 +23,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/features/features.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Of the camera's frame, per second, rotation then translation: t seconds later cam_from_world is
 // Perturbed(cam_from_world, t * twist).
@@ -113,4 +113,4 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
                                                  const MotionPrior& prior);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -5,7 +5,7 @@
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -128,4 +128,4 @@ void RowMotion::Settle(TrackedImage& image, Located& located, const std::optiona
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include "tracking/tracker/frame_locator.h"
 #include "tracking/tracker/initializer.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class RowMotion {
  public:
@@ -50,4 +50,4 @@ class RowMotion {
   int offs_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include <random>
 #include <vector>
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct SamplingOptions {
   double threshold = 1;  // of the residual, in the residual's unit; beyond it a point costs threshold²
@@ -103,4 +103,4 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
   return best;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

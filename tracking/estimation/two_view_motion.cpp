@@ -9,7 +9,7 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -158,4 +158,4 @@ Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const
   return motion;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

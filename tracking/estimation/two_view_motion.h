@@ -11,7 +11,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct RayPair {
   Eigen::Vector3d first;
@@ -50,4 +50,4 @@ double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double 
 Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
                     double gate, int iterations = 6);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

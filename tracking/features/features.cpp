@@ -6,7 +6,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -303,4 +303,4 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
   return FeatureSet(std::move(features), state_->camera.width, state_->camera.height);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -18,7 +18,7 @@
 
 #include "core/geometry/camera_model.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Descriptor = std::array<std::uint64_t, 4>;
 
@@ -129,4 +129,4 @@ class FeatureExtractor {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 // The nearest descriptor so far, and the runner-up that the ratio test needs.
@@ -130,4 +130,4 @@ bool HasTwin(const FeatureSet& features, int feature, int distance) {
   });
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

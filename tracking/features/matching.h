@@ -8,7 +8,7 @@
 
 #include "tracking/features/features.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Hamming distances of 256 bits. True matches lie around 30, chance around 128.
 inline constexpr int kSureDistance = 50;
@@ -57,4 +57,4 @@ bool HasTwin(const FeatureSet& features, int feature, int distance);
 // Drops matches whose patches turned otherwise than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

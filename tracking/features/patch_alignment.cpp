@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix2d;
@@ -268,4 +268,4 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   return PatchAlignment{pyramid.Global(seen_at, &point_in_cam), level, correlation};
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -13,7 +13,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/features/features.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // The surroundings of a point on a pyramid level of its reference view. Pixel (row, column) of the patch lies
 // at (column, row) - (kSide - 1) / 2 from the point, in that level's pixels.
@@ -45,4 +45,4 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,
                                          const Eigen::Vector2d& expected_img, double max_shift = 2.5);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 #include "core/base/quantile.h"
 #include "tracking/features/features.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr int kWidestDetail = 2000;  // px: sums of a row fit 32 bits whatever it shows
@@ -55,4 +55,4 @@ double Sharpness::Step(const cv::Mat& below_full) {
   return usual > 0 ? detail / usual : 1;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

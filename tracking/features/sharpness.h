@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace ulf {
+namespace ulf::tracking {
 
 // The level of a picture's pyramid that its sharpness is judged on, and the same without a pyramid, at most
 // 2,000 px wide.
@@ -22,4 +22,4 @@ class Sharpness {
   std::deque<double> recent_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

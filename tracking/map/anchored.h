@@ -2,7 +2,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // A pose relative to a keyframe, which later adjustment may move.
 struct Anchored {
@@ -12,4 +12,4 @@ struct Anchored {
   double unit = 1;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

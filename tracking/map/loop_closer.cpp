@@ -14,7 +14,7 @@
 #include "tracking/estimation/sampling.h"
 #include "tracking/features/matching.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -388,4 +388,4 @@ void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_
     if (point.alive) map.UpdateGeometry(point.id);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

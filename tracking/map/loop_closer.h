@@ -23,7 +23,7 @@
 #include "tracking/map/relocalizer.h"
 #include "tracking/tracker/frame_locator.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct LoopOptions {
   unsigned seed = 1;
@@ -81,4 +81,4 @@ class LoopCloser {
 // keyframe's units of before. The map's lock is held.
 void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_world);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 #include <limits>
 #include <unordered_map>
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector3d;
 
@@ -245,4 +245,4 @@ void Map::Clear() {
   living_.clear();
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

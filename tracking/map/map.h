@@ -31,7 +31,7 @@
 #include "tracking/features/patch_alignment.h"
 #include "tracking/map/anchored.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct Observation {
   int keyframe = -1;
@@ -203,4 +203,4 @@ struct SharedMap {
   std::optional<ReadoutEstimate> readout;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

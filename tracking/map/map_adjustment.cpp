@@ -11,7 +11,7 @@
 
 #include "core/geometry/trajectory.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -177,4 +177,4 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
   return summary;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -7,7 +7,7 @@
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Adjusts the keyframes `free` and all points they see (those of `held` where none is free); `held`, pinned
 // keyframes and, of a part of the map, its first stay; when all is free, all together stays where it was.
@@ -18,4 +18,4 @@ namespace ulf {
 BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -7,7 +7,7 @@
 #include "core/geometry/byte_stream.h"
 #include "core/geometry/digest.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 2};  // the last byte is the version
@@ -163,4 +163,4 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   return {};
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

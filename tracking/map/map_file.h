@@ -17,7 +17,7 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 std::string MapToBytes(const Map& map, std::uint64_t key);
 
@@ -25,4 +25,4 @@ std::string MapToBytes(const Map& map, std::uint64_t key);
 // usable.
 std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera, Map& map);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -233,4 +233,4 @@ std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedIm
   return corners;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -19,7 +19,7 @@
 #include "tracking/map/map.h"
 #include "tracking/map/world_sight.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // A frame as tracking sees it.
 struct TrackedImage {
@@ -110,4 +110,4 @@ std::vector<PointObservation> ToObservations(std::span<const Candidate> candidat
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

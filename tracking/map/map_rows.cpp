@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -66,4 +66,4 @@ void GiveRows(const CameraModel& camera, Map& map, double readout_s) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include "tracking/map/map_adjustment.h"
 #include "tracking/tracker/readout_estimator.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -377,4 +377,4 @@ void Mapper::CullKeyframes(int newest) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

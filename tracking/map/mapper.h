@@ -27,7 +27,7 @@
 #include "tracking/map/relocalizer.h"
 #include "tracking/tracker/initializer.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // A frame that shall become a keyframe, with the points it saw; `keyframe` in the observations is not yet
 // known.
@@ -109,4 +109,4 @@ class Mapper {
   std::thread thread_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

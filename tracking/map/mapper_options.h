@@ -3,7 +3,7 @@
 // map").
 #pragma once
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct MapperOptions {
   // A keyframe is offered when the camera has moved by this share of the scene's depth or turned so far since
@@ -20,4 +20,4 @@ struct MapperOptions {
   double adjust_all_growth = 1.1;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

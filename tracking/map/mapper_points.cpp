@@ -11,7 +11,7 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/map/mapper.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -228,4 +228,4 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

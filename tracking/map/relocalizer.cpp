@@ -8,7 +8,7 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/features/matching.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 KeyframeIndex::KeyframeIndex(unsigned seed) {
   std::mt19937 random(seed);
@@ -127,4 +127,4 @@ std::optional<PoseProposal> ProposePose(const CameraModel& camera, const Keyfram
   return PoseProposal{refined->cam_from_world, refined->inliers, keyframe.keyframe};
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

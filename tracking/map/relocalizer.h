@@ -17,7 +17,7 @@
 #include "tracking/features/features.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class KeyframeIndex {
  public:
@@ -65,4 +65,4 @@ KeyframePoints PointsOf(const Map& map, int keyframe);
 std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
                                         const FeatureSet& features, unsigned seed);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

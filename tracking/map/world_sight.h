@@ -10,7 +10,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct WorldSight {
   // As the sensor saw them; the sigmas are such that the corners may be taken for independent.
@@ -19,4 +19,4 @@ struct WorldSight {
   double center_sigma = 0;  // of that pose, world units; 0: they alone are not sure of it
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

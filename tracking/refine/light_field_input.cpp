@@ -2,7 +2,7 @@
 
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 RefineInput RefineInputOf(const LightField& light_field) {
   RefineInput input;
@@ -22,4 +22,4 @@ std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightF
   return points;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

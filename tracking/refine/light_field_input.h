@@ -6,7 +6,7 @@
 #include "core/light_field/light_field.h"
 #include "tracking/refine/refine.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Reads photographs from `light_field`, which must outlive it.
 RefineInput RefineInputOf(const LightField& light_field);
@@ -14,4 +14,4 @@ RefineInput RefineInputOf(const LightField& light_field);
 // Tracks name views by their ids instead of by their index.
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -21,7 +21,7 @@
 #include "tracking/refine/triangulate.h"
 #include "tracking/refine/view_matching.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -377,4 +377,4 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -22,7 +22,7 @@
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/lens_evidence.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct RefineInput {
   struct View {
@@ -83,4 +83,4 @@ struct RefineResult {
 // were all taken from one place.
 RefineResult Refine(const RefineInput& input, const RefineOptions& options = {});
 
-}  // namespace ulf
+}  // namespace ulf::tracking

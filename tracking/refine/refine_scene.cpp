@@ -15,7 +15,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -243,4 +243,4 @@ bool AlignToStart(RefineScene& scene) {
   return groups.count > 0;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -19,7 +19,7 @@
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/features/features.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct RefineView {
   std::string name;
@@ -95,4 +95,4 @@ ViewGroups GroupViews(const RefineScene& scene);
 // determine one.
 bool AlignToStart(RefineScene& scene);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -104,4 +104,4 @@ std::string ToText(const LightFieldErrors& errors) {
   return text;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

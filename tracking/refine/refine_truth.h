@@ -12,7 +12,7 @@
 #include "core/light_field/light_field.h"
 #include "tracking/refine/refine.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct LightFieldErrors {
   std::string truth_name;
@@ -28,4 +28,4 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
 nlohmann::ordered_json ToJson(const LightFieldErrors& errors);
 std::string ToText(const LightFieldErrors& errors);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -210,4 +210,4 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
   SelectTracks(options.per_view, scene);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -7,7 +7,7 @@
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/view_pairs.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct TrackOptions {
   double gate_px = 4;  // of reprojection; grows with the pyramid level
@@ -24,4 +24,4 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
 // parallax is too small.
 bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, SceneTrack& track);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 #include "tracking/features/patch_alignment.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -183,4 +183,4 @@ void ExtendTracks(const ExtensionOptions& options, RefineScene& scene) {
   std::erase_if(scene.tracks, [](const SceneTrack& track) { return track.observations.size() < 2; });
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 
 #include "tracking/refine/refine_scene.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct ExtensionOptions {
   int per_view = 500;               // about so many points a view, evenly over the image, long tracks first
@@ -18,4 +18,4 @@ struct ExtensionOptions {
 
 void ExtendTracks(const ExtensionOptions& options, RefineScene& scene);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

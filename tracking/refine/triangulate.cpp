@@ -11,7 +11,7 @@
 #include "tracking/refine/track_extension.h"
 #include "tracking/refine/view_matching.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 PointSight SightOf(const RefineScene& scene, const TrackObservation& seen) {
@@ -113,4 +113,4 @@ TriangulationResult TriangulateViews(const RefineInput& input, const Triangulati
   return result;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

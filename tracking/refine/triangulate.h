@@ -13,7 +13,7 @@
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/view_pairs.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct TriangulationOptions {
   int features = 0;        // corners a view; 0: by the number of views
@@ -35,4 +35,4 @@ void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scen
 // As points of a light field with these cameras.
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

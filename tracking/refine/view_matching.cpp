@@ -6,7 +6,7 @@
 #include <cmath>
 #include <mutex>
 
-namespace ulf {
+namespace ulf::tracking {
 
 RefineScene SceneOf(const RefineInput& input, int max_side_px) {
   RefineScene scene;
@@ -52,4 +52,4 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
   return matched;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

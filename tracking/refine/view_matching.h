@@ -10,7 +10,7 @@
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/view_pairs.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Poses off by more do not show where to look for a match.
 inline constexpr double kGuidingErrorPx = 2.5;
@@ -32,4 +32,4 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px);
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
                                     double error_px, const RefineStage& stage);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

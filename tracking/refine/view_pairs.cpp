@@ -12,7 +12,7 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/relative_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -282,4 +282,4 @@ std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
   return Quantile(std::move(pair_errors), 0.8);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include "tracking/features/matching.h"
 #include "tracking/refine/refine_scene.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // Indices of registered views, the smaller first, in order.
 std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene);
@@ -45,4 +45,4 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
 std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
                                          const std::vector<std::pair<int, int>>& pairs);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
@@ -76,4 +76,4 @@ std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
   return fitted;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -12,7 +12,7 @@
 #include "tracking/sources/marker_locator.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class BoardFromMap {
  public:
@@ -32,4 +32,4 @@ class BoardFromMap {
   std::vector<Pair> pairs_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

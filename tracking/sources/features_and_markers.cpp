@@ -5,7 +5,7 @@
 #include "tracking/sources/marker_locator.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 // The board gives poses at once, the world and its metre. Meanwhile the tracker begins a map of its own,
@@ -172,4 +172,4 @@ std::unique_ptr<PoseSource> MakeFeaturesAndMarkersSource(const CameraModel& came
   return std::make_unique<FeaturesAndMarkers>(camera, spec, options);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

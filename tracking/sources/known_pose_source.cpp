@@ -4,7 +4,7 @@
 #include <deque>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 // Mean squared Laplacian of a lightly smoothed, small image, relative to its contrast.
@@ -101,4 +101,4 @@ std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
   return std::make_unique<KnownPoseSource>(camera, subject, metric);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

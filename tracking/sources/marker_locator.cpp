@@ -14,7 +14,7 @@
 #include "core/fiducials/marker_detector.h"
 #include "tracking/estimation/pose_error.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
@@ -323,4 +323,4 @@ std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Fr
   return other.Locate(GrayForTracking(photograph.image), 0);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -25,7 +25,7 @@
 #include "tracking/sources/marker_spec.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct MarkerPose {
   Rigid3 cam_from_world;
@@ -100,4 +100,4 @@ class MarkerLocator {
 std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
                                           const CameraModel& camera);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

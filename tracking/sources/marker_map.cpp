@@ -5,7 +5,7 @@
 
 #include "tracking/sources/marker_spec.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 namespace {
 
@@ -111,4 +111,4 @@ void MarkerMap::Adjust(int rounds) {
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -17,7 +17,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/absolute_pose.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class MarkerMap {
  public:
@@ -53,4 +53,4 @@ class MarkerMap {
   int first_ = -1;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -5,7 +5,7 @@
 #include "tracking/sources/marker_locator.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 class MarkerSource : public PoseSource {
@@ -64,4 +64,4 @@ std::unique_ptr<PoseSource> MakeMarkerSource(const CameraModel& camera, const Ma
   return std::make_unique<MarkerSource>(camera, spec);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

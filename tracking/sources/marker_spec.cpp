@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 MarkerSpec MarkerSpec::Parse(const std::string& text) {
   MarkerSpec spec;
@@ -54,4 +54,4 @@ std::vector<Eigen::Vector3d> MarkerCorners(double side_m) {
   return {{-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}};
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

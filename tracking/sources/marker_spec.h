@@ -15,7 +15,7 @@
 
 #include "core/fiducials/board.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct MarkerSpec {
   enum class Kind { kBoard, kOne, kSeveral };
@@ -33,4 +33,4 @@ struct MarkerSpec {
 // The corners of a single marker in its own frame, metres, clockwise from its upper left one.
 std::vector<Eigen::Vector3d> MarkerCorners(double side_m);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 #include "core/geometry/trajectory.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Counted = std::vector<std::pair<std::string, std::uint64_t>>;
@@ -154,4 +154,4 @@ std::unique_ptr<PoseSource> MakeStreamSource(const CameraModel& camera, std::uni
   return std::make_unique<StreamSource>(camera, std::move(stream), tool_from_cam, subject);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

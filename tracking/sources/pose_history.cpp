@@ -1,6 +1,6 @@
 #include "tracking/sources/pose_history.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 void PoseHistory::Add(double time_s, const Rigid3& world_from_body) {
   poses_[time_s] = world_from_body;
@@ -24,4 +24,4 @@ PoseAnswer PoseHistory::At(double time_s, Rigid3* world_from_body) const {
   return PoseAnswer::kFound;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

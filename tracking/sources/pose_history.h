@@ -8,7 +8,7 @@
 
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 enum class PoseAnswer { kFound, kBefore, kAfter, kGap };  // kAfter: the moment is after the newest pose
 
@@ -31,4 +31,4 @@ class PoseHistory {
   std::map<double, Rigid3> poses_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

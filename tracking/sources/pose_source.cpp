@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "tracking/tracker/working_size.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 // `tx ty tz qx qy qz qw`: the camera in the tool's frame.
@@ -133,4 +133,4 @@ std::unique_ptr<PoseSource> PosesSpec::Open(const CameraModel& camera,
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -20,7 +20,7 @@
 #include "tracking/sources/pose_stream.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class PoseSource {
  public:
@@ -120,4 +120,4 @@ class PosesSpec {
   PoseStreamOptions stream_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

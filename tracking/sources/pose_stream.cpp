@@ -17,7 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr std::size_t kLongestLine = 1024;
@@ -262,4 +262,4 @@ bool PoseStream::Connected() const {
   return connected_;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -30,7 +30,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/sources/pose_history.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 enum class SenderClock { kOwn, kHost, kDevice };
 
@@ -86,4 +86,4 @@ class PoseStream {
   std::thread thread_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -1,6 +1,6 @@
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 class TrackerSource : public PoseSource {
@@ -36,4 +36,4 @@ std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera, const T
   return std::make_unique<TrackerSource>(camera, options);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

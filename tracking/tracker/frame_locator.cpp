@@ -10,7 +10,7 @@
 #include "core/base/quantile.h"
 #include "tracking/estimation/pose_evidence.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -257,4 +257,4 @@ void FrameLocator::Describe(const FeatureSet& detected, const Located& located, 
       std::make_shared<const FeatureSet>(std::move(features), camera_.width, camera_.height);
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -14,7 +14,7 @@
 #include "tracking/map/mapper.h"
 #include "tracking/map/relocalizer.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // What one frame's matching against the map came to.
 struct Located {
@@ -67,4 +67,4 @@ class FrameLocator {
   int sweep_ = 0;  // where the next look at the far rest of the map begins
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

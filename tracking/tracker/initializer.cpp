@@ -8,7 +8,7 @@
 
 #include "core/base/quantile.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr int kMinMatches = 60;
@@ -167,4 +167,4 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   return attempt;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

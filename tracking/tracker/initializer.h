@@ -15,7 +15,7 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/start_progress.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct TwoViewStart {
   TrackedImage first, second;
@@ -55,4 +55,4 @@ class Initializer {
   std::vector<Eigen::Vector2d> flow_;      // and how it moved at first
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 CameraModel Reduced(const CameraModel& camera, double focal_px) {
@@ -129,4 +129,4 @@ Located PhotographLocator::RefineAtFull(TrackedImage image, Located located) con
   return located;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

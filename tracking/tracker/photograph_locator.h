@@ -14,7 +14,7 @@
 #include "tracking/map/relocalizer.h"
 #include "tracking/tracker/frame_locator.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class PhotographLocator {
  public:
@@ -43,4 +43,4 @@ class PhotographLocator {
   FrameLocator locator_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -3,11 +3,11 @@
 
 #include <optional>
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct ReadoutArgs {
   std::optional<double> readout_s = {};  // none: looked for
   bool compensate_found = false;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 using Eigen::Matrix3d;
@@ -191,4 +191,4 @@ std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const 
   return ReadoutEstimate{found.x(), std::sqrt(std::max(0.0, covariance(0, 0))), problem.keyframes};
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

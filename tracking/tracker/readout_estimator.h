@@ -13,10 +13,10 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/map/map.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // From the newest keyframes whose velocity is known. None where there are too few, or where their motion
 // does not tell.
 std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -11,7 +11,7 @@
 
 #include "tracking/map/map_rows.h"
 
-namespace ulf {
+namespace ulf::tracking {
 namespace {
 
 constexpr double kCertain = 6;        // standard deviations
@@ -95,4 +95,4 @@ void ReadoutSearch::Apply(double readout_s) {
 
 void ReadoutSearch::End() { shared_.measure_readout = false; }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

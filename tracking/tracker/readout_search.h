@@ -10,7 +10,7 @@
 #include "tracking/map/mapper.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class ReadoutSearch {
  public:
@@ -37,4 +37,4 @@ class ReadoutSearch {
   int applied_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

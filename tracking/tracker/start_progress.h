@@ -2,7 +2,7 @@
 // and what stands in the way. Angles are degrees, medians over the matched features.
 #pragma once
 
-namespace ulf {
+namespace ulf::tracking {
 
 enum class StartObstacle {
   kNone,                // the map has started
@@ -53,4 +53,4 @@ inline const char* Advice(StartObstacle obstacle) {
   return "unknown";
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -4,7 +4,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 std::string InWords(const StartProgress& start) {
   switch (start.obstacle) {
@@ -50,4 +50,4 @@ std::string InWords(const Track& track) {
   return "unknown";
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

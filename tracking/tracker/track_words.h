@@ -5,11 +5,11 @@
 
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // While a map is being started: what to do, and how much of the parallax is there.
 std::string InWords(const StartProgress& start);
 
 std::string InWords(const Track& track);
 
-}  // namespace ulf
+}  // namespace ulf::tracking

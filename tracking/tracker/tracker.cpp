@@ -6,7 +6,7 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/tracker_state.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
   camera.Validate("tracker");
@@ -165,4 +165,4 @@ TrackerStatistics Tracker::Statistics() const {
 
 const CameraModel& Tracker::camera() const { return state_->size.original(); }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

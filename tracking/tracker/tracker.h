@@ -41,7 +41,7 @@
 #include "tracking/map/world_sight.h"
 #include "tracking/tracker/start_progress.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
@@ -227,4 +227,4 @@ class Tracker {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

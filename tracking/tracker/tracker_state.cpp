@@ -15,7 +15,7 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/photograph_locator.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -431,4 +431,4 @@ std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
   return track;
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

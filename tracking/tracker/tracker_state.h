@@ -19,7 +19,7 @@
 #include "tracking/tracker/tracker.h"
 #include "tracking/tracker/working_size.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 // The last frame that was tracked.
 struct LastFrame {
@@ -104,4 +104,4 @@ struct Tracker::State {
   std::optional<Located> located_;  // of the frame in work
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -6,7 +6,7 @@
 
 #include "core/geometry/digest.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 using Eigen::Vector2d;
 
@@ -70,4 +70,4 @@ std::uint64_t WorkingSize::KeyAtThisSize(std::uint64_t key) const {
   return digest.Value();
 }
 
-}  // namespace ulf
+}  // namespace ulf::tracking

@@ -21,7 +21,7 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/map/world_sight.h"
 
-namespace ulf {
+namespace ulf::tracking {
 
 class WorkingSize {
  public:
@@ -47,4 +47,4 @@ class WorkingSize {
   CameraModel original_, working_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::tracking

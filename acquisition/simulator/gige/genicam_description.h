@@ -3,7 +3,7 @@
 // at 0x110.
 #pragma once
 
-namespace ulf {
+namespace ulf::acquisition {
 
 inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription ModelName="HandheldSimulator" VendorName="ULF" StandardNameSpace="GEV"
@@ -297,4 +297,4 @@ inline constexpr char kGenicamDescription[] = R"xml(<?xml version="1.0" encoding
 </RegisterDescription>
 )xml";
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

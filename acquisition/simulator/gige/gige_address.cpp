@@ -15,7 +15,7 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 // In host order; none when the text is not one.
@@ -138,4 +138,4 @@ std::string HiddenGigeAddress(const std::string& address) {
   return fmt::format("127.{}.{}.{}", hidden >> 16 & 255, hidden >> 8 & 255, hidden & 255);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

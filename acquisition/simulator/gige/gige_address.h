@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // Throws UsageError for what is no IPv4 address, Error when another camera or program has this one's port, or
 // when it is not this machine's.
@@ -30,4 +30,4 @@ class LoopbackAddress {
 // UsageError for an address outside 127.0.0.0/10.
 std::string HiddenGigeAddress(const std::string& address);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -2,7 +2,7 @@
 
 #include "acquisition/simulator/gige/wire_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 // As the description has them.
@@ -59,4 +59,4 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
   return writable;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

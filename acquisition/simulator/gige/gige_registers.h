@@ -8,7 +8,7 @@
 #include "acquisition/simulator/gige/gvcp_door.h"
 #include "acquisition/simulator/simulated_camera.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024;
 // The standard's own.
@@ -18,4 +18,4 @@ inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kStreamSourcePortAt = 0
 // says: a frame period of 0 is a division, a width the size of an allocation.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

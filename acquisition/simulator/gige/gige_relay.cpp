@@ -22,7 +22,7 @@
 #include "acquisition/simulator/gige/gige_address.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -422,4 +422,4 @@ GigeRelayStatistics GigeRelay::Statistics() const {
   return state_->statistics;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -17,7 +17,7 @@
 #include <memory>
 #include <string>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct GigeLinkFaults {
   double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
@@ -64,4 +64,4 @@ class GigeRelay {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 #include <optional>
 #include <thread>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -247,4 +247,4 @@ GvcpDoor::GvcpDoor(GvcpDoorOptions options) : state_(std::make_unique<State>(std
 GvcpDoor::~GvcpDoor() = default;
 std::uint64_t GvcpDoor::Refused() const { return state_->refused; }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

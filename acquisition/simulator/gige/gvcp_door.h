@@ -24,7 +24,7 @@
 #include <memory>
 #include <vector>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // May be written, four bytes at `address`, with a value for which `takes` is true.
 struct WritableRegister {
@@ -56,4 +56,4 @@ class GvcpDoor {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -28,7 +28,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
@@ -471,4 +471,4 @@ GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   return statistics;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

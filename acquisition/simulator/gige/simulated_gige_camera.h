@@ -37,7 +37,7 @@
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "acquisition/simulator/simulated_camera.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct GigeServerOptions {
   SimulationOptions simulation;
@@ -78,4 +78,4 @@ class SimulatedGigeCamera {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

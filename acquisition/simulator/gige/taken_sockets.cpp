@@ -11,7 +11,7 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 int NewSocket() {
@@ -68,4 +68,4 @@ TakenSockets TakeControlSockets(const std::vector<BoundSocket>& before, const st
   return taken;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -8,7 +8,7 @@
 
 #include "acquisition/aravis/bound_sockets.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 struct TakenSockets {
   int unicast = -1;  // bound to the camera's address; -1: the library had none
@@ -21,4 +21,4 @@ struct TakenSockets {
 // no more sockets.
 TakenSockets TakeControlSockets(const std::vector<BoundSocket>& before, const std::string& address);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& format, std::uint8_t* out) {
   const cv::Mat from = pixels(part);
@@ -41,4 +41,4 @@ void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& f
   if (held > 0) *out = static_cast<std::uint8_t>(window);
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,10 +7,10 @@
 
 #include "core/image/pixel_format.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // The part of the picture in rows without padding. `pixels` is as an ulf::Image holds it: 8 bits, or 16 with
 // the format's bits spread; three channels are B, G, R. `out` has room for ImageBytes() of the part.
 void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& format, std::uint8_t* out);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 #include "acquisition/simulator/scene/materials.h"
 #include "acquisition/simulator/scene/scene.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector3f;
@@ -212,4 +212,4 @@ std::vector<MipTexture> BakeCharts(const Scene& scene) {
   return charts;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

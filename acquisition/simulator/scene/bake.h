@@ -5,11 +5,11 @@
 
 #include "acquisition/simulator/scene/texture.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class Scene;
 
 // One texture for every chart of every primitive, in their order.
 std::vector<MipTexture> BakeCharts(const Scene& scene);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

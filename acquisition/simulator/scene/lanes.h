@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 inline constexpr int kLanes = 8;
 using F8 = float __attribute__((vector_size(32)));
@@ -71,4 +71,4 @@ inline T Dot(const Vec3<T>& a, const Vec3<T>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

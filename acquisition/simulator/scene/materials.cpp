@@ -4,7 +4,7 @@
 
 #include "acquisition/simulator/scene/noise.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector3f;
@@ -283,4 +283,4 @@ F4 Reflectance(int material, const PaintedPoint& at) {
   return color;
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -7,7 +7,7 @@
 #include "acquisition/simulator/scene/primitive.h"
 #include "core/fiducials/board.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // The sheet of kMarkerSheet: its board, with a white rim around it.
 struct MarkerSheet {
@@ -44,4 +44,4 @@ struct PaintedPoint {
 
 F4 Reflectance(int material, const PaintedPoint& point);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 struct Site {
@@ -138,4 +138,4 @@ Cell ScatteredCell3(const Eigen::Vector3f& p, std::uint32_t seed) {
   return nearest.Result();
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // A well-mixed 32-bit number from another (the finaliser by C. Wellons, found by search for low bias).
 inline std::uint32_t Rehash(std::uint32_t h) {
@@ -41,4 +41,4 @@ struct Cell {
 Cell ScatteredCell2(float x, float y, std::uint32_t seed);
 Cell ScatteredCell3(const Eigen::Vector3f& p, std::uint32_t seed);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -1,6 +1,6 @@
 #include "acquisition/simulator/scene/primitive.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 constexpr float kPi = 3.14159265358979f;
@@ -328,4 +328,4 @@ T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d) {
 template F8 Intersect<F8>(const Primitive&, const Vec3<F8>&, const Vec3<F8>&);
 template double Intersect<double>(const Primitive&, const Vec3<double>&, const Vec3<double>&);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -15,7 +15,7 @@
 #include "acquisition/simulator/scene/lanes.h"
 #include "core/geometry/rigid3.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 enum class Shape { kSphere, kBox, kRoom, kFrustum, kTorus };
 
@@ -65,4 +65,4 @@ T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 extern template F8 Intersect<F8>(const Primitive&, const Vec3<F8>&, const Vec3<F8>&);
 extern template double Intersect<double>(const Primitive&, const Vec3<double>&, const Vec3<double>&);
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector3d;
@@ -358,4 +358,4 @@ cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world) const {
   return hits.t.colRange(0, camera_.width).clone();
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

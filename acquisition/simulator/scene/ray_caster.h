@@ -11,7 +11,7 @@
 #include "acquisition/simulator/scene/scene.h"
 #include "core/geometry/camera_model.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class RayCaster {
  public:
@@ -49,4 +49,4 @@ class RayCaster {
   std::vector<Tile> tiles_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

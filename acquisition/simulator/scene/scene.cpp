@@ -7,7 +7,7 @@
 #include "acquisition/simulator/scene/materials.h"
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -279,4 +279,4 @@ F4 Scene::GlossRadiance(const Vector3f& point, const Vector3f& normal, const Vec
   return F4{radiance, radiance, radiance, 0};
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

@@ -22,7 +22,7 @@
 #include "core/fiducials/board.h"
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 // A rectangular lamp that shines towards its normal.
 struct AreaLight {
@@ -76,4 +76,4 @@ class Scene {
   Eigen::Vector3d first_direction_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

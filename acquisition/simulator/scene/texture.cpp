@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 
-namespace ulf {
+namespace ulf::acquisition {
 namespace {
 
 using U4 = std::uint16_t __attribute__((vector_size(8)));
@@ -93,4 +93,4 @@ F4 MipTexture::Sample(float u, float v, float footprint) const {
   return kScale * (a + part * (b - a));
 }
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

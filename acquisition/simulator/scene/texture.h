@@ -7,7 +7,7 @@
 
 #include "acquisition/simulator/scene/lanes.h"
 
-namespace ulf {
+namespace ulf::acquisition {
 
 class MipTexture {
  public:
@@ -41,4 +41,4 @@ class MipTexture {
   bool wrap_u_ = false, wrap_v_ = false;
 };
 
-}  // namespace ulf
+}  // namespace ulf::acquisition

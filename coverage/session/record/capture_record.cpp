@@ -10,7 +10,7 @@
 
 #include "core/base/counted.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 bool Same(const Rigid3& a, const Rigid3& b) {
@@ -84,8 +84,8 @@ double CaptureRecord::Repaint() {
   return fell_open;
 }
 
-std::optional<int> CaptureRecord::Add(const Frame& frame, const Track& track, std::optional<double> bound_px,
-                                      PoseSource& poses) {
+std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track& track,
+                                      std::optional<double> bound_px, tracking::PoseSource& poses) {
   View view;
   view.cam_from_world = *track.cam_from_world;
   view.tracking_quality = track.quality;
@@ -125,7 +125,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   return taken.size();
 }
 
-bool CaptureRecord::CorrectPoses(const PoseSource& poses, bool last) {
+bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   if (views_.empty()) return true;
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
@@ -140,7 +140,7 @@ bool CaptureRecord::CorrectPoses(const PoseSource& poses, bool last) {
   return true;
 }
 
-bool CaptureRecord::CapIsCovered(double share, const PoseSource& poses) {
+bool CaptureRecord::CapIsCovered(double share, const tracking::PoseSource& poses) {
   if (!options_.map.cap || !map_ || measured_ || map_->CoveredShare() < share) return false;
   measured_ = true;
   CorrectPoses(poses, false);
@@ -186,4 +186,4 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.reopened = reopened_.directions();
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -24,7 +24,7 @@
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // How the light field was left.
 struct ClosedRecord {
@@ -59,16 +59,16 @@ class CaptureRecord {
   void SetSubject(const Subject& subject);
   // The view's id; none when there is no room for it. A photograph is always taken. `poses`, which the track
   // is of, keep what the view shows.
-  std::optional<int> Add(const Frame& frame, const Track& track, std::optional<double> bound_px,
-                         PoseSource& poses);
+  std::optional<int> Add(const Frame& frame, const tracking::Track& track, std::optional<double> bound_px,
+                         tracking::PoseSource& poses);
   // How many there were to take back.
   std::size_t TakeBack(const std::vector<int>& ids);
   // What later adjustments say of the views' poses: painted, and journaled unless it is the last time. False
   // when it has to be tried again: the disk is behind.
-  bool CorrectPoses(const PoseSource& poses, bool last);
+  bool CorrectPoses(const tracking::PoseSource& poses, bool last);
   // The map says when it is worth measuring; the measure, on directions of its own, decides. A map without an
   // open cell is as much as can be asked for: nothing could say where to go.
-  bool CapIsCovered(double share, const PoseSource& poses);
+  bool CapIsCovered(double share, const tracking::PoseSource& poses);
   // Writes what waits, then what the poses are now, `points`, and what this session adds to the earlier ones'
   // time and counts.
   ClosedRecord Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
@@ -93,4 +93,4 @@ class CaptureRecord {
   bool measured_ = false;  // the coverage, since a view was added
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

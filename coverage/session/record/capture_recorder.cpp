@@ -5,9 +5,9 @@
 
 #include "core/base/host_time.h"
 
-namespace ulf {
-CaptureRecorder::CaptureRecorder(Device& device, PoseSource& poses, CaptureRecord& record,
-                                 ExposureMatch light, const Options& options)
+namespace ulf::coverage {
+CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
+                                 CaptureRecord& record, ExposureMatch light, const Options& options)
     : device_(device),
       poses_(poses),
       record_(record),
@@ -19,17 +19,17 @@ CaptureRecorder::CaptureRecorder(Device& device, PoseSource& poses, CaptureRecor
     stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
 }
 
-bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const Track& track) {
+bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const tracking::Track& track) {
   if (!record_.map() || !track.cam_from_world) return true;
   return exposure_.Settled(frame, options_.camera, *track.cam_from_world, record_.map()->subject(),
                            device_.Held().exposure);
 }
 
-double CaptureRecorder::DistanceToSubject(const Track& track) const {
+double CaptureRecorder::DistanceToSubject(const tracking::Track& track) const {
   return (*track.cam_from_world * record_.map()->subject().center_in_world).norm();
 }
 
-bool CaptureRecorder::Record(const Frame& frame, const Track& track, const Decision& decision,
+bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, const Decision& decision,
                              double distance) {
   Frame kept = frame;  // its pixels are shared: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
@@ -64,9 +64,10 @@ void CaptureRecorder::SetRecording(bool on) {
 }
 
 // A frame that is held is counted when it is known what becomes of it.
-Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const Track& track, double frame_period_s) {
+Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const tracking::Track& track,
+                                       double frame_period_s) {
   const auto start = std::chrono::steady_clock::now();
-  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+  tracked_in_a_row_ = track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   PosedPhotographs::Step step;
   if (record_.views().empty() &&
       tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
@@ -90,7 +91,8 @@ Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const Track& track, d
   return step.decision;
 }
 
-Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const Track& track, double frame_period_s) {
+Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Track& track,
+                                          double frame_period_s) {
   const auto start = std::chrono::steady_clock::now();
   const bool exposure_settled = ExposureIsSettled(frame, track);
   Decision decision = Decide({.frame = frame,
@@ -116,7 +118,7 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const Track& track
   return decision;
 }
 
-Decision CaptureRecorder::Take(const Frame& frame, const Track& track, double frame_period_s) {
+Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track, double frame_period_s) {
   newest_id_.reset();
   return walk_ ? DecideOnWalk(frame, track, frame_period_s) : DecideOnSubject(frame, track, frame_period_s);
 }
@@ -129,4 +131,4 @@ void CaptureRecorder::TakeStill(const Frame& still) {
     record_.spool().KeepUnposed(still);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

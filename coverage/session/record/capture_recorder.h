@@ -19,7 +19,7 @@
 #include "coverage/session/record/still_capture.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CaptureRecorder {
  public:
@@ -35,11 +35,11 @@ class CaptureRecorder {
   using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
 
   // `device`, `poses` and `record` outlive it. `light` knows the views of an earlier session.
-  CaptureRecorder(Device& device, PoseSource& poses, CaptureRecord& record, ExposureMatch light,
-                  const Options& options);
+  CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, CaptureRecord& record,
+                  ExposureMatch light, const Options& options);
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
-  Decision Take(const Frame& frame, const Track& track, double frame_period_s);
+  Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
   // A photograph that came, asked for or not: recorded, or kept in unposed/.
   void TakeStill(const Frame& still);
   // The frame that waits to be compared with its neighbours, at the end.
@@ -58,18 +58,18 @@ class CaptureRecorder {
   const std::vector<double>& ms_decide() const { return ms_decide_; }
 
  private:
-  Decision DecideOnSubject(const Frame& frame, const Track& track, double frame_period_s);
-  Decision DecideOnWalk(const Frame& frame, const Track& track, double frame_period_s);
+  Decision DecideOnSubject(const Frame& frame, const tracking::Track& track, double frame_period_s);
+  Decision DecideOnWalk(const Frame& frame, const tracking::Track& track, double frame_period_s);
   // `distance`: of what is looked at.
-  bool Record(const Frame& frame, const Track& track, const Decision& decision, double distance);
+  bool Record(const Frame& frame, const tracking::Track& track, const Decision& decision, double distance);
   void RecordAndCount(const HeldFrame& held);
-  bool ExposureIsSettled(const Frame& frame, const Track& track);
-  double DistanceToSubject(const Track& track) const;
+  bool ExposureIsSettled(const Frame& frame, const tracking::Track& track);
+  double DistanceToSubject(const tracking::Track& track) const;
   Reason ReasonOfTheDisk() const;
   void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }
 
-  Device& device_;
-  PoseSource& poses_;
+  acquisition::Device& device_;
+  tracking::PoseSource& poses_;
   CaptureRecord& record_;
   const Options options_;
   const CameraModel recorded_camera_;
@@ -85,4 +85,4 @@ class CaptureRecorder {
   std::vector<double> ms_decide_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

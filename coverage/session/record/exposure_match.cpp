@@ -11,7 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr int kSmallWidth = 48;
@@ -154,4 +154,4 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
 
 void ExposureMatch::Keep(int id) { kept_[id] = {log_gain_, std::exchange(light_, {})}; }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -18,7 +18,7 @@
 #include "core/light_field/light_field.h"
 #include "coverage/session/record/held_views.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Linear light, few pixels of it; NaN where it is clipped or nearly black.
 cv::Mat SmallLight(const Image& image);
@@ -51,4 +51,4 @@ class ExposureMatch {
   double log_gain_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -6,7 +6,7 @@
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/bound/subject_light.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr double kWindow_s = 0.3;
@@ -40,4 +40,4 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
   return settled;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

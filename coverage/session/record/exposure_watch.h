@@ -16,7 +16,7 @@
 #include "core/image/frame.h"
 #include "core/light_field/light_field.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class ExposureWatch {
  public:
@@ -35,4 +35,4 @@ class ExposureWatch {
   std::deque<Seen> recent_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

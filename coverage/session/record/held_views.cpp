@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ulf {
+namespace ulf::coverage {
 
 HeldViews::HeldViews(const LightField& recorded_before) {
   for (const View& view : recorded_before.views) views_.push_back({view.id, {}, view.cam_from_world});
@@ -25,7 +25,7 @@ std::vector<int> HeldViews::LastIds(int count) const {
   return ids;
 }
 
-std::map<int, Rigid3> HeldViews::PosesNow(const PoseSource& poses) const {
+std::map<int, Rigid3> HeldViews::PosesNow(const tracking::PoseSource& poses) const {
   std::map<int, Rigid3> now;
   for (const HeldView& view : views_)
     now[view.id] = view.anchor ? poses.PoseOf(*view.anchor) : view.cam_from_world;
@@ -54,4 +54,4 @@ std::vector<CriterionView> HeldViews::ForCriterion(const CameraModel& camera, in
   return views;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

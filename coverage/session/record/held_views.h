@@ -11,11 +11,11 @@
 #include "coverage/bound/criterion.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct HeldView {
   int id = 0;
-  std::optional<Anchored> anchor;  // none: fixed where an earlier session recorded it
+  std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
   Rigid3 cam_from_world;
 };
 
@@ -32,7 +32,7 @@ class HeldViews {
   const std::vector<HeldView>& views() const { return views_; }
 
   // What their anchors mean now, by id.
-  std::map<int, Rigid3> PosesNow(const PoseSource& poses) const;
+  std::map<int, Rigid3> PosesNow(const tracking::PoseSource& poses) const;
   // Of any view, against the poses that are held: an angle, as seen from a subject.
   double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
   void MoveTo(const std::map<int, Rigid3>& poses);
@@ -43,4 +43,4 @@ class HeldViews {
   std::vector<HeldView> views_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

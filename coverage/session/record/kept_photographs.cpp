@@ -10,7 +10,7 @@
 #include "core/base/atomic_file.h"
 #include "core/light_field/view_files.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace fs = std::filesystem;
 
 fs::path FolderBeside(const fs::path& light_field) {
@@ -44,4 +44,4 @@ void KeepBeside(const fs::path& folder, const Frame& frame) {
   batch.Commit();
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

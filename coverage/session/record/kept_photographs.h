@@ -6,7 +6,7 @@
 
 #include "core/image/frame.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 std::filesystem::path FolderBeside(const std::filesystem::path& light_field);
 
@@ -14,4 +14,4 @@ std::filesystem::path FolderBeside(const std::filesystem::path& light_field);
 // Error.
 void KeepBeside(const std::filesystem::path& folder, const Frame& frame);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

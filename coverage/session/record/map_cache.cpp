@@ -13,7 +13,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/still_capture.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
@@ -28,11 +28,11 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
 }
 
 // Evenly spread over the capture: what more views would add, the first frames do.
-void SeedFrom(const LightField& light_field, const CameraModel& tracked, PoseSource& poses) {
+void SeedFrom(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses) {
   constexpr std::size_t kMostViews = 80;
   const std::size_t count = light_field.views.size();
   const std::size_t used = std::min(count, kMostViews);
-  std::vector<SeedView> seeds;
+  std::vector<tracking::SeedView> seeds;
   for (std::size_t i = 0; i < used; ++i) {
     const View& view = light_field.views[i * count / used];
     Image image = ReadRecordedImage(light_field, view);
@@ -53,7 +53,8 @@ std::filesystem::path MapCacheOf(const LightField& light_field) {
   return light_field.root / "cache" / "map.ulf";
 }
 
-void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, PoseSource& poses) {
+void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
+                      tracking::PoseSource& poses) {
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -73,7 +74,8 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
   spdlog::info("the map is made anew from the recorded views in {:.2f} s ({})", seconds(), why);
 }
 
-void SaveMapCache(const LightField& light_field, const CameraModel& tracked, const PoseSource& poses) {
+void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
+                  const tracking::PoseSource& poses) {
   const std::filesystem::path file = MapCacheOf(light_field);
   try {
     MakeFolder(file.parent_path());
@@ -83,4 +85,4 @@ void SaveMapCache(const LightField& light_field, const CameraModel& tracked, con
   }
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -6,15 +6,16 @@
 #include "core/light_field/light_field.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 std::filesystem::path MapCacheOf(const LightField& light_field);
 
 // Throws Error when the views show too little in common. Says on stderr when there was a file that does not
 // fit.
-void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, PoseSource& poses);
+void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);
 
 // Leaves the map for the next session; says on stderr when the disk refuses.
-void SaveMapCache(const LightField& light_field, const CameraModel& tracked, const PoseSource& poses);
+void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
+                  const tracking::PoseSource& poses);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

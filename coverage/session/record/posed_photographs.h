@@ -16,7 +16,7 @@
 #include "coverage/session/record/held_views.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
@@ -24,16 +24,16 @@ struct PhotographSpacing {
 };
 
 // The median depth of what is tracked; none where too little is.
-std::optional<double> MedianDepth(const std::vector<VisiblePoint>& points);
+std::optional<double> MedianDepth(const std::vector<tracking::VisiblePoint>& points);
 
 // Whether a view at `before_from_world` stands for the frame that shows `points` from `cam_from_world`.
 bool StandsFor(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
-               const std::vector<VisiblePoint>& points, const PhotographSpacing& spacing);
+               const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
 
 // A frame that may be recorded, held until its neighbours have been looked at.
 struct HeldFrame {
   Frame frame;
-  Track track;
+  tracking::Track track;
   double depth = 1;  // median, of what was tracked in it
 };
 
@@ -48,17 +48,17 @@ class PosedPhotographs {
     bool replaced = false;            // the one that was held is not as sharp: it will not be recorded
   };
   // Of a frame that is not to be held: kRecorded where it would be wanted.
-  Decision Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& points, const HeldViews& views,
-                 const DecisionLimits& limits) const;
-  Step After(const FrameToDecide& input, const std::vector<VisiblePoint>& points, const HeldViews& views,
-             const DecisionLimits& limits);
+  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
+                 const HeldViews& views, const DecisionLimits& limits) const;
+  Step After(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
+             const HeldViews& views, const DecisionLimits& limits);
   // What is held, at the end.
   std::optional<HeldFrame> TakeHeld();
 
  private:
-  Decision Judge(const FrameToDecide& input, const std::vector<VisiblePoint>& some_points,
+  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& some_points,
                  const HeldViews& views, const HeldFrame* besides, const DecisionLimits& limits) const;
-  bool IsANeighbour(const FrameToDecide& input, const std::vector<VisiblePoint>& points) const;
+  bool IsANeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
 
   const CameraModel camera_;
   const PhotographSpacing spacing_;
@@ -67,4 +67,4 @@ class PosedPhotographs {
   int neighbours_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

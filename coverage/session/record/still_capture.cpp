@@ -12,7 +12,7 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 namespace {
 
@@ -59,15 +59,16 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
   return nearest->time_s;
 }
 
-StillCapture::StillCapture(Device& device, const CameraModel& camera, const PoseSource& poses,
-                           const DecisionLimits& limits, int coverage_width_px)
+StillCapture::StillCapture(acquisition::Device& device, const CameraModel& camera,
+                           const tracking::PoseSource& poses, const DecisionLimits& limits,
+                           int coverage_width_px)
     : device_(device),
       camera_(camera),
       poses_(poses),
       limits_(limits),
       coverage_width_px_(coverage_width_px) {}
 
-void StillCapture::Follow(const Frame& live, const Track& track) {
+void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   if (!track.cam_from_world) return;
   live_.push_back({live.device_time_s, *track.cam_from_world,
                    track.speed_px * camera_.width / std::max(1, live.image.width())});
@@ -100,7 +101,7 @@ double StillCapture::ExpectedTime(const Frame& still) const {
 }
 
 void StillCapture::Ask() {
-  if (device_.RequestStill() == StillRequest::kAsked) ++counts_.asked;
+  if (device_.RequestStill() == acquisition::StillRequest::kAsked) ++counts_.asked;
 }
 
 std::optional<Rigid3> StillCapture::LivePoseAt(double time_s) const {
@@ -157,11 +158,12 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
   return verdict;
 }
 
-ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArgs& args) {
+acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
+                                                    const acquisition::IntrinsicsArgs& args) {
   try {
     // Live view's focal length in pixels says nothing of the photographs.
-    return ResolveCalibration(device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0,
-                              "still");
+    return acquisition::ResolveCalibration(
+        device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0, "still");
   } catch (const Error& error) {
     throw Error(
         "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
@@ -188,4 +190,4 @@ Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraM
   return seen;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -26,7 +26,7 @@
 #include "coverage/bound/view_decision.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 struct StillCounts {
   std::uint64_t asked = 0;
@@ -52,21 +52,21 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
                                        double distance);
 
 struct StillVerdict {
-  Decision decision;           // kRecorded: to be recorded; anything else: to be kept in unposed/
-  std::optional<Track> track;  // where it was taken; none when that was not found
+  Decision decision;                     // kRecorded: to be recorded; anything else: to be kept in unposed/
+  std::optional<tracking::Track> track;  // where it was taken; none when that was not found
 };
 
 class StillCapture {
  public:
   // `camera`: of photographs.
-  StillCapture(Device& device, const CameraModel& camera, const PoseSource& poses,
+  StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
                const DecisionLimits& limits, int coverage_width_px);
 
   const CameraModel& camera() const { return camera_; }
   const StillCounts& counts() const { return counts_; }
 
   // What the hand does: a photograph is looked for where the live view was last.
-  void Follow(const Frame& live, const Track& track);
+  void Follow(const Frame& live, const tracking::Track& track);
   // A photograph is wanted from here. Nothing happens while one is on its way.
   void Ask();
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
@@ -84,9 +84,9 @@ class StillCapture {
   double SpeedPxPerS() const;
   bool HasTheSize(const Frame& still);
 
-  Device& device_;
+  acquisition::Device& device_;
   const CameraModel camera_;
-  const PoseSource& poses_;
+  const tracking::PoseSource& poses_;
   const DecisionLimits limits_;
   const int coverage_width_px_;
   static constexpr double kRememberedS = 20;  // of live poses: photographs may be long in coming
@@ -99,10 +99,11 @@ class StillCapture {
 
 // The intrinsics of a device's photographs: the mode "still" of the calibration that is named or stored for
 // the camera. Throws Error that says how to make it.
-ResolvedCalibration ResolveStillCamera(const Device& device, const IntrinsicsArgs& args);
+acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
+                                                    const acquisition::IntrinsicsArgs& args);
 
 // A photograph as another camera at the same place would have taken it; what it does not show repeats its
 // edge. To build a map of live view's from photographs.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

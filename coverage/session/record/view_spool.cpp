@@ -14,7 +14,7 @@
 #include "core/base/signal_stack.h"
 #include "coverage/session/record/kept_photographs.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 // For the journal's next lines and the derived files of a light field.
@@ -403,4 +403,4 @@ LightFieldWriter ViewSpool::Finish() {
   return std::move(writer_);
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -39,7 +39,7 @@
 #include "core/image/frame.h"
 #include "core/light_field/light_field_io.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // Why no view is taken at the moment.
 struct SpoolPause {
@@ -147,4 +147,4 @@ class ViewSpool {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

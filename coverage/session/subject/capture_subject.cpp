@@ -8,7 +8,7 @@
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/session/subject/subject_finder.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 void CaptureSubject::Set(const Subject& subject) {
   record_.SetSubject(subject);
@@ -17,8 +17,8 @@ void CaptureSubject::Set(const Subject& subject) {
   moved_ = false;
 }
 
-void CaptureSubject::FindFirst(const Track& track) {
-  tracked_in_a_row_ = track.state == TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+void CaptureSubject::FindFirst(const tracking::Track& track) {
+  tracked_in_a_row_ = track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   finding_ = false;
   if (record_.map() || !track.cam_from_world) return;
   const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_);
@@ -66,8 +66,8 @@ void CaptureSubject::Move(const Subject& subject) {
                    center.z(), subject.radius, painted));
 }
 
-void CaptureSubject::Watch(const Track& track, double time_s) {
-  if (!record_.map() || track.state != TrackState::kTracking) return;
+void CaptureSubject::Watch(const tracking::Track& track, double time_s) {
+  if (!record_.map() || track.state != tracking::TrackState::kTracking) return;
   const bool moved = watch_.Moved(time_s, poses_.ExpectedPoints(), record_.map()->subject());
   if (std::exchange(moved_, moved) || !moved) return;
   say_(
@@ -75,4 +75,4 @@ void CaptureSubject::Watch(const Track& track, double time_s) {
       "back the views since then, or place the subject anew");
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -13,7 +13,7 @@
 #include "coverage/session/subject/subject_watch.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class CaptureSubject {
  public:
@@ -22,7 +22,7 @@ class CaptureSubject {
     double rectangle_share = 0.8;  // no larger
     int stable_frames = 10;        // tracked in a row before it is found by itself
   };
-  CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const PoseSource& poses,
+  CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
                  const CameraModel& camera, const Options& options,
                  std::function<void(const std::string&)> say)
       : record_(record),
@@ -34,11 +34,11 @@ class CaptureSubject {
 
   void Set(const Subject& subject);
   // After every tracked frame, until there is one.
-  void FindFirst(const Track& track);
+  void FindFirst(const tracking::Track& track);
   // As asked, with the camera where it was last seen; says why not where it cannot be.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
-  void Watch(const Track& track, double time_s);
+  void Watch(const tracking::Track& track, double time_s);
   bool Moved() const { return moved_; }
   // What is in the middle of the picture can be told; not long enough yet.
   bool Finding() const { return finding_; }
@@ -49,7 +49,7 @@ class CaptureSubject {
 
   CaptureRecord& record_;
   CaptureOutlook& outlook_;
-  const PoseSource& poses_;
+  const tracking::PoseSource& poses_;
   const CameraModel camera_;  // of the frames that are tracked
   const Options options_;
   const std::function<void(const std::string&)> say_;
@@ -60,4 +60,4 @@ class CaptureSubject {
   int tracked_in_a_row_ = 0;
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

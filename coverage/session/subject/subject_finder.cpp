@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ulf {
+namespace ulf::coverage {
 
-std::optional<double> DepthNearCenter(const std::vector<VisiblePoint>& points, const CameraModel& camera) {
+std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
+                                      const CameraModel& camera) {
   constexpr double kReach = 0.25;  // of the image's height
   constexpr std::size_t kFewest = 8;
   const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
   std::vector<double> depths;
-  for (const VisiblePoint& point : points)
+  for (const tracking::VisiblePoint& point : points)
     if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
       depths.push_back(point.depth);
   if (depths.size() < kFewest) return std::nullopt;
@@ -41,4 +42,4 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
   return {};
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

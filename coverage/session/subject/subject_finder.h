@@ -11,13 +11,14 @@
 #include "core/light_field/light_field.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 // The nearest and farthest quarter of the points may belong to what stands before or behind the subject and
 // do not count. None with too few points.
-std::optional<double> DepthNearCenter(const std::vector<VisiblePoint>& points, const CameraModel& camera);
+std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
+                                      const CameraModel& camera);
 
 // What is wrong with a subject for a camera that stands there, with the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -1,6 +1,6 @@
 #include "coverage/session/subject/subject_watch.h"
 
-namespace ulf {
+namespace ulf::coverage {
 namespace {
 
 constexpr double kOver_s = 0.3;
@@ -38,10 +38,11 @@ std::optional<double> SubjectWatch::ShareFound() const {
   return off < kRestHolds ? std::nullopt : std::optional(on / off);
 }
 
-bool SubjectWatch::Moved(double time_s, std::span<const ExpectedPoint> points, const Subject& subject) {
+bool SubjectWatch::Moved(double time_s, std::span<const tracking::ExpectedPoint> points,
+                         const Subject& subject) {
   if (gone_since_s_) ++frames_gone_;
   Tally now{.time_s = time_s};
-  for (const ExpectedPoint& point : points) {
+  for (const tracking::ExpectedPoint& point : points) {
     if (point.times_expected < kKnownFor + frames_gone_) continue;
     const bool on = (point.position_in_world - subject.center_in_world).norm() <= subject.radius;
     (on ? now.expected_on : now.expected_off) += point.find_rate;
@@ -57,4 +58,4 @@ bool SubjectWatch::Moved(double time_s, std::span<const ExpectedPoint> points, c
   return gone_since_s_ && time_s - *gone_since_s_ >= kStaysGone_s;
 }
 
-}  // namespace ulf
+}  // namespace ulf::coverage

@@ -14,12 +14,12 @@
 #include "core/light_field/light_field.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::coverage {
 
 class SubjectWatch {
  public:
   // After every tracked frame.
-  bool Moved(double time_s, std::span<const ExpectedPoint> points, const Subject& subject);
+  bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Forget();
 
  private:
@@ -36,4 +36,4 @@ class SubjectWatch {
   int frames_gone_ = 0;  // since then
 };
 
-}  // namespace ulf
+}  // namespace ulf::coverage

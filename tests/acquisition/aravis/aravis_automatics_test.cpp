@@ -9,6 +9,7 @@
 #include "acquisition/device/features.h"
 #include "core/base/atomic_file.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -10,6 +10,7 @@
 #include "acquisition/aravis/aravis_device.h"
 #include "acquisition/device/device.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 
 namespace ulf::test {

@@ -10,6 +10,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

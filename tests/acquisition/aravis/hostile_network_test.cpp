@@ -5,6 +5,7 @@
 #include "acquisition/device/features.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"
 
 namespace ulf::test {

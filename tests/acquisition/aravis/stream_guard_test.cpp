@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"
 
 namespace ulf::test {

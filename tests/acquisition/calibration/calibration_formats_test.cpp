@@ -7,6 +7,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -11,6 +11,7 @@
 #include "acquisition/device/frame_recording.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -8,6 +8,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "commands/calibration/calibration_report.h"
 #include "tests/acquisition/calibration/synthetic_board_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

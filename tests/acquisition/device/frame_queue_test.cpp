@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "acquisition/device/frame_id_counter.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

@@ -10,6 +10,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/jpeg_file.h"
+#include "tests/support/floors.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"

@@ -2,6 +2,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

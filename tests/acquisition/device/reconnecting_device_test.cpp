@@ -8,6 +8,7 @@
 
 #include "acquisition/device/reaper.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/scripted_device.h"
 
 namespace ulf::test {

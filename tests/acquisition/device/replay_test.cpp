@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/name_order.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

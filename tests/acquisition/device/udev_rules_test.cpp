@@ -12,6 +12,7 @@
 
 #include "acquisition/device/udev_rules.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

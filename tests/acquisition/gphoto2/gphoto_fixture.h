@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/gphoto2/gphoto_device.h"
+#include "tests/support/floors.h"
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
 

@@ -11,6 +11,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
+#include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
 
 namespace ulf::test {

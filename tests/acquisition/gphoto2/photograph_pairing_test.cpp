@@ -2,6 +2,7 @@
 #include "acquisition/gphoto2/photograph_pairing.h"
 
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

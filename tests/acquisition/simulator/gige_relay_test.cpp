@@ -10,6 +10,7 @@
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -12,6 +12,7 @@
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -9,6 +9,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -3,6 +3,7 @@
 
 #include "acquisition/simulator/hand.h"
 #include "core/geometry/camera_model.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

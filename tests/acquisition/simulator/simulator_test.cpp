@@ -9,6 +9,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

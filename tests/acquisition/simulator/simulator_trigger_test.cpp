@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 
 namespace ulf {

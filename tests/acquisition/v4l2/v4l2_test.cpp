@@ -18,6 +18,7 @@
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "core/base/error.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/v4l2_camera.h"
 

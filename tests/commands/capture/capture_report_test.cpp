@@ -1,5 +1,6 @@
 // What the operator reads at the end of a capture.
 #include "commands/capture/capture_report.h"
+#include "tests/support/floors.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -8,6 +8,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

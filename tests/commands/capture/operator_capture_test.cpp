@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/simulator/scene/scene.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -9,6 +9,7 @@
 #include "commands/capture/close_at_death.h"
 #include "core/base/signal_stack.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/floors.h"
 
 namespace {
 

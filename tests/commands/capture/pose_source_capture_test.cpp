@@ -18,6 +18,7 @@
 #include "render/quality/nearest_view.h"
 #include "render/quality/quality.h"
 #include "render/scene/renderer.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -12,6 +12,7 @@
 #include "core/base/atomic_file.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 #include "tests/support/test_paths.h"
 

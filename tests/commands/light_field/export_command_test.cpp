@@ -13,6 +13,7 @@
 #include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/refine/light_field_input.h"
@@ -137,6 +138,15 @@ TEST_F(ExportCommand, KeepsPointsWhereNoneCanBeMeasured) {
   }
   EXPECT_EQ(ReadAsColmap(scratch / "colmap/sparse/0").points.size(), 2u);
   EXPECT_EQ(ReadLightField(scratch / "nerfstudio").points.size(), 2u);
+}
+
+TEST_F(ExportCommand, WritesNothingIntoTheLightField) {
+  for (const char* inside : {"", "/out", "/images/../out"}) {
+    const auto run = RunUlf("export colmap " + Dir().string() + " -o " + Dir().string() + inside);
+    EXPECT_EQ(run.exit_code, 2) << inside;
+    EXPECT_THAT(run.errors, HasSubstr("lies in the light field"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(Dir() / "out"));
 }
 
 TEST_F(ExportCommand, SaysWhatItCutAndWhatItFound) {

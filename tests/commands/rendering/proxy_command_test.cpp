@@ -11,6 +11,7 @@
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/without_opengl.h"
 
@@ -103,6 +104,19 @@ TEST(ProxyCommand, MaskedPartsGiveNoSurface) {
   const int whole = points("whole", false), half = points("half", true);
   EXPECT_GT(half, 0.2 * whole);
   EXPECT_LT(half, 0.7 * whole);
+}
+
+TEST(ProxyCommand, NamesWhatIsNoMeshFileAndHowToMakeADamagedOneAnew) {
+  const test::ScratchFolder scratch;
+  WriteWall(scratch / "my wall");
+  const std::string dir = "\"" + (scratch / "my wall").string() + "\"";
+  const auto stl = RunUlf("proxy " + dir + " -o " + (scratch / "wall.stl").string());
+  EXPECT_EQ(stl.exit_code, 2);
+  EXPECT_THAT(stl.errors, HasSubstr("ending in .ply"));
+  std::ofstream(scratch / "my wall/proxy.ply") << "ply\nformat ascii 1.0\nelement vertex 9\n";
+  const auto render = RunUlf("render " + dir + " --frames 1 -o " + (scratch / "x.png").string());
+  EXPECT_EQ(render.exit_code, 1);
+  EXPECT_THAT(render.errors, HasSubstr("ulf proxy " + dir));
 }
 
 TEST(ProxyCommand, WorksWithoutOpenGl) {

@@ -13,6 +13,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/without_opengl.h"
 

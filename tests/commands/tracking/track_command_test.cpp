@@ -17,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/plot/gnuplot.h"
+#include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
@@ -71,6 +72,13 @@ TEST(TrackCommand, OnAFullDiskTheReportIsPrinted) {
   EXPECT_THAT(run.output, testing::HasSubstr("40 frames, 40 tracked"));
   EXPECT_THAT(run.errors, testing::HasSubstr("poses.txt: writing failed: No space left on device"));
   EXPECT_FALSE(std::filesystem::exists(poses)) << "an empty file is none";
+  const std::filesystem::path chart = scratch / "run.png";
+  const auto drawn = test::RunUlf(
+      "track 'sim:studio?width=160&height=120' --frames 10 --poses known --deterministic --plot " +
+      chart.string());
+  EXPECT_EQ(drawn.exit_code, 1);
+  EXPECT_THAT(drawn.errors, testing::HasSubstr("No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(chart));
 }
 
 // A map that fails and finds itself within one frame was lost as often as it was found.

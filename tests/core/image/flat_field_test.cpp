@@ -8,6 +8,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "core/geometry/sensor_window.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

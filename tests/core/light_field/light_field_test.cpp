@@ -18,6 +18,8 @@
 #include "core/light_field/journal.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/floors.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -430,6 +432,21 @@ TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
   for (const char* made : {"000001.png", "000003.png"})
     EXPECT_TRUE(fs::exists(scratch / "lf/images" / made)) << made;
   EXPECT_FALSE(fs::exists(scratch / "lf/images/000002.png"));
+}
+
+// A capture that cannot begin leaves nothing that stands in the way of the next one; nor does a journal that
+// was cut off before its header.
+TEST(LightFieldOnDisk, OneThatCouldNotBeginLeavesNothing) {
+  const ScratchFolder scratch;
+  if (const auto problem = test::MountSmallDisk(scratch.path(), 1 << 20)) GTEST_SKIP() << *problem;
+  test::FillDisk(scratch / "filler");
+  EXPECT_THROW(LightFieldWriter::Create(scratch / "lf", Header()), DiskFullError);
+  EXPECT_FALSE(fs::exists(scratch / "lf"));
+  fs::remove(scratch / "filler");
+  fs::create_directories(scratch / "lf/images");
+  std::ofstream(scratch / "lf/journal.jsonl") << "{\"event\":\"hea";
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
+  EXPECT_EQ(writer.AddView(NoiseFrame(1), ViewNumber(0)).id, 1);
 }
 
 // What an import brought, or a scan, no measurement of ours takes the place of.

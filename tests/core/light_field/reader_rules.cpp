@@ -1,4 +1,5 @@
 #include "tests/core/light_field/reader_rules.h"
+#include "tests/support/floors.h"
 
 #include <fmt/format.h>
 

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "coverage/bound/capture_prediction.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

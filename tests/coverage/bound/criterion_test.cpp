@@ -11,6 +11,7 @@
 #include <random>
 
 #include "tests/support/bound_oracle.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "coverage/bound/capture_prediction.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

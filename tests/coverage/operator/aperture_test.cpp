@@ -5,6 +5,7 @@
 #include "coverage/operator/reprojection.h"
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

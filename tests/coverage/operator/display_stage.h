@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "coverage/operator/operator_display.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "coverage/bound/sphere_outline.h"
 #include "tests/coverage/operator/display_stage.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

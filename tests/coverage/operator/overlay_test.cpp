@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "coverage/bound/sphere_outline.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "coverage/operator/key_help.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

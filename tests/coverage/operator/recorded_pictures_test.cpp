@@ -10,6 +10,7 @@
 
 #include "core/light_field/light_field_io.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
 namespace ulf::test {

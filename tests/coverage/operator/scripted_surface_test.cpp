@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/operator_display.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 

@@ -18,6 +18,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/session/capture_session.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tracking/sources/pose_source.h"
 

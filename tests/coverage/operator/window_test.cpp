@@ -13,6 +13,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/x11_person.h"

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/coverage/operator/display_stage.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

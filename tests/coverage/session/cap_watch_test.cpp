@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -11,6 +11,7 @@
 #include "coverage/session/subject/subject_finder.h"
 #include "coverage/session/subject/subject_watch.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "coverage/session/capture_session.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

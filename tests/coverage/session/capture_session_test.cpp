@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "coverage/bound/sphere_outline.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
 #include "tests/support/test_paths.h"
 

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/light_field/journal.h"
 #include "coverage/session/capture_session.h"
+#include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"

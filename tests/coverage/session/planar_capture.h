@@ -11,6 +11,7 @@
 
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/capture_session.h"
+#include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
 
 namespace ulf::test {

@@ -8,6 +8,7 @@
 
 #include "acquisition/simulator/simulated_device.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

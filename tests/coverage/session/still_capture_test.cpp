@@ -23,6 +23,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/recorded_pictures.h"
 #include "coverage/session/capture_session.h"
+#include "tests/support/floors.h"
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
 

@@ -20,6 +20,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/light_field/folder_repair.h"
+#include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 

@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "coverage/bound/capture_prediction.h"
+#include "tests/support/floors.h"
 #include "tests/support/imagined_capture.h"
 
 namespace ulf::test {

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "render/scene/renderer.h"
+#include "tests/support/floors.h"
 
 int main() {
   try {

@@ -1,6 +1,7 @@
 // The tracker without OpenGL and without a camera library: linked with all of ulf_tracking and nothing else.
 #include <cstdio>
 
+#include "tests/support/floors.h"
 #include "tracking/tracker/tracker.h"
 
 int main() {

@@ -14,6 +14,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

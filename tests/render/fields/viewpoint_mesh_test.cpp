@@ -11,6 +11,7 @@
 
 #include "render/fields/loop_subdivision.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

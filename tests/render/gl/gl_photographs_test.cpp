@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "render/gl/gl_renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

@@ -11,6 +11,7 @@
 #include "render/output/keyframes.h"
 #include "render/output/path_files.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -12,6 +12,7 @@
 #include "render/output/picture_memory.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -33,6 +33,7 @@
 #include "render/scene/reference_renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

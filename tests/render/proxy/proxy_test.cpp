@@ -14,6 +14,7 @@
 #include "render/quality/quality.h"
 #include "render/scene/renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

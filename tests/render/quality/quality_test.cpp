@@ -1,4 +1,5 @@
 #include "render/quality/quality.h"
+#include "tests/support/floors.h"
 
 #include <gtest/gtest.h>
 

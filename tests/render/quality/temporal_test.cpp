@@ -13,6 +13,7 @@
 #include "render/quality/temporal_error.h"
 #include "render/quality/temporal_evaluation.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

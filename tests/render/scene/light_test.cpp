@@ -16,6 +16,7 @@
 #include "render/quality/evaluate.h"
 #include "render/scene/renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

@@ -15,6 +15,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/scene/photograph_loader.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

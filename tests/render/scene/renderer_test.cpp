@@ -15,6 +15,7 @@
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 

@@ -8,6 +8,7 @@
 
 #include "core/base/at.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

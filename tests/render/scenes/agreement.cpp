@@ -7,6 +7,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/proxy/depth_raster.h"
 #include "render/scene/reference_renderer.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

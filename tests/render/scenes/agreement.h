@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "render/scene/renderer.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -9,6 +9,7 @@
 #include "render/output/camera_path.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

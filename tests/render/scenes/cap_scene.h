@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "render/scene/scene.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -7,6 +7,7 @@
 
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/scene/scene.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -6,6 +6,7 @@
 
 #include "render/stereo/depth_range.h"
 #include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

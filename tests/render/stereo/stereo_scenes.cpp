@@ -1,4 +1,5 @@
 #include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
 
 #include <Eigen/Geometry>
 #include <array>

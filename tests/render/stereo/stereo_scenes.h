@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/stereo/stereo_view.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 

@@ -13,6 +13,7 @@
 #include "render/stereo/tetrahedra.h"
 #include "render/stereo/view_selection.h"
 #include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
 
 namespace ulf {
 namespace {

@@ -8,6 +8,7 @@
 #include "render/viewer/viewer_words.h"
 #include "render/viewer/where_am_i.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "render/display/key_names.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {

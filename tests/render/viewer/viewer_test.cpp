@@ -17,6 +17,7 @@
 #include "render/output/picture_files.h"
 #include "render/viewer/viewer_files.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/geometry/similarity3.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_uncertainty.h"
 #include "tracking/estimation/residuals.h"

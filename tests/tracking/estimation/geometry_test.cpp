@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/geometry/triangulation.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"

@@ -9,6 +9,7 @@
 
 #include "core/base/quantile.h"
 #include "core/image/image.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tracking/estimation/relative_pose.h"
 #include "tracking/features/features.h"

@@ -11,6 +11,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/row_motion.h"
 #include "tracking/tracker/tracker.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/features/matching.h"

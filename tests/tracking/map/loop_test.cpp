@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/similarity3.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/pose_graph.h"
 #include "tracking/map/loop_closer.h"

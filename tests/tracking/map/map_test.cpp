@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "core/geometry/digest.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/map_file.h"

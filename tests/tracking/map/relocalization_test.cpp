@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/quantile.h"
+#include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"

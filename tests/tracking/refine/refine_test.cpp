@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/refine/refine.h"

@@ -7,6 +7,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "tests/support/floors.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/relative_pose.h"
 

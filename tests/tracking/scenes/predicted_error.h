@@ -14,6 +14,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 

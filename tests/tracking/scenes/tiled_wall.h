@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/tracker/frame_locator.h"
 

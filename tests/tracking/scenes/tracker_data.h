@@ -9,6 +9,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

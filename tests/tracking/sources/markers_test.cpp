@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/marker_detector.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"

@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tracking/sources/pose_source.h"
 #include "tracking/sources/pose_stream.h"

@@ -12,6 +12,7 @@
 #include "acquisition/device/frame_queue.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/child_process.h"
+#include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 #include "tracking/tracker/tracker.h"
 

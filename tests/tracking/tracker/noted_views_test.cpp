@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/base/quantile.h"
+#include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/map/map.h"
 #include "tracking/tracker/tracker.h"

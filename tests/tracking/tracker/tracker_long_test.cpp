@@ -7,6 +7,7 @@
 #include <random>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/predicted_error.h"
 #include "tests/tracking/scenes/standing.h"

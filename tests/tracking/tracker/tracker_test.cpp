@@ -8,6 +8,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/predicted_error.h"

@@ -11,6 +11,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
+#include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/sources/pose_source.h"
