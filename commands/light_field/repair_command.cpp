@@ -20,7 +20,7 @@ struct RepairArgs {
 
 void PrintText(const RepairPlan& plan, const RepairArgs& args) {
   for (const std::string& each : plan.found) fmt::print("found: {}\n", each);
-  if (!plan.any()) {
+  if (!plan.any() && plan.not_done.empty()) {
     fmt::print("{}: {}, {}\n", args.dir, Counted(plan.views_before, "view"),
                plan.found.empty() ? "nothing to repair" : "nothing that can be repaired");
     return;

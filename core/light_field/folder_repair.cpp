@@ -332,8 +332,8 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
                              fs::is_regular_file(dir / view.master_path);
   plan.new_journal = plan.header || !plan.recovered.empty() || !plan.poses.empty() || !plan.cameras.empty() ||
                      !plan.taken_out.empty() || plan.settings || !journal.damaged.empty();
-  plan.new_derived =
-      plan.new_journal || check.not_closed || !check.transforms.IsOurs() || !check.model.IsOurs();
+  plan.new_derived = plan.new_journal || check.not_closed || !check.transforms.IsOurs() ||
+                     !check.model.IsOurs() || check.model.is_cut;
   if (!plan.new_journal) CompareDerived(dir, journal.light_field, check, plan);
   plan.views_after = plan.views_before + plan.recovered.size() - plan.taken_out.size();
   return plan;

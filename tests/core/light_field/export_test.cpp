@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -345,8 +346,11 @@ TEST(Export, RefusesAFolderThatHoldsSomething) {
   MakeFolder(scratch / "out/mine");
   EXPECT_THAT([&] { Export(source, scratch / "out", ExportForm::kColmapText, false); },
               ThrowsMessage<Error>(HasSubstr("not an empty folder")));
-  EXPECT_THAT([&] { Export(source, scratch / "lf/journal.jsonl", ExportForm::kColmapText, false); },
+  std::ofstream(scratch / "out/mine/file") << "mine";
+  EXPECT_THAT([&] { Export(source, scratch / "out/mine/file", ExportForm::kColmapText, false); },
               ThrowsMessage<Error>(HasSubstr("not an empty folder")));
+  EXPECT_THAT([&] { Export(source, scratch / "lf/journal.jsonl", ExportForm::kColmapText, false); },
+              ThrowsMessage<Error>(HasSubstr("lies in the light field")));
   // What a killed export left of this name goes with the next, what a living one writes stays.
   MakeFolder(scratch / ".new.999999999.part/images");
   const std::string living = fmt::format(".new.{}.part", getppid());

@@ -242,9 +242,10 @@ TEST_F(Folder, AMissingJournalIsMadeFromTheModelAlone) {
     EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf repair")));
     const auto done = test::RunUlf("repair " + dir().string() + " --write");
     EXPECT_EQ(done.exit_code, 0) << done.errors;
-    EXPECT_THAT(done.output, AllOf(HasSubstr("subject, up, goal, masters"), HasSubstr("header from sparse/0"),
-                                   HasSubstr("did this: write a journal\n"), HasSubstr("0 before, 4 now"),
-                                   Not(HasSubstr("damaged"))));
+    EXPECT_THAT(done.output,
+                AllOf(HasSubstr("subject, up, goal and times"), HasSubstr("header from sparse/0"),
+                      HasSubstr("did this: write a journal\n"), HasSubstr("0 views before, 4 now"),
+                      Not(HasSubstr("damaged"))));
     const LightField repaired = ReadSaying({});
     ASSERT_EQ(repaired.views.size(), 4u);
     EXPECT_EQ(repaired.cameras, whole.cameras);
@@ -722,7 +723,7 @@ TEST_F(Folder, AnEndOfZerosIsALostEnd) {
     const LightField repaired = ReadSaying({});
     ASSERT_EQ(repaired.views.size(), 6u);
     for (const View& view : repaired.views)
-      EXPECT_EQ(view.cam_from_world.translation, moved.at(view.id).translation) << end;
+      EXPECT_LT((view.cam_from_world.translation - moved.at(view.id).translation).norm(), 1e-12) << end;
     EXPECT_EQ(repaired.capture_s, 20);
     EXPECT_EQ(ReadWholeFile(dir() / "kept/journal-1.jsonl"), before.at("journal.jsonl"));
   }
@@ -731,7 +732,7 @@ TEST_F(Folder, AnEndOfZerosIsALostEnd) {
 TEST_F(Folder, ALostGoalComesBackAndIsNamed) {
   Sample(3);
   Rewrite(dir() / "journal.jsonl",
-          [](std::string& bytes) { bytes.resize(bytes.rfind("{\"event\":\"close\"")); });
+          [](std::string& bytes) { bytes.resize(bytes.rfind('\n', bytes.find("\"event\":\"close\"")) + 1); });
   ReadSaying({"its last lines are lost", "all poses are there"});
   EXPECT_THAT(Repair(dir()).steps,
               Contains(HasSubstr("put back what transforms.json still tells of subject")));
@@ -742,7 +743,7 @@ TEST_F(Folder, ALostGoalComesBackAndIsNamed) {
 TEST_F(Folder, AModelThatIsCutIsSaidAndMadeAnew) {
   Sample(5);
   const std::string whole = ReadWholeFile(dir() / "sparse/0/images.txt");
-  fs::resize_file(dir() / "sparse/0/images.txt", whole.size() / 2);
+  fs::resize_file(dir() / "sparse/0/images.txt", whole.size() - 3);
   ReadSaying({"sparse/0/images.txt is cut short", "ulf repair"});
   Repair(dir());
   EXPECT_EQ(ReadWholeFile(dir() / "sparse/0/images.txt"), whole);
@@ -765,7 +766,7 @@ TEST_F(Folder, AModelThatIsCutIsSaidAndMadeAnew) {
     writer.UpdatePoses(moved);
     writer.Close(20);
   }
-  fs::resize_file(dir() / "sparse/0/images.txt", fs::file_size(dir() / "sparse/0/images.txt") / 2);
+  fs::resize_file(dir() / "sparse/0/images.txt", fs::file_size(dir() / "sparse/0/images.txt") - 3);
   fs::resize_file(dir() / "journal.jsonl", fs::file_size(dir() / "journal.jsonl") - 400);
   fs::remove(dir() / "transforms.json");
   EXPECT_TRUE(PlanRepair(dir()).poses.empty());
