@@ -28,39 +28,31 @@ if(ULF_SANITIZE)
   target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE})
 endif()
 
+# The cache finds a file again in any checkout: paths count from its root (BASEDIR), a precompiled header is known by its
+# content and not by the time it was written (SLOPPINESS), and where nothing is known yet no time goes into a first run
+# of the preprocessor (DEPEND).
 find_program(CCACHE ccache)
 if(CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_DEPEND=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE})
 endif()
 
-# Files are compiled eight at a time, since most of the time goes into what they all include. (CMake's own unity builds
-# name files absolutely: no compiler cache finds them again in another checkout.)
-function(ulf_batch sources name)
-  set(apart ${${sources}})
-  list(FILTER apart INCLUDE REGEX "^/")  # generated headers
-  list(FILTER ${sources} EXCLUDE REGEX "^/")
-  set(batches)
-  while(${sources})
-    list(SUBLIST ${sources} 0 8 batch)
-    list(REMOVE_ITEM ${sources} ${batch})
-    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-    list(TRANSFORM batch REPLACE "(.+)" "#include \"${folder}/\\1\"\n")
-    string(JOIN "" batch ${batch})
-    list(LENGTH batches index)
-    file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/batches/${name}_${index}.cpp CONTENT "${batch}" @ONLY)
-    list(APPEND batches ${CMAKE_CURRENT_BINARY_DIR}/batches/${name}_${index}.cpp)
-  endwhile()
-  set(${sources} ${apart} ${batches} PARENT_SCOPE)
-endfunction()
+# Most of the time goes into what all files include: eight at a time they take half the processor time. For a build
+# from nothing (./run makes such ones); afterwards one changed file costs eight, and tools that read
+# compile_commands.json see only one file in eight.
+option(ULF_UNITY "Compile the libraries' files eight at a time" OFF)
 
 # ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
-# APART: files with options of their own, or with private names that others have, too.
+# APART: files with private names that others have, too (CMake itself keeps files with options of their own apart).
 function(ulf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  ulf_batch(ARG_SOURCES ${name})
   add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART})
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
-  target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # which takes a file in a batch for a header
+  if(ULF_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
+  endif()
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()

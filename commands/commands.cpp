@@ -8,7 +8,7 @@
 #include "commands/camera/record_command.h"
 #include "commands/camera/simulate_command.h"
 #include "commands/capture/capture_command.h"
-#include "commands/capture/close_at_death.h"
+#include "commands/capture/crash_handler.h"
 #include "commands/capture/plan_command.h"
 #include "commands/light_field/export_command.h"
 #include "commands/light_field/import_command.h"
@@ -46,7 +46,7 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddSheetCommand(app, chosen);
   AddReviewCommand(app, chosen);
   AddRefineCommand(app, chosen);
-  AddCloseAfterDeathCommand(app, chosen);
+  AddCloseAfterCrashCommand(app, chosen);
   AddExportCommand(app, chosen);
 }
 

@@ -152,7 +152,7 @@ void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
   }
 }
 
-bool AnyAravisAutomaticIsOn(const AravisSession& session, const AravisOptions& options) {
+bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {
   for (const Automatic& automatic : kAutomatics)
     if (IsOnUnasked(session, options, automatic)) return true;
   return false;

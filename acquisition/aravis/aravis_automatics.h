@@ -19,7 +19,7 @@ void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
                            const AravisOptions& options);
 
 // Whether any is on that the URI does not ask for.
-bool AnyAravisAutomaticIsOn(const AravisSession& session, const AravisOptions& options);
+bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options);
 
 // Switches those off, and writes what they had reached.
 struct AravisFrozen {

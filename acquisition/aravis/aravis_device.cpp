@@ -17,9 +17,9 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/device/background_closer.h"
 #include "acquisition/device/frame_id_counter.h"
 #include "acquisition/device/frame_queue.h"
-#include "acquisition/device/reaper.h"
 #include "core/base/clock_offset.h"
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
@@ -191,7 +191,7 @@ void AravisDevice::Start() {
   said_priority_ = said_socket_buffer_ = said_refused_ = false;
   trigger_out_ = false;
   settled_at_.reset();
-  if (AnyAravisAutomaticIsOn(*session_, options_)) {
+  if (HasAutomaticOn(*session_, options_)) {
     // A camera that waits for triggers sees nothing by itself that it could settle on.
     if (options_.Triggered() || options_.settle_s == 0)
       Freeze();
@@ -231,7 +231,7 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
 // the same pictures.
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
-  some_stay_on_ = AnyAravisAutomaticIsOn(*session_, options_);
+  some_stay_on_ = HasAutomaticOn(*session_, options_);
   for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
   ReadLight(*session_, info_.uri, configured_);
   frames_->SetLight(configured_);
@@ -272,7 +272,7 @@ void AravisDevice::Stop() {
   frames_.reset();
   stream_.reset();
   if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
-    Reaper::Instance().Bury(std::move(session_));
+    BackgroundCloser::Instance().CloseInBackground(std::move(session_));
     return;
   }
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
@@ -348,9 +348,9 @@ void AravisDevice::SayOnce() {
   }
   if (said_socket_buffer_ || first_of_stream_) return;
   said_socket_buffer_ = true;
-  if (const auto& why = stream_->WhyUnguarded())
+  if (const auto& why = stream_->UnguardedReason())
     Say(DeviceEventKind::kNotice, "whoever can reach this computer can disturb the camera's stream: " + *why);
-  if (const auto words = stream_->WhySocketBufferIsSmall()) Say(DeviceEventKind::kNotice, *words);
+  if (const auto words = stream_->SocketBufferWarning()) Say(DeviceEventKind::kNotice, *words);
 }
 
 // The library hears of a broken control channel from its own heartbeat, up to five seconds after. While no
@@ -458,7 +458,7 @@ void AravisDevice::CountId(ArvBuffer* buffer, FrameStatus status) {
 
 void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
   if (std::exchange(said_incomplete_, true)) return;
-  const auto why = stream_->WhySocketBufferIsSmall();
+  const auto why = stream_->SocketBufferWarning();
   Say(DeviceEventKind::kNotice,
       fmt::format("frame {} arrived incomplete ({}); such frames are counted, not used{}", id,
                   BufferStatusText(status), why ? ". Perhaps because " + *why : ""));

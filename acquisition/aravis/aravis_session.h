@@ -4,7 +4,7 @@
 // if the last reference then falls inside the emission, the library waits for its own thread and aborts. So
 // the handler only sets a flag; letting go disconnects it, waits until it is out, and gives the emission time
 // to return. Letting go of a camera that is gone blocks for seconds (each call waits out its retries): that
-// is for the Reaper (reaper.h).
+// is for the BackgroundCloser (background_closer.h).
 #pragma once
 
 #include <atomic>

@@ -117,7 +117,7 @@ void AravisStream::Guard() {
     }
     arv_stream_start_thread(stream);
   } catch (const Error& error) {
-    why_unguarded_ = error.what();
+    unguarded_reason_ = error.what();
   }
 }
 
@@ -150,7 +150,7 @@ std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
   return static_cast<std::size_t>(bytes / 2);  // the kernel counts its own notes besides, as much again
 }
 
-std::optional<std::string> AravisStream::WhySocketBufferIsSmall() const {
+std::optional<std::string> AravisStream::SocketBufferWarning() const {
   const auto granted = GrantedSocketBuffer();
   // Less than a frame loses packets whoever wanted it so; more is room to spare, unless asked for by name.
   const std::size_t needed = options_.socket_buffer_bytes

@@ -27,9 +27,9 @@ class AravisStream {
   std::optional<bool> PriorityGranted() const;
   // Where the system gave a smaller receive buffer than was asked for, with the way out; none: it did not.
   // Known when the first packets are there.
-  std::optional<std::string> WhySocketBufferIsSmall() const;
+  std::optional<std::string> SocketBufferWarning() const;
   // Why packets reach the library unchecked; none: they are checked.
-  const std::optional<std::string>& WhyUnguarded() const { return why_unguarded_; }
+  const std::optional<std::string>& UnguardedReason() const { return unguarded_reason_; }
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
   // Of a camera that told the wrong port: true where it was checked until now.
   bool AllowAnyPort();
@@ -53,8 +53,8 @@ class AravisStream {
   std::optional<std::size_t> GrantedSocketBuffer() const;
 
   int socket_ = -1;                     // the library's; -1: another bus, or not found
-  std::shared_ptr<StreamGuard> guard_;  // none: see why_unguarded_
-  std::optional<std::string> why_unguarded_;
+  std::shared_ptr<StreamGuard> guard_;  // none: see unguarded_reason_
+  std::optional<std::string> unguarded_reason_;
   std::size_t buffers_ = 0;
   std::size_t socket_buffer_bytes_ = 0;  // asked for
 };

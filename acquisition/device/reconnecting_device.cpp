@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "acquisition/device/reaper.h"
+#include "acquisition/device/background_closer.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
@@ -148,7 +148,8 @@ class ReconnectingDevice : public Device {
 
   ~ReconnectingDevice() override {
     Stop();
-    if (driver_ && IsOver(driver_->State())) Reaper::Instance().Bury(std::move(driver_));
+    if (driver_ && IsOver(driver_->State()))
+      BackgroundCloser::Instance().CloseInBackground(std::move(driver_));
   }
 
   DeviceInfo Info() const override {
@@ -275,7 +276,7 @@ void ReconnectingDevice::Stop() {
     const std::lock_guard lock(search_->mutex);
     search_->stop = true;
     search_->changed.notify_all();
-    Reaper::Instance().Bury(std::move(search_->found));
+    BackgroundCloser::Instance().CloseInBackground(std::move(search_->found));
   }
   search_.reset();
   const bool running = state_ != DeviceState::kConnected && state_ != DeviceState::kLost;
@@ -302,7 +303,7 @@ void ReconnectingDevice::Retire() {
     driver_.reset();
   }
   problem_known_ = true;
-  Reaper::Instance().Bury(std::move(dead));
+  BackgroundCloser::Instance().CloseInBackground(std::move(dead));
 }
 
 void ReconnectingDevice::Fault(const std::string& problem) {
@@ -345,7 +346,7 @@ void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
     const std::lock_guard lock(mutex_);
     known = info_;
   }
-  Reaper::Instance().Bury(
+  BackgroundCloser::Instance().CloseInBackground(
       std::function<void()>([search = search_, how = how_, known, begin, until = give_up_] {
         RunSearch(search, how, known, begin, until);
       }));

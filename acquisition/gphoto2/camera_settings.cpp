@@ -116,7 +116,7 @@ bool IsAutomatic(const std::string& value) {
          text.starts_with("one shot") || text.starts_with("ai ");
 }
 
-std::string WhyRawIsNotEnough(GphotoCamera& camera, const std::string& image_format) {
+std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format) {
   if (ComesWithJpeg(image_format)) return "";
   return fmt::format(
       "the image format is '{}': its photographs are kept in unposed/ but cannot be used, raw is not decoded "

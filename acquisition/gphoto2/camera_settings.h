@@ -32,7 +32,7 @@ std::optional<std::string> ManualChoice(const std::vector<std::string>& choices)
 bool IsAutomatic(const std::string& value);
 
 // For people, of an image format without JPEG: what is to be set instead. Empty where there is a JPEG.
-std::string WhyRawIsNotEnough(GphotoCamera& camera, const std::string& image_format);
+std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 
 class CameraSettings {
  public:

@@ -394,7 +394,7 @@ class GphotoDevice : public Device {
 
   void NoticeRawOnly() {
     if (said_raw_only_) return;
-    const std::string words = WhyRawIsNotEnough(*camera_, settings_.Value(ShotSetting::kFormat));
+    const std::string words = RawFormatProblem(*camera_, settings_.Value(ShotSetting::kFormat));
     if (!words.empty()) Notice(words);
     said_raw_only_ = !words.empty();
   }

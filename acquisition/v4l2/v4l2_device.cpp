@@ -43,8 +43,9 @@ class V4l2Device : public Device {
       info_.uri = named.Text();
     }
     node_ = std::make_unique<V4l2Node>(camera.node);
-    const V4l2Mode mode = ChooseV4l2Mode(info_.uri, V4l2Modes(*node_, options_.wish.size), options_.wish);
-    configured_ = SetV4l2Mode(*node_, mode, options_.wish.fps);
+    const V4l2Mode mode =
+        ChooseV4l2Mode(info_.uri, V4l2Modes(*node_, options_.request.size), options_.request);
+    configured_ = SetV4l2Mode(*node_, mode, options_.request.fps);
     controls_ = V4l2Controls(*node_);
     RequireControls();
     stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);

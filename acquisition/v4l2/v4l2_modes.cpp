@@ -189,39 +189,40 @@ std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node) {
   return codes;
 }
 
-V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all, const V4l2Wish& wish) {
+V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all,
+                        const V4l2ModeRequest& request) {
   if (all.empty())
     throw Error("{}: the camera has no pixel format that this program reads; it reads {}", uri,
                 SupportedPixelFormats());
   const auto any = [](const V4l2Mode&) { return true; };
   const auto is_format = [&](const V4l2Mode& mode) {
-    return !wish.fourcc || mode.fourcc == *wish.fourcc ||
-           mode.format.name == PixelFormatOfFourcc(*wish.fourcc)->name;
+    return !request.fourcc || mode.fourcc == *request.fourcc ||
+           mode.format.name == PixelFormatOfFourcc(*request.fourcc)->name;
   };
   const auto is_size = [&](const V4l2Mode& mode) {
-    return is_format(mode) && (!wish.size || Size{mode.width, mode.height} == *wish.size);
+    return is_format(mode) && (!request.size || Size{mode.width, mode.height} == *request.size);
   };
   const auto is_rate = [&](const V4l2Mode& mode) {
-    return is_size(mode) && (!wish.fps || mode.Offers(*wish.fps));
+    return is_size(mode) && (!request.fps || mode.Offers(*request.fps));
   };
   if (std::none_of(all.begin(), all.end(), is_format))
-    throw UsageError("{}: the camera does not send {}; it sends {}", uri, FourccText(*wish.fourcc),
+    throw UsageError("{}: the camera does not send {}; it sends {}", uri, FourccText(*request.fourcc),
                      ListOf(all, any, [](const V4l2Mode& mode) { return std::string(mode.format.name); }));
   if (std::none_of(all.begin(), all.end(), is_size))
-    throw UsageError("{}: the camera does not send {}x{}{}; it sends {}", uri, wish.size->first,
-                     wish.size->second, wish.fourcc ? " as " + FourccText(*wish.fourcc) : "",
+    throw UsageError("{}: the camera does not send {}x{}{}; it sends {}", uri, request.size->first,
+                     request.size->second, request.fourcc ? " as " + FourccText(*request.fourcc) : "",
                      ListOf(all, is_format, [](const V4l2Mode& mode) {
                        return fmt::format("{}x{}", mode.width, mode.height);
                      }));
   if (std::none_of(all.begin(), all.end(), is_rate))
-    throw UsageError("{}: the camera does not send {:g} frames a second there; it sends {}", uri, *wish.fps,
-                     ListOf(all, is_size, [](const V4l2Mode& mode) {
+    throw UsageError("{}: the camera does not send {:g} frames a second there; it sends {}", uri,
+                     *request.fps, ListOf(all, is_size, [](const V4l2Mode& mode) {
                        return fmt::format("{} {}x{} at {}", mode.format.name, mode.width, mode.height,
                                           FpsList(mode));
                      }));
   const auto comfortable = [&](const V4l2Mode& mode) {
-    return is_rate(mode) && (wish.size || mode.width * mode.height <= 1920 * 1080) &&
-           (wish.fps || mode.fps.empty() || mode.FastestFps() >= kFastEnough);
+    return is_rate(mode) && (request.size || mode.width * mode.height <= 1920 * 1080) &&
+           (request.fps || mode.fps.empty() || mode.FastestFps() >= kFastEnough);
   };
   const bool any_comfortable = std::any_of(all.begin(), all.end(), comfortable);
   const V4l2Mode* best = nullptr;

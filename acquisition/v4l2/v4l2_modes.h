@@ -27,7 +27,7 @@ struct V4l2Mode {
   bool Offers(double fps_wanted) const;
 };
 
-struct V4l2Wish {
+struct V4l2ModeRequest {
   std::optional<std::uint32_t> fourcc = {};
   std::optional<std::pair<int, int>> size = {};
   std::optional<double> fps = {};
@@ -39,10 +39,11 @@ std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<std::pair<in
 // Kernel's codes of what the camera sends and this program does not read.
 std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node);
 
-// What was not wished for: the largest picture up to 1920x1080 that comes at 24 frames a second or more (or
-// at the rate wished for), then the best format (PreferredPixelFormat). Throws UsageError listing what there
-// is when a wish cannot be met.
-V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& modes, const V4l2Wish& wish);
+// What was not asked for: the largest picture up to 1920x1080 that comes at 24 frames a second or more (or
+// at the rate asked for), then the best format (PreferredPixelFormat). Throws UsageError listing what there
+// is when a request cannot be met.
+V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& modes,
+                        const V4l2ModeRequest& request);
 
 struct V4l2Configured {
   PixelFormat format;

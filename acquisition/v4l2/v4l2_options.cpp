@@ -14,8 +14,8 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   for (const auto& [key, value] : uri.options) {
     if (!given.insert(key).second) throw UsageError("'{}': {} is given twice", uri.Text(), key);
     if (key == "format") {
-      options.wish.fourcc = FourccByName(value);
-      if (!options.wish.fourcc)
+      options.request.fourcc = FourccByName(value);
+      if (!options.request.fourcc)
         throw UsageError(
             "'{}': the pixel format {} is not one that webcams send and this program reads; "
             "YUYV, NV12 and MJPEG are the usual ones",
@@ -25,10 +25,10 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
       char rest = 0;
       if (std::sscanf(value.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1)
         throw UsageError("'{}': size must read WIDTHxHEIGHT, such as 1280x720", uri.Text());
-      options.wish.size = {width, height};
+      options.request.size = {width, height};
     } else if (key == "fps") {
-      options.wish.fps = uri.Number(key);
-      if (*options.wish.fps <= 0) throw UsageError("'{}': fps must be above 0", uri.Text());
+      options.request.fps = uri.Number(key);
+      if (*options.request.fps <= 0) throw UsageError("'{}': fps must be above 0", uri.Text());
     } else if (key == "io") {
       if (value != "mmap" && value != "userptr")
         throw UsageError("'{}': io must be mmap or userptr, not '{}'", uri.Text(), value);

@@ -12,7 +12,7 @@
 namespace ulf::acquisition {
 
 struct V4l2Options {
-  V4l2Wish wish;
+  V4l2ModeRequest request;
   V4l2Io io = V4l2Io::kMmap;
   double settle_s = 1;
   std::size_t queue = 4;

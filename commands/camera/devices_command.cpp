@@ -1,5 +1,7 @@
 #include "commands/camera/devices_command.h"
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>

@@ -12,7 +12,7 @@
 #include "acquisition/device/frame_recording.h"
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
-#include "commands/capture/close_at_death.h"
+#include "commands/capture/crash_handler.h"
 #include "commands/capture/pose_errors.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
@@ -170,7 +170,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   acquisition::FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   {
-    const CloseAtDeath guard(args.dir);
+    const CrashHandler guard(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
@@ -241,7 +241,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
   }
-  if (const std::string why = WhyFewRecorded(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
+  if (const std::string why = FewRecordedReason(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
   return kOk;
 }
 

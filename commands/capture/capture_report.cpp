@@ -138,7 +138,7 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
                      Counted(summary.frames, "frame"), InWords(reason), WayOut(reason));
 }
 
-std::string WhyFewRecorded(const coverage::CaptureSummary& summary) {
+std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
   constexpr double kFew = 0.2, kMost = 0.5;
   const bool as_wanted =
       summary.stopped_because == coverage::StoppedBecause::kCovered || summary.recorded == 0;

@@ -19,6 +19,6 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
 // Where most frames were refused although their viewpoint may have been wanted, and few of those that were
 // not covered already were recorded: the commonest reason and the way out; all that say that the camera looks
 // past the subject are one. Empty: nothing stood in the way. For captures that recorded something.
-std::string WhyFewRecorded(const coverage::CaptureSummary& summary);
+std::string FewRecordedReason(const coverage::CaptureSummary& summary);
 
 }  // namespace ulf::commands

@@ -77,7 +77,8 @@ int RunPlan(const PlanArgs& args) {
     throw UsageError(
         "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
         args.threshold_px);
-  if (const auto doubt = coverage::WhyTooFine(*prediction, goal.cap)) fmt::print(stderr, "ulf: {}\n", *doubt);
+  if (const auto doubt = coverage::ThresholdWarning(*prediction, goal.cap))
+    fmt::print(stderr, "ulf: {}\n", *doubt);
   const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
   const auto ratio = [&](const std::optional<double>& distance) {
     return distance ? std::optional(*distance / setup.distance) : std::nullopt;

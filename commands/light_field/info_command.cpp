@@ -1,6 +1,8 @@
 // ulf info: a light field in one row.
 #include "commands/light_field/info_command.h"
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>

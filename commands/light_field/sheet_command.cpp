@@ -51,7 +51,7 @@ coverage::CoverageMap MapOf(const LightField& light_field, const Subject& subjec
 std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
                                                    const std::optional<Subject>& subject) {
   const auto scene = render::LoadScene(light_field, {.subject = subject});
-  const std::vector<std::string> own = render::ProxiesOfItsOwn(light_field.root);
+  const std::vector<std::string> own = render::OwnProxies(light_field.root);
   if (own.empty()) return scene;
   return render::WithProxy(*scene, render::ProxyFromName(own.back(), scene->subject, light_field.root));
 }

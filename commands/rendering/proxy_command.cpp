@@ -17,6 +17,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
@@ -105,7 +106,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   const auto scene = render::LoadScene(light_field, options);
   std::vector<std::shared_ptr<const render::Proxy>> proxies{
       render::ProxyFromName("plane", scene->subject, args.dir)};
-  for (const std::string& name : render::ProxiesOfItsOwn(args.dir))
+  for (const std::string& name : render::OwnProxies(args.dir))
     if (name != "mesh") proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =

@@ -53,7 +53,7 @@ render::FieldOptions FieldOf(const ViewArgs& args) {
 std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
   if (args.proxy != render::kAuto) names.push_back(args.proxy);
-  const std::vector<std::string> own = render::ProxiesOfItsOwn(args.dir);
+  const std::vector<std::string> own = render::OwnProxies(args.dir);
   names.insert(names.end(), own.rbegin(), own.rend());
   names.push_back("plane");
   std::vector<render::OfferedProxy> proxies;

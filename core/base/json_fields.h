@@ -38,7 +38,8 @@ struct JsonPlace {
   // For files that people write by hand: a key that is misspelt would be missed without a word.
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
-    for (const auto& [key, value] : object.items()) {
+    for (const auto& item : object.items()) {
+      const std::string& key = item.key();
       std::string known;
       for (const char* each : keys) known += (known.empty() ? "" : ", ") + std::string(each);
       if (std::none_of(keys.begin(), keys.end(), [&](const char* each) { return key == each; }))

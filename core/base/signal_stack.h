@@ -1,5 +1,5 @@
 // A stack that a thread's signals are handled on, so that one who has overrun his own can still do something
-// about it (commands/capture/close_at_death.h). The kernel keeps one for each thread, and a new thread has
+// about it (commands/capture/crash_handler.h). The kernel keeps one for each thread, and a new thread has
 // none.
 #pragma once
 

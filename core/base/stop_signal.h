@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM as a wish to end in good order, for commands that run until told to stop.
+// SIGINT and SIGTERM as a request to end in good order, for commands that run until told to stop.
 #pragma once
 
 namespace ulf {

@@ -51,7 +51,8 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
   return prediction;
 }
 
-std::optional<std::string> WhyTooFine(const CapturePrediction& prediction, const std::optional<Cap>& cap) {
+std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
+                                            const std::optional<Cap>& cap) {
   constexpr double kMostViews = 100'000;
   constexpr char kWayOut[] = "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
   if (prediction.views && prediction.views->usual > kMostViews)

@@ -35,7 +35,8 @@ struct CapturePrediction {
 
 // More views than anybody takes, or discs so small that the coverage map cannot tell them apart: what to
 // change. None: all is well.
-std::optional<std::string> WhyTooFine(const CapturePrediction& prediction, const std::optional<Cap>& cap);
+std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
+                                            const std::optional<Cap>& cap);
 
 // The camera at `distance` from the subject's centre, in pixels of the coverage image.
 CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,

@@ -137,7 +137,7 @@ std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
     level_ = place->elevation;
     return place;
   }
-  goal_ = MostForTheWay(hand);
+  goal_ = BestPerDistance(hand);
   if (goal_) level_ = goal_->elevation;
   return goal_;
 }
@@ -192,7 +192,7 @@ std::optional<Guide::Place> Guide::ToTheRim(const Place& hand, int heading) cons
   }
 }
 
-std::optional<Guide::Place> Guide::MostForTheWay(const Place& hand) const {
+std::optional<Guide::Place> Guide::BestPerDistance(const Place& hand) const {
   constexpr double kTurn = 1;  // what a change of course costs, in disc radii of way
   const double radius = open_.disc_radius();
   const Vector3d here = open_.frame().Direction(hand.azimuth, hand.elevation);

@@ -68,7 +68,7 @@ class Guide {
   std::optional<Place> Next(const Place& hand, double time_s);
   std::optional<Place> AlongTheRow(const Place& hand, int heading) const;
   std::optional<Place> ToTheRim(const Place& hand, int heading) const;
-  std::optional<Place> MostForTheWay(const Place& hand) const;
+  std::optional<Place> BestPerDistance(const Place& hand) const;
   void NoteProgress(const Place& hand, const Place& place, double time_s);
   double Path(const OpenDirections::Run& run, double level) const;
   double Angle(const Place& a, const Place& b) const;

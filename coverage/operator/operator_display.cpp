@@ -28,7 +28,7 @@ OperatorDisplay::OperatorDisplay(render::Surface& surface, CaptureFeed& feed, Ca
                                  const DisplayOptions& options)
     : surface_(surface),
       feed_(feed),
-      wishes_(requests),
+      pending_(requests),
       review_(options.marker),
       colour_blind_(options.colour_blind) {}
 
@@ -48,7 +48,7 @@ void OperatorDisplay::TakeStates() {
   if (const auto problem = recorded_.TakeProblem()) Say(*problem);
   if (!state_is_new_) return;
   spread_.Offer(*state_);
-  subject_tool_.Follow(*state_, wishes_);
+  subject_tool_.Follow(*state_, pending_);
   const std::uint64_t unread = std::min<std::uint64_t>(
       state_->times_said - std::exchange(heard_of_capture_, state_->times_said), state_->said.size());
   for (auto line = state_->said.end() - static_cast<std::ptrdiff_t>(unread); line != state_->said.end();
@@ -86,14 +86,14 @@ bool OperatorDisplay::ShowTheEnd() {
 
 bool OperatorDisplay::LetGo() {
   if (!state_) return true;
-  if (subject_tool_.is_open()) subject_tool_.Close(wishes_);
-  return wishes_.Records(*state_);
+  if (subject_tool_.is_open()) subject_tool_.Close(pending_);
+  return pending_.Records(*state_);
 }
 
 // ---- input
 
 void OperatorDisplay::Finish() {
-  wishes_.Finish();
+  pending_.Finish();
   done_ = true;
 }
 
@@ -109,7 +109,7 @@ void OperatorDisplay::Handle(render::InputEvent event) {
   }
   if (std::holds_alternative<render::CloseAsked>(event)) return Finish();
   if (state_) {
-    if (subject_tool_.Handle(event, *state_, placement_.scale, wishes_)) return;
+    if (subject_tool_.Handle(event, *state_, placement_.scale, pending_)) return;
     if (review_.is_open() && TakesBackMarked(event)) return;
     if (review_.Handle(event, *state_)) return;
   }
@@ -124,7 +124,7 @@ bool OperatorDisplay::TakesBackMarked(const render::InputEvent& event) {
   if (frames_ - marked_at_frame_ < kFramesToSee) {
     Say(fmt::format("view {} has only just come under the mark: press again to take it back", *marked_view_));
   } else {  // what is marked next is seen first
-    wishes_.TakeBack(*std::exchange(marked_view_, std::nullopt));
+    pending_.TakeBack(*std::exchange(marked_view_, std::nullopt));
   }
   return true;
 }
@@ -138,7 +138,7 @@ void OperatorDisplay::Press(render::Key key) {
   switch (key) {
     case render::Key::kBackspace:
       if (state_)
-        if (const auto view = wishes_.LastView(*state_)) wishes_.TakeBack(*view);
+        if (const auto view = pending_.LastView(*state_)) pending_.TakeBack(*view);
       return;
     case render::Key::kF11:
       return surface_.ToggleFullScreen();
@@ -159,10 +159,10 @@ void OperatorDisplay::Type(char32_t character) {
       keys_shown_ = !keys_shown_;
       return;
     case ' ':
-      if (state_) wishes_.Record(!wishes_.Records(*state_));
+      if (state_) pending_.Record(!pending_.Records(*state_));
       return;
     case 's':
-      if (state_) subject_tool_.Open(*state_, wishes_);
+      if (state_) subject_tool_.Open(*state_, pending_);
       return;
     case 'r':
       if (state_) review_.Open(*state_);
@@ -316,7 +316,7 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   }
   if (virtual_camera) {
     const auto mark =
-        MarkNearestView(state, wishes_, virtual_camera->camera, virtual_camera->cam_from_world, palette());
+        MarkNearestView(state, pending_, virtual_camera->camera, virtual_camera->cam_from_world, palette());
     if (mark) {
       marked_view_ = mark->id;
       painter_.Draw(mark->shapes, placement_);

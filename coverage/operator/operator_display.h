@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "coverage/operator/panels.h"
+#include "coverage/operator/pending_requests.h"
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/recorded_pictures.h"
 #include "coverage/operator/reprojection.h"
 #include "coverage/operator/review.h"
 #include "coverage/operator/subject_tool.h"
-#include "coverage/operator/wishes.h"
 #include "coverage/session/capture_request.h"
 #include "render/display/live_texture.h"
 #include "render/display/painter.h"
@@ -61,7 +61,7 @@ class OperatorDisplay {
 
   render::Surface& surface_;
   CaptureFeed& feed_;
-  Wishes wishes_;
+  PendingRequests pending_;
   render::Painter painter_;
   render::LiveTexture live_;
   Reprojection reprojection_;

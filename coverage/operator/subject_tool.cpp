@@ -11,33 +11,33 @@ namespace {
 constexpr double kFine = 1.02, kCoarse = 1.15;
 }
 
-void SubjectTool::Open(const CaptureState& state, Wishes& wishes) {
+void SubjectTool::Open(const CaptureState& state, PendingRequests& pending) {
   open_ = true;
-  before_ = draft_ = of_capture_ = wishes.SubjectOf(state);
+  before_ = draft_ = of_capture_ = pending.SubjectOf(state);
   found_anew_ = false;
   paused_.reset();
-  if (wishes.Records(state)) {
-    wishes.Record(false);
-    paused_ = wishes.record_ticket();
+  if (pending.Records(state)) {
+    pending.Record(false);
+    paused_ = pending.record_ticket();
   }
-  if (!draft_ && state.cam_from_world) wishes.FindSubject();
+  if (!draft_ && state.cam_from_world) pending.FindSubject();
 }
 
-void SubjectTool::Close(Wishes& wishes) {
+void SubjectTool::Close(PendingRequests& pending) {
   open_ = dragging_center_ = dragging_radius_ = false;
   draft_.reset();
-  if (paused_ == wishes.record_ticket()) wishes.Record(true);
+  if (paused_ == pending.record_ticket()) pending.Record(true);
   paused_.reset();
 }
 
 // The capture has what it was asked to find, or will have it.
-void SubjectTool::Leave(Wishes& wishes) {
-  if (found_anew_ && before_) wishes.Place(*before_);
-  Close(wishes);
+void SubjectTool::Leave(PendingRequests& pending) {
+  if (found_anew_ && before_) pending.Place(*before_);
+  Close(pending);
 }
 
-void SubjectTool::Follow(const CaptureState& state, const Wishes& wishes) {
-  const std::optional<Subject> now = wishes.SubjectOf(state);
+void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pending) {
+  const std::optional<Subject> now = pending.SubjectOf(state);
   if (!open_ || now == of_capture_) return;
   draft_ = of_capture_ = now;
 }
@@ -62,7 +62,7 @@ void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img
   draft_->center_in_world += state.cam_from_world->DirectionInSource(by_cam);
 }
 
-bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state, Wishes& wishes) {
+bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending) {
   constexpr double kStepShare = 0.01;  // of the picture's width, across it
   const double step = kStepShare * state.camera.width;
   switch (key.key) {
@@ -85,11 +85,11 @@ bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state
       ScaleDistance(state, 1 / kCoarse);
       return true;
     case render::Key::kEnter:
-      if (draft_ && draft_ != of_capture_) wishes.Place(*draft_);
-      Close(wishes);
+      if (draft_ && draft_ != of_capture_) pending.Place(*draft_);
+      Close(pending);
       return true;
     case render::Key::kEscape:
-      Leave(wishes);
+      Leave(pending);
       return true;
     default:
       return false;
@@ -97,17 +97,17 @@ bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state
 }
 
 bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
-                         Wishes& wishes) {
+                         PendingRequests& pending) {
   if (!open_) return false;
-  if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, wishes);
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, pending);
   if (const auto* typed = std::get_if<render::Typed>(&event)) {
     switch (typed->character) {
       case 's':
-        Leave(wishes);
+        Leave(pending);
         return true;
       case 'c':
         found_anew_ = true;
-        wishes.FindSubject();
+        pending.FindSubject();
         return true;
       case 'a':
         aperture_ = !aperture_;

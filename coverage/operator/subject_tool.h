@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "coverage/operator/wishes.h"
+#include "coverage/operator/pending_requests.h"
 #include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
@@ -17,25 +17,25 @@ class SubjectTool {
   bool shows_aperture() const { return aperture_; }
   const std::optional<Subject>& draft() const { return draft_; }
 
-  // Recording pauses while the tool is open, where it was on and unless somebody then wishes otherwise.
-  void Open(const CaptureState& state, Wishes& wishes);
-  void Close(Wishes& wishes);
+  // Recording pauses while the tool is open, where it was on and unless the person then decided otherwise.
+  void Open(const CaptureState& state, PendingRequests& pending);
+  void Close(PendingRequests& pending);
   // Every new state: a subject that the capture found anew is the new draft.
-  void Follow(const CaptureState& state, const Wishes& wishes);
+  void Follow(const CaptureState& state, const PendingRequests& pending);
   // True when the event was the tool's. `pixels_per_img`: of the screen, for dragging.
   bool Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
-              Wishes& wishes);
+              PendingRequests& pending);
 
  private:
-  void Leave(Wishes& wishes);
-  bool Press(const render::KeyPressed& key, const CaptureState& state, Wishes& wishes);
+  void Leave(PendingRequests& pending);
+  bool Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);
   void MoveSideways(const CaptureState& state, const Eigen::Vector2d& by_img);
 
   bool open_ = false;
   bool aperture_ = true;
-  std::optional<std::uint64_t> paused_;  // by this wish, which ends with the tool
+  std::optional<std::uint64_t> paused_;  // the request that paused; it ends with the tool
   std::optional<Subject> draft_;
   std::optional<Subject> of_capture_;
   std::optional<Subject> before_;  // when the tool was opened

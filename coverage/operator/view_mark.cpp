@@ -6,7 +6,7 @@ namespace ulf::coverage {
 
 using Eigen::Vector3d;
 
-std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishes& wishes,
+std::optional<MarkedView> MarkNearestView(const CaptureState& state, const PendingRequests& pending,
                                           const CameraModel& camera, const Rigid3& cam_from_world,
                                           const Palette& palette) {
   if (!state.subject || !state.coverage) return std::nullopt;
@@ -16,7 +16,7 @@ std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishe
   Vector3d nearest_direction = Vector3d::Zero();
   for (std::size_t i = 0; i < state.view_ids.size(); ++i) {
     const Vector3d direction = (state.coverage->views()[i].center_in_world - center).normalized();
-    if (wishes.IsTakenBack(state.view_ids[i])) continue;
+    if (pending.IsTakenBack(state.view_ids[i])) continue;
     if (nearest && direction.dot(offset) <= nearest_direction.dot(offset)) continue;
     nearest = i;
     nearest_direction = direction;

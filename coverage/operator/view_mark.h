@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "coverage/operator/overlay.h"
-#include "coverage/operator/wishes.h"
+#include "coverage/operator/pending_requests.h"
 #include "coverage/session/capture_state.h"
 
 namespace ulf::coverage {
@@ -15,7 +15,7 @@ struct MarkedView {
   render::Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
 };
 // Of those that nobody has asked to take back. None without any.
-std::optional<MarkedView> MarkNearestView(const CaptureState& state, const Wishes& wishes,
+std::optional<MarkedView> MarkNearestView(const CaptureState& state, const PendingRequests& pending,
                                           const CameraModel& camera, const Rigid3& cam_from_world,
                                           const Palette& palette);
 

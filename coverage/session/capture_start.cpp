@@ -162,7 +162,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     throw UsageError(
         "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
         args.poses.Text());
-  if (args.resume && args.poses.WorldIsChosenAnew())
+  if (args.resume && args.poses.ChoosesWorldAnew())
     throw UsageError(
         "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
         "with --poses features, or name the marker that was the first (the end of that session said which): "

@@ -48,7 +48,7 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   items.push_back(Automatic("focus", input.held.focus));
   items.push_back(Disk(input));
   if (input.prediction)
-    if (const auto doubt = WhyTooFine(*input.prediction, input.cap))
+    if (const auto doubt = ThresholdWarning(*input.prediction, input.cap))
       items.push_back({"views", false, *doubt});
   if (!input.has_pose) {
     items.push_back({"tracking", false, "the camera's place is not known: see what is said about tracking"});

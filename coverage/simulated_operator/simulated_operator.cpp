@@ -84,13 +84,13 @@ struct Moment {
 };
 
 // What the person wants the hand to do: in the camera's own axes, metres and radians per second.
-struct Wish {
+struct Intention {
   Vector3d velocity = Vector3d::Zero();
   Vector3d turn = Vector3d::Zero();  // besides what keeps a subject at arm's length in view
 };
 
 // What somebody who looks at the display knows at a moment.
-struct Sight {
+struct Perception {
   double time_s = 0;
   ShownPicture picture;
   std::string line;
@@ -198,14 +198,14 @@ struct SimulatedOperator::Person {
     return 1 + (kRushFactor - 1) * most;
   }
 
-  void Decide(const Sight& seen, double now_s);
+  void Decide(const Perception& seen, double now_s);
   Vector3d Starting(double now_s) const;
-  Wish GoingBack(double now_s) const;
-  Wish Following(const Sight& seen, double now_s);
-  Vector3d Aiming(const Sight& seen) const;
-  double Pace(const Sight& seen, double now_s);
+  Intention GoingBack(double now_s) const;
+  Intention Following(const Perception& seen, double now_s);
+  Vector3d Aiming(const Perception& seen) const;
+  double Pace(const Perception& seen, double now_s);
   Vector3d Goal(const ShownSphere& sphere, double now_s) const;
-  double Nearer(const Sight& seen, const ShownSphere& sphere, double now_s) const;
+  double Nearer(const Perception& seen, const ShownSphere& sphere, double now_s) const;
   void Step();
   void ReachUntil(double time_s);
   Body At(double time_s) const;
@@ -219,11 +219,11 @@ struct SimulatedOperator::Person {
   Body body;
   Vector3d velocity = Vector3d::Zero(), push = Vector3d::Zero();  // in the camera's axes
   Vector3d spin = Vector3d::Zero(), spin_push = Vector3d::Zero();
-  Wish wish;
+  Intention intention;
   std::deque<Body> past;  // every kStepS
   long first_step = 0, steps = 0;
 
-  std::deque<Sight> seen;  // the first one is acted on, once it is old enough
+  std::deque<Perception> seen;  // the first one is acted on, once it is old enough
   bool acted = false;
   bool has_tracked = false;
   std::optional<Body> good;  // where the hand was when tracking last was well
@@ -247,8 +247,8 @@ Vector3d SimulatedOperator::Person::Starting(double now_s) const {
 }
 
 // To where it last was well, as people are told to do.
-Wish SimulatedOperator::Person::GoingBack(double now_s) const {
-  Wish back;
+Intention SimulatedOperator::Person::GoingBack(double now_s) const {
+  Intention back;
   if (!good || Glances(now_s) > 0) return back;
   const Vector3d way = body.cam_from_world * (good->center - body.center);
   back.velocity = 1.5 * way;
@@ -260,7 +260,7 @@ Wish SimulatedOperator::Person::GoingBack(double now_s) const {
 }
 
 // The subject to the middle of the view; an arrow to one that is out of it says the way, not how far.
-Vector3d SimulatedOperator::Person::Aiming(const Sight& seen) const {
+Vector3d SimulatedOperator::Person::Aiming(const Perception& seen) const {
   constexpr double kBlindTurn = 0.35;
   if (const auto& way = seen.picture.way_to_subject)
     return habits.aim_per_s * kBlindTurn * Vector3d(-way->y(), way->x(), 0);
@@ -270,7 +270,7 @@ Vector3d SimulatedOperator::Person::Aiming(const Sight& seen) const {
   return habits.aim_per_s * Vector3d(-std::atan2(ahead.y(), ahead.z()), std::atan2(ahead.x(), ahead.z()), 0);
 }
 
-double SimulatedOperator::Person::Pace(const Sight& seen, double now_s) {
+double SimulatedOperator::Person::Pace(const Perception& seen, double now_s) {
   double pace = Rush(now_s) * (1 - Glances(now_s));
   if (seen.Says("too fast") || seen.Says("blurred")) slowed_until_s = now_s + 0.7;
   if (now_s < slowed_until_s) pace *= 0.6;
@@ -288,7 +288,8 @@ Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s
 
 // How much nearer to go, a share of the distance. The line says it where it is much; else the colours about
 // the dot do, of which the legend does not say what they stand for: by and by they become green.
-double SimulatedOperator::Person::Nearer(const Sight& seen, const ShownSphere& sphere, double now_s) const {
+double SimulatedOperator::Person::Nearer(const Perception& seen, const ShownSphere& sphere,
+                                         double now_s) const {
   if (const auto said = seen.NearerSaid(); said && options.follows_guidance) return *said;
   constexpr double kFaint = 0.15, kFull = 0.12, kAboutTheDot = 12 * kDegree;
   std::vector<double> colors;
@@ -306,8 +307,8 @@ double SimulatedOperator::Person::Nearer(const Sight& seen, const ShownSphere& s
   return std::abs(read) < kFaint ? 0 : kFull * read;
 }
 
-Wish SimulatedOperator::Person::Following(const Sight& seen, double now_s) {
-  Wish wanted;
+Intention SimulatedOperator::Person::Following(const Perception& seen, double now_s) {
+  Intention wanted;
   if (Glances(now_s) == 0 && Glances(now_s - habits.delay_s) == 0) wanted.turn = Aiming(seen);
   const double pace = Pace(seen, now_s);
   const ShownSphere* sphere = seen.Sphere();
@@ -341,7 +342,7 @@ Wish SimulatedOperator::Person::Following(const Sight& seen, double now_s) {
 
 // The sphere and the rectangle are there while the camera's position is known, and the line says what to do
 // while it is not.
-void SimulatedOperator::Person::Decide(const Sight& now, double now_s) {
+void SimulatedOperator::Person::Decide(const Perception& now, double now_s) {
   const bool tracked = now.picture.rectangle.has_value();
   if (tracked) {
     has_tracked = true;
@@ -349,16 +350,16 @@ void SimulatedOperator::Person::Decide(const Sight& now, double now_s) {
   }
   const bool is_lost = now.Says("lost") || now.Says("go back");
   if (tracked && now.picture.sphere)
-    wish = Following(now, now_s);
+    intention = Following(now, now_s);
   else if (has_tracked && is_lost)
-    wish = GoingBack(now_s);
+    intention = GoingBack(now_s);
   else
-    wish = {.velocity = Starting(now_s)};
+    intention = {.velocity = Starting(now_s)};
 }
 
 void SimulatedOperator::Person::Step() {
   const double now_s = static_cast<double>(steps) * kStepS;
-  if (!has_tracked && seen.empty()) wish = {.velocity = Starting(now_s)};
+  if (!has_tracked && seen.empty()) intention = {.velocity = Starting(now_s)};
   while (seen.size() > 1 && seen[1].time_s <= now_s - habits.delay_s) {
     seen.pop_front();
     acted = false;
@@ -373,10 +374,11 @@ void SimulatedOperator::Person::Step() {
     if (pushed.norm() > hardest) pushed *= hardest / pushed.norm();
     is += kStepS * pushed;
   };
-  follow(wish.velocity, velocity, push, kHardestPush);
+  follow(intention.velocity, velocity, push, kHardestPush);
   // Who walks round something turns with it; and keeps the camera level.
   const Vector3d up_in_cam = body.cam_from_world * up;
-  const Vector3d turn = wish.turn + Vector3d(velocity.y() / reach, -velocity.x() / reach, 2 * up_in_cam.x());
+  const Vector3d turn =
+      intention.turn + Vector3d(velocity.y() / reach, -velocity.x() / reach, 2 * up_in_cam.x());
   follow(turn, spin, spin_push, kHardestPush * 4);
   body.center += kStepS * (body.cam_from_world.conjugate() * velocity);
   body.cam_from_world = (Turned(-kStepS * spin) * body.cam_from_world).normalized();

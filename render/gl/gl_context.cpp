@@ -40,14 +40,14 @@ EGLContext ContextOn(EGLDisplay display) {
   EGLConfig config = nullptr;
   EGLint count = 0;
   if (!eglChooseConfig(display, config_wish, &config, 1, &count)) return EGL_NO_CONTEXT;
-  const EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION,
-                         4,
-                         EGL_CONTEXT_MINOR_VERSION,
-                         5,
-                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                         EGL_NONE};
-  return eglCreateContext(display, count > 0 ? config : EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wish);
+  const EGLint level_request[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                  4,
+                                  EGL_CONTEXT_MINOR_VERSION,
+                                  5,
+                                  EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                  EGL_NONE};
+  return eglCreateContext(display, count > 0 ? config : EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, level_request);
 }
 
 }  // namespace
@@ -72,8 +72,8 @@ GlContext::Current::~Current() {
     eglMakeCurrent(previous_display_, previous_draw_, previous_read_, previous_context_);
 }
 
-GlContext::GlContext(GlDoor door) {
-  if (door == GlDoor::kCurrent) {
+GlContext::GlContext(GlContextKind door) {
+  if (door == GlContextKind::kCurrent) {
     device_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     return;
   }

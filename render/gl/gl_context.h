@@ -7,7 +7,7 @@
 
 namespace ulf::render {
 
-enum class GlDoor {
+enum class GlContextKind {
   kOwn,      // a context of its own
   kCurrent,  // the one that is current in this thread: it stays so and belongs to others
 };
@@ -15,7 +15,7 @@ enum class GlDoor {
 class GlContext {
  public:
   explicit GlContext(
-      GlDoor door = GlDoor::kOwn);  // throws Error that says what was tried and what to install
+      GlContextKind door = GlContextKind::kOwn);  // throws Error that says what was tried and what to install
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;

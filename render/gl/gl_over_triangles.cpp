@@ -28,10 +28,10 @@ int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
 // How many of the views, from the first on, can be drawn from now; whoever draws asks again for the rest.
 std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
-  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(of_views);
+  const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
   if (options.complete) {
-    const std::size_t there = photographs.Require(wishes);
-    if (there < wishes.size() && !std::exchange(said_several_passes, true))
+    const std::size_t there = photographs.Require(level_requests);
+    if (there < level_requests.size() && !std::exchange(said_several_passes, true))
       spdlog::info(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
           "is drawn in several passes, which takes longer",
@@ -39,15 +39,17 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
     return there;
   }
   std::vector<std::optional<int>> drawn_levels;  // by the passes before
-  for (const GlPhotographs::Wish& wish : offered) drawn_levels.push_back(photographs.LevelOf(wish.view));
-  offered.insert(offered.end(), wishes.begin(), wishes.end());
+  for (const GlPhotographs::LevelRequest& level_request : offered)
+    drawn_levels.push_back(photographs.LevelOf(level_request.view));
+  offered.insert(offered.end(), level_requests.begin(), level_requests.end());
   lacks = !photographs.Offer(offered);
-  const bool nothing_serves = std::none_of(
-      offered.begin(), offered.end(),
-      [&](const GlPhotographs::Wish& wish) { return photographs.PlaceOf(wish.view).has_value(); });
+  const bool nothing_serves =
+      std::none_of(offered.begin(), offered.end(), [&](const GlPhotographs::LevelRequest& level_request) {
+        return photographs.PlaceOf(level_request.view).has_value();
+      });
   if (lacks && nothing_serves) {  // one photograph is worth waiting for
     try {
-      photographs.Require(views.Wishes(std::array{NearestOf(of_views)}));
+      photographs.Require(views.LevelRequests(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
       // It is said when it is offered.
     }
@@ -61,14 +63,14 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
 }
 
 // Calls draw() for the fans whose photographs are there together, until all have had their turn.
-void GlRenderer::State::OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+void GlRenderer::State::OverFanBatches(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
   const std::vector<int> of_views = ViewsOf(of_fans);
-  ProvideSights(of_views);
+  ProvideShadowMaps(of_views);
   for (std::size_t done = 0; done < of_views.size();) {
     const std::size_t end = done + MakeThere(std::span(of_views).subspan(done));
-    if (!options.show_field) views.TellPlaces(photographs);
+    if (!options.show_field) views.SetPlaces(photographs);
     const int first = of_views[done], last = of_views[end - 1];
-    const Sheaves of_pass = MakeSheaves(
+    const FanBatches of_pass = MakeFanBatches(
         of_fans,
         [&](int view) -> std::optional<unsigned> {
           if (view < first || view > last) return std::nullopt;
@@ -76,33 +78,33 @@ void GlRenderer::State::OverSheaves(const std::vector<GpuFan>& of_fans, const Dr
           const auto place = photographs.PlaceOf(view);
           return place ? std::optional(place->texture) : std::nullopt;
         },
-        programs.most_views_of_sheaf());
+        programs.most_views_of_fan_batch());
     Upload(of_pass);
     draw(of_pass, done == 0 && end == of_views.size());
     done = end;
   }
 }
 
-void GlRenderer::State::Upload(const Sheaves& some) {
+void GlRenderer::State::Upload(const FanBatches& some) {
   fans.Upload(some.fans);
   fans.BindStorage(2);
-  sheaves.Upload(some.sheaves);
-  sheaves.BindStorage(3);
+  batches.Upload(some.batches);
+  batches.BindStorage(3);
 }
 
 // Neighbours are drawn together: of one array, and of about as many views; those that are none cost as much
 // as others.
-void GlRenderer::State::DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera,
-                                    const PlaneInCamera& plane) {
-  const auto kind_of = [&](const GpuSheaf& sheaf) {
-    const int views = static_cast<int>(sheaf.count | 1);
-    return std::pair(sheaf.array, std::min(views, programs.most_views_of_sheaf()));
+void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
+                                       const PlaneInCamera& plane) {
+  const auto kind_of = [&](const GpuFanBatch& batch) {
+    const int views = static_cast<int>(batch.count | 1);
+    return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
   };
   std::set<int> are_set;
-  for (std::size_t first = 0, end = 0; first < some.sheaves.size(); first = end) {
-    const auto kind = kind_of(some.sheaves[first]);
-    while (end < some.sheaves.size() && kind_of(some.sheaves[end]) == kind) ++end;
-    const GlProgram& program = programs.Sheaf(kind.second, direct);
+  for (std::size_t first = 0, end = 0; first < some.batches.size(); first = end) {
+    const auto kind = kind_of(some.batches[first]);
+    while (end < some.batches.size() && kind_of(some.batches[end]) == kind) ++end;
+    const GlProgram& program = programs.FanBatch(kind.second, direct);
     if (are_set.insert(kind.second).second) {
       SetCommon(program, camera, plane);
       SetResolve(program);
@@ -119,8 +121,8 @@ void GlRenderer::State::BindToAdd() {
   glBlendFunc(GL_ONE, GL_ONE);
 }
 
-// Of triangles that overlap the last one counts. Where each has all its views in one sheaf, the picture is
-// done as they are drawn in their order, but for what is left open; else sheaves are added up over the
+// Of triangles that overlap the last one counts. Where each has all its views in one batch, the picture is
+// done as they are drawn in their order, but for what is left open; else batches are added up over the
 // triangle whose turn it is.
 void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
                                   const PlaneInCamera& plane, bool more_follow) {
@@ -141,7 +143,7 @@ void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel&
     glDepthMask(GL_FALSE);
     glDisable(GL_DEPTH_TEST);
   };
-  OverSheaves(batch.fans, [&](const Sheaves& of_pass, bool are_all) {
+  OverFanBatches(batch.fans, [&](const FanBatches& of_pass, bool are_all) {
     is_resolved = are_all && of_pass.one_each && !more_follow;
     if (is_resolved) {
       ClearResolved();
@@ -149,13 +151,13 @@ void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel&
       glEnable(GL_DEPTH_TEST);
       glDepthMask(GL_TRUE);
       glDepthFunc(GL_ALWAYS);
-      DrawSheaves(of_pass, true, camera, plane);
+      DrawFanBatches(of_pass, true, camera, plane);
     } else {
       cover();
       glEnable(GL_DEPTH_TEST);
       glDepthFunc(GL_EQUAL);
       BindToAdd();
-      DrawSheaves(of_pass, false, camera, plane);
+      DrawFanBatches(of_pass, false, camera, plane);
       glDisable(GL_BLEND);
     }
     glDisable(GL_DEPTH_TEST);
@@ -171,13 +173,13 @@ void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& 
   confidence.Bind();
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
-  Upload(MakeSheaves(
+  Upload(MakeFanBatches(
       rings.fans, [](int) { return 0u; }, 1));
   SetCommon(programs.RingWeight(), camera, plane);
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
-  OverSheaves(rings.fans, [&](const Sheaves& of_pass, bool /*are_all*/) {
+  OverFanBatches(rings.fans, [&](const FanBatches& of_pass, bool /*are_all*/) {
     BindToAdd();
-    DrawSheaves(of_pass, false, camera, plane);
+    DrawFanBatches(of_pass, false, camera, plane);
   });
   glDisable(GL_BLEND);
 }

@@ -49,7 +49,7 @@ void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const 
     const std::size_t there = done + MakeThere(std::span(of_views).subspan(done));
     do {
       const std::size_t end =
-          done + views.TellPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
+          done + views.SetPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
       for (std::size_t n = 0; n < arrays.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays[n]);
       draw(done, end, std::max(1, static_cast<int>(arrays.size())));
       done = end;
@@ -59,7 +59,8 @@ void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const 
 
 // Photographs, and what the proxy hides from them.
 bool GlRenderer::State::AreThere(const std::vector<int>& of_views) const {
-  return (options.show_field || photographs.HasAll(views.Wishes(of_views))) && sights.HasAll(of_views);
+  return (options.show_field || photographs.HasAll(views.LevelRequests(of_views))) &&
+         shadow_maps.HasAll(of_views);
 }
 
 // Of the candidates those that the shader marks over what is bound, in their order.
@@ -100,12 +101,12 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   // Which are needed has to be found out for each picture anew, which takes as long as to draw it: where a
   // second picture follows a first, all are taken. What the proxy hides from all of them takes longer.
   const bool takes_all = std::exchange(drew_lumigraph_pixels, true) && !scene->proxy->Occluder() &&
-                         photographs.HasRoomFor(views.Wishes(of_views));
+                         photographs.HasRoomFor(views.LevelRequests(of_views));
   if (!takes_all && !AreThere(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
     do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
-    while (ProvideSights(of_views));
+    while (ProvideShadowMaps(of_views));
   }
   OverPhotographs(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
     const GlProgram& program = programs.Lumigraph(arrays);
@@ -124,11 +125,12 @@ bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
   std::vector<int> unknown;
   std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
                [&](int view) { return !gaps_known[At(view)]; });
-  const std::vector<GlPhotographs::Wish> wishes = views.Wishes(unknown);
+  const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(unknown);
   std::vector<char> has_gaps(unknown.size(), 0);
   cv::parallel_for_({0, static_cast<int>(unknown.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i)
-      has_gaps[At(i)] = HasGaps(scene->views[At(unknown[At(i)])].photograph->Level(wishes[At(i)].level));
+      has_gaps[At(i)] =
+          HasGaps(scene->views[At(unknown[At(i)])].photograph->Level(level_requests[At(i)].level));
   });
   bool news = false;
   for (std::size_t i = 0; i < unknown.size(); ++i) {
@@ -200,7 +202,8 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
     return order;
   }
   if (!options.complete && lacks) {  // first what covers
-    std::erase_if(order, [&](int view) { return !photographs.PlaceOf(view) || sights.LayerOf(view) < 0; });
+    std::erase_if(order,
+                  [&](int view) { return !photographs.PlaceOf(view) || shadow_maps.LayerOf(view) < 0; });
     return order;
   }
   const ViewTiles of_tiles = TilesOf(order, camera, cam_from_world, plane, true);
@@ -211,8 +214,8 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
   const std::size_t count = SetTiles(of_tiles, camera);
   const auto draw = [&] { DrawTiles(count); };
   std::vector<int> marked = Marked(mark, order, draw);
-  while (ProvideSights(marked) || (looks_for_gaps && LearnGaps(marked))) {
-    views.TellSights(sights);
+  while (ProvideShadowMaps(marked) || (looks_for_gaps && LearnGaps(marked))) {
+    views.SetShadowMaps(shadow_maps);
     marked = Marked(mark, order, draw);
   }
   return marked;

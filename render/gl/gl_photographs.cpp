@@ -47,12 +47,12 @@ std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
          (linear_ ? 8 : 4);  // as drivers hold three channels of 8 bits
 }
 
-GlPhotographs::Wish GlPhotographs::WithinLimit(Wish wish) const {
-  const Photograph& photograph = PhotographOf(wish.view);
-  while (wish.level + 1 < photograph.LevelCount() &&
-         LayerBytes(photograph.LevelSize(wish.level)) > limit_bytes_)
-    ++wish.level;
-  return wish;
+GlPhotographs::LevelRequest GlPhotographs::WithinLimit(LevelRequest level_request) const {
+  const Photograph& photograph = PhotographOf(level_request.view);
+  while (level_request.level + 1 < photograph.LevelCount() &&
+         LayerBytes(photograph.LevelSize(level_request.level)) > limit_bytes_)
+    ++level_request.level;
+  return level_request;
 }
 
 GlPhotographs::Array GlPhotographs::MakeArray(const cv::Size& size, std::size_t layers) {
@@ -183,50 +183,51 @@ void GlPhotographs::Use(const Key& key) {
   serving_[key.first] = key;
 }
 
-void GlPhotographs::Ask(std::span<const Wish> missing, bool glance_first) {
+void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first) {
   std::vector<PhotographLoader::Request> requests;
-  const auto ask = [&](const Wish& wish) {
-    const auto view = static_cast<std::size_t>(wish.view);
-    if (!unreadable_[view]) requests.push_back({KeyOf(wish), photographs_[view]});
+  const auto ask = [&](const LevelRequest& level_request) {
+    const auto view = static_cast<std::size_t>(level_request.view);
+    if (!unreadable_[view]) requests.push_back({KeyOf(level_request), photographs_[view]});
   };
   if (glance_first)
-    for (const Wish& wish : missing)
-      if (!serving_.contains(wish.view))
-        ask({wish.view, std::min(wish.level + kGlanceLevels, PhotographOf(wish.view).LevelCount() - 1)});
-  for (const Wish& wish : missing) ask(wish);
-  for (const Wish& wish : expected_) {
-    const Wish within = WithinLimit(wish);
+    for (const LevelRequest& level_request : missing)
+      if (!serving_.contains(level_request.view))
+        ask({level_request.view, std::min(level_request.level + kGlanceLevels,
+                                          PhotographOf(level_request.view).LevelCount() - 1)});
+  for (const LevelRequest& level_request : missing) ask(level_request);
+  for (const LevelRequest& level_request : expected_) {
+    const LevelRequest within = WithinLimit(level_request);
     if (!where_.contains(KeyOf(within))) ask(within);
   }
   loader_->Ask(std::move(requests));
 }
 
-std::size_t GlPhotographs::Require(std::span<const Wish> asked_for) {
+std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
   ++clock_;
   serving_.clear();
-  std::vector<Wish> wishes, missing;
-  for (const Wish& wish : asked_for) {
-    wishes.push_back(WithinLimit(wish));
-    if (wishes.back().level != wish.level && !std::exchange(said_too_large_, true))
+  std::vector<LevelRequest> level_requests, missing;
+  for (const LevelRequest& level_request : asked_for) {
+    level_requests.push_back(WithinLimit(level_request));
+    if (level_requests.back().level != level_request.level && !std::exchange(said_too_large_, true))
       spdlog::warn(
           "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): it is read coarser",
           limit_bytes_ / 1000000);
-    if (const Key key = KeyOf(wishes.back()); where_.contains(key))
+    if (const Key key = KeyOf(level_requests.back()); where_.contains(key))
       Use(key);
     else
-      missing.push_back(wishes.back());
+      missing.push_back(level_requests.back());
   }
   Ask(missing, false);
   // What is there stays, but for the last of it, where otherwise the first would find no room.
-  std::size_t left = missing.size(), done = 0, staying = wishes.size();
+  std::size_t left = missing.size(), done = 0, staying = level_requests.size();
   for (; done < staying; ++done) {
-    const Key key = KeyOf(wishes[done]);
+    const Key key = KeyOf(level_requests[done]);
     if (where_.contains(key)) continue;
     const cv::Size size = PhotographOf(key.first).LevelSize(key.second);
     auto room = MakeRoomFor(size, left);
     while (!room && staying > done + 1) {
       --staying;
-      if (const auto last = where_.find(KeyOf(wishes[staying])); last != where_.end()) {
+      if (const auto last = where_.find(KeyOf(level_requests[staying])); last != where_.end()) {
         last->second.array->slots[last->second.layer].used = clock_ - 1;
         room = MakeRoomFor(size, 1);
       }
@@ -238,14 +239,16 @@ std::size_t GlPhotographs::Require(std::span<const Wish> asked_for) {
   return done;
 }
 
-bool GlPhotographs::HasAll(std::span<const Wish> wishes) const {
-  return std::all_of(wishes.begin(), wishes.end(),
-                     [&](const Wish& wish) { return where_.contains(KeyOf(WithinLimit(wish))); });
+bool GlPhotographs::HasAll(std::span<const LevelRequest> level_requests) const {
+  return std::all_of(level_requests.begin(), level_requests.end(), [&](const LevelRequest& level_request) {
+    return where_.contains(KeyOf(WithinLimit(level_request)));
+  });
 }
 
-bool GlPhotographs::HasRoomFor(std::span<const Wish> wishes) const {
+bool GlPhotographs::HasRoomFor(std::span<const LevelRequest> level_requests) const {
   std::size_t bytes = 0;
-  for (const Wish& wish : wishes) bytes += LayerBytes(PhotographOf(wish.view).LevelSize(wish.level));
+  for (const LevelRequest& level_request : level_requests)
+    bytes += LayerBytes(PhotographOf(level_request.view).LevelSize(level_request.level));
   return bytes <= limit_bytes_;
 }
 
@@ -260,33 +263,35 @@ std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const
 }
 
 // All by so much coarser that they fit together.
-std::vector<GlPhotographs::Wish> GlPhotographs::ThatFit(std::span<const Wish> asked_for) {
-  std::vector<Wish> wishes;
+std::vector<GlPhotographs::LevelRequest> GlPhotographs::ThatFit(std::span<const LevelRequest> asked_for) {
+  std::vector<LevelRequest> level_requests;
   for (int coarser = 0;; ++coarser) {
-    wishes.clear();
+    level_requests.clear();
     std::size_t bytes = 0;
     bool any_finer = false;
-    for (const Wish& wish : asked_for) {
-      const Photograph& photograph = PhotographOf(wish.view);
-      wishes.push_back({wish.view, std::min(wish.level + coarser, photograph.LevelCount() - 1)});
-      bytes += LayerBytes(photograph.LevelSize(wishes.back().level));
-      any_finer = any_finer || wishes.back().level + 1 < photograph.LevelCount();
+    for (const LevelRequest& level_request : asked_for) {
+      const Photograph& photograph = PhotographOf(level_request.view);
+      level_requests.push_back(
+          {level_request.view, std::min(level_request.level + coarser, photograph.LevelCount() - 1)});
+      bytes += LayerBytes(photograph.LevelSize(level_requests.back().level));
+      any_finer = any_finer || level_requests.back().level + 1 < photograph.LevelCount();
     }
     if (coarser > 0 && !std::exchange(said_too_large_, true))
       spdlog::warn(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): they are "
           "read coarser",
           limit_bytes_ / 1000000);
-    if (bytes <= limit_bytes_ || !any_finer) return wishes;
+    if (bytes <= limit_bytes_ || !any_finer) return level_requests;
   }
 }
 
 // A level, or else a glance, that the loader has read meanwhile. False: there is none, or no room.
-bool GlPhotographs::TakeOffered(const Wish& wish, std::size_t& copied, std::size_t wanted) {
-  const int glance = std::min(wish.level + kGlanceLevels, PhotographOf(wish.view).LevelCount() - 1);
-  for (const int level : {wish.level, glance}) {
-    if (level != wish.level && serving_.contains(wish.view)) return false;
-    const Key key{wish.view, level};
+bool GlPhotographs::TakeOffered(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted) {
+  const int glance =
+      std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
+  for (const int level : {level_request.level, glance}) {
+    if (level != level_request.level && serving_.contains(level_request.view)) return false;
+    const Key key{level_request.view, level};
     const auto pixels = loader_->Take(key);
     if (!pixels) continue;
     auto room = MakeRoomFor(pixels->size(), wanted);
@@ -298,29 +303,30 @@ bool GlPhotographs::TakeOffered(const Wish& wish, std::size_t& copied, std::size
     if (!room) return false;
     copied += LayerBytes(pixels->size());
     Upload(*room, key, *pixels);
-    return level == wish.level;
+    return level == level_request.level;
   }
   return false;
 }
 
-bool GlPhotographs::Offer(std::span<const Wish> asked_for) {
+bool GlPhotographs::Offer(std::span<const LevelRequest> asked_for) {
   ++clock_;
   serving_.clear();
-  std::vector<Wish> missing;
+  std::vector<LevelRequest> missing;
   missing_.clear();
-  for (const Wish& wish : ThatFit(asked_for)) {
-    if (unreadable_[static_cast<std::size_t>(wish.view)]) continue;
-    const auto serves = ClosestTo(KeyOf(wish));
+  for (const LevelRequest& level_request : ThatFit(asked_for)) {
+    if (unreadable_[static_cast<std::size_t>(level_request.view)]) continue;
+    const auto serves = ClosestTo(KeyOf(level_request));
     if (serves) Use(*serves);
-    if (!serves || serves->second != wish.level) missing.push_back(wish);
+    if (!serves || serves->second != level_request.level) missing.push_back(level_request);
   }
   std::size_t copied = 0, left = missing.size();
-  for (const Wish& wish : missing) {
+  for (const LevelRequest& level_request : missing) {
     try {
-      if (copied >= kOfferedBytes || !TakeOffered(wish, copied, left)) missing_.push_back(wish);
+      if (copied >= kOfferedBytes || !TakeOffered(level_request, copied, left))
+        missing_.push_back(level_request);
     } catch (const Error& error) {
       spdlog::warn("{}", error.what());
-      unreadable_[static_cast<std::size_t>(wish.view)] = true;
+      unreadable_[static_cast<std::size_t>(level_request.view)] = true;
     }
     --left;
   }

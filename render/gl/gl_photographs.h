@@ -23,7 +23,7 @@ namespace ulf::render {
 
 class GlPhotographs {
  public:
-  struct Wish {
+  struct LevelRequest {
     int view = 0;  // index into the scene's views
     int level = 0;
   };
@@ -40,24 +40,24 @@ class GlPhotographs {
   // Of the scene's views, in their order. Textures never take more than `limit_bytes` all together.
   void Build(std::vector<std::shared_ptr<const Photograph>> photographs, std::size_t limit_bytes);
 
-  // Makes the first so many of `wishes` resident, at least one, and says how many. A level that alone is over
-  // the limit is replaced by a coarser one. Throws what reading them throws.
-  std::size_t Require(std::span<const Wish> wishes);
-  // Whether all wished-for levels are there; otherwise others serve, or nothing does. May be called again
-  // with more wishes for the same picture. A photograph that cannot be read is said once and never asked for
-  // again.
-  bool Offer(std::span<const Wish> wishes);
+  // Makes the first so many of `level_requests` resident, at least one, and says how many. A level that alone
+  // is over the limit is replaced by a coarser one. Throws what reading them throws.
+  std::size_t Require(std::span<const LevelRequest> level_requests);
+  // Whether all requested levels are there; otherwise others serve, or nothing does. May be called again
+  // with more level_requests for the same picture. A photograph that cannot be read is said once and never
+  // asked for again.
+  bool Offer(std::span<const LevelRequest> level_requests);
   // Of the loader, for the next picture: what the last Offer() lacked, then what is expected.
   void AskForMissing() { Ask(missing_, true); }
   // What is asked of the loader after what is missing.
-  void Expect(std::vector<Wish> wishes) { expected_ = std::move(wishes); }
+  void Expect(std::vector<LevelRequest> level_requests) { expected_ = std::move(level_requests); }
 
   // Of the last Require() or Offer(); none where nothing serves.
   std::optional<Place> PlaceOf(int view) const;
   std::optional<int> LevelOf(int view) const;
-  bool HasAll(std::span<const Wish> wishes) const;
+  bool HasAll(std::span<const LevelRequest> level_requests) const;
   // Whether they fit into graphics memory together.
-  bool HasRoomFor(std::span<const Wish> wishes) const;
+  bool HasRoomFor(std::span<const LevelRequest> level_requests) const;
 
   struct Counts {
     std::size_t uploads = 0;
@@ -85,9 +85,9 @@ class GlPhotographs {
     std::size_t layer;
   };
 
-  static Key KeyOf(const Wish& wish) { return {wish.view, wish.level}; }
+  static Key KeyOf(const LevelRequest& level_request) { return {level_request.view, level_request.level}; }
   std::size_t LayerBytes(const cv::Size& size) const;
-  Wish WithinLimit(Wish wish) const;
+  LevelRequest WithinLimit(LevelRequest level_request) const;
   const Photograph& PhotographOf(int view) const { return *photographs_[static_cast<std::size_t>(view)]; }
   Array MakeArray(const cv::Size& size, std::size_t layers);
   void Forget(const Key& key);
@@ -101,9 +101,9 @@ class GlPhotographs {
   void Upload(const Found& where, const Key& key, const cv::Mat& pixels);
   std::optional<Key> ClosestTo(const Key& key) const;
   void Use(const Key& key);
-  std::vector<Wish> ThatFit(std::span<const Wish> asked_for);
-  bool TakeOffered(const Wish& wish, std::size_t& copied, std::size_t wanted);
-  void Ask(std::span<const Wish> missing, bool glance_first);
+  std::vector<LevelRequest> ThatFit(std::span<const LevelRequest> asked_for);
+  bool TakeOffered(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
+  void Ask(std::span<const LevelRequest> missing, bool glance_first);
 
   std::vector<std::shared_ptr<const Photograph>> photographs_;
   std::size_t limit_bytes_ = 0;
@@ -112,7 +112,7 @@ class GlPhotographs {
   std::map<Key, Found> where_;
   std::map<int, Key> serving_;  // views of the last Require() or Offer()
   std::uint64_t clock_ = 0;     // counts Require() and Offer()
-  std::vector<Wish> missing_, expected_;
+  std::vector<LevelRequest> missing_, expected_;
   std::vector<bool> unreadable_;  // views
   bool said_too_large_ = false;
   Counts counts_;

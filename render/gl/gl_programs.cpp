@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "render/gl/embedded_shaders.h"
-#include "render/gl/gl_sights.h"
+#include "render/gl/gl_shadow_maps.h"
 
 namespace ulf::render {
 namespace {
 
 // One more than meet at a vertex weigh in a triangle that was subdivided once.
-constexpr int kMostViewsOfSheaf = 9;
+constexpr int kMostViewsOfFanBatch = 9;
 
 int MostVaryingVectors() {
   GLint most = 15;
@@ -34,7 +34,7 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   defines_.clear();
   if (has_triangles) defines_ += "#define TRIANGLES\n";
   if (scene.proxy->Occluder())
-    defines_ += fmt::format("#define HIDES\n#define SIGHT_SCALE {:.9e}\n", kSightScale);
+    defines_ += fmt::format("#define HIDES\n#define SHADOW_MAP_SCALE {:.9e}\n", kShadowMapScale);
   if (show_field) defines_ += "#define SHOW_FIELD\n";
   if (scene.views.front().photograph->linear()) defines_ += "#define GAPS\n";
   if (some_view_is(Distortion::kFisheye)) defines_ += "#define FISHEYE\n";
@@ -55,9 +55,9 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   if (!one_exposure) ++vectors;
   if (show_field) ++vectors;
   const auto travel = [&](int views) { return views * vectors + (views + 3) / 4 + 1; };
-  most_views_of_sheaf_ = kMostViewsOfSheaf;
-  while (most_views_of_sheaf_ > 1 && travel(most_views_of_sheaf_) > MostVaryingVectors())
-    --most_views_of_sheaf_;
+  most_views_of_fan_batch_ = kMostViewsOfFanBatch;
+  while (most_views_of_fan_batch_ > 1 && travel(most_views_of_fan_batch_) > MostVaryingVectors())
+    --most_views_of_fan_batch_;
 
   const std::string head = Head(1), view = head + shaders::k_view_glsl;
   const std::string triangle_buffers = view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl;
@@ -77,24 +77,25 @@ std::string GlPrograms::Head(int arrays) const {
   return "#version 450 core\n#define ARRAYS " + std::to_string(arrays) + "\n" + defines_;
 }
 
-const GlProgram& GlPrograms::Sheaf(int views, bool direct) {
-  const auto [found, is_new] = sheaves_.try_emplace({views, direct});
+const GlProgram& GlPrograms::FanBatch(int views, bool direct) {
+  const auto [found, is_new] = batches_.try_emplace({views, direct});
   if (is_new)
-    found->second.Build("sheaf", SheafVertices(views),
+    found->second.Build("batch", FanBatchVertices(views),
                         Head(1) + OfViews(views) + (direct ? "#define DIRECT\n" : "") + shaders::k_view_glsl +
-                            shaders::k_common_glsl + shaders::k_resolve_glsl + shaders::k_sheaf_frag);
+                            shaders::k_common_glsl + shaders::k_resolve_glsl + shaders::k_fan_batch_frag);
   return found->second;
 }
 
 const GlProgram& GlPrograms::RingWeight() {
   if (!std::exchange(has_ring_weight_, true))
-    ring_weight_.Build("ring weight", SheafVertices(1), Head(1) + OfViews(1) + shaders::k_ring_weight_frag);
+    ring_weight_.Build("ring weight", FanBatchVertices(1),
+                       Head(1) + OfViews(1) + shaders::k_ring_weight_frag);
   return ring_weight_;
 }
 
-std::string GlPrograms::SheafVertices(int views) const {
+std::string GlPrograms::FanBatchVertices(int views) const {
   return Head(1) + OfViews(views) + shaders::k_view_glsl + shaders::k_views_glsl +
-         shaders::k_triangle_buffers_glsl + shaders::k_sheaf_vert;
+         shaders::k_triangle_buffers_glsl + shaders::k_fan_batch_vert;
 }
 
 const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
@@ -119,8 +120,8 @@ void GlPrograms::Release() {
     programs.fill.Release();
   }
   over_views_.clear();
-  for (auto& [kind, program] : sheaves_) program.Release();
-  sheaves_.clear();
+  for (auto& [kind, program] : batches_) program.Release();
+  batches_.clear();
 }
 
 }  // namespace ulf::render

@@ -17,11 +17,11 @@ class GlPrograms {
   const GlProgram& cover() const { return cover_; }
   // For up to so many views of a triangle, `direct` where they are all that it has; built when it is first
   // needed.
-  const GlProgram& Sheaf(int views, bool direct);
-  int most_views_of_sheaf() const { return most_views_of_sheaf_; }
-  // What the uniforms of a sheaf tell of all views at once, where they agree.
+  const GlProgram& FanBatch(int views, bool direct);
+  int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
+  // What the uniforms of a batch tell of all views at once, where they agree.
   bool one_camera() const { return one_camera_; }
-  // Of a wide aperture's rings what Sheaf() multiplies light with; built when it is first needed.
+  // Of a wide aperture's rings what FanBatch() multiplies light with; built when it is first needed.
   const GlProgram& RingWeight();
   const GlProgram& open() const { return open_; }
   const GlProgram& normalise() const { return normalise_; }
@@ -40,15 +40,15 @@ class GlPrograms {
   };
   const OverViews& Over(int arrays);
   std::string Head(int arrays) const;
-  std::string SheafVertices(int views) const;
+  std::string FanBatchVertices(int views) const;
 
   std::string defines_;
   bool one_camera_ = false;
-  int most_views_of_sheaf_ = 1;
+  int most_views_of_fan_batch_ = 1;
   GlProgram cover_, open_, ring_weight_, normalise_, mark_lumigraph_, mark_fill_;
   bool has_ring_weight_ = false;
   std::map<int, OverViews> over_views_;
-  std::map<std::pair<int, bool>, GlProgram> sheaves_;
+  std::map<std::pair<int, bool>, GlProgram> batches_;
 };
 
 }  // namespace ulf::render

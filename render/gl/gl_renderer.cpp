@@ -20,7 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr unsigned kProxyDepthUnit = 12, kSightsUnit = 13;  // photographs come before
+constexpr unsigned kProxyDepthUnit = 12, kShadowMapsUnit = 13;  // photographs come before
 
 }  // namespace
 
@@ -45,10 +45,10 @@ void GlRenderer::State::Build() {
 }
 
 // Whether that brought any news.
-bool GlRenderer::State::ProvideSights(std::span<const int> of_views) {
-  if (!sights.Provide(of_views)) return false;
-  views.TellSights(sights);
-  sights.Bind(kSightsUnit);
+bool GlRenderer::State::ProvideShadowMaps(std::span<const int> of_views) {
+  if (!shadow_maps.Provide(of_views)) return false;
+  views.SetShadowMaps(shadow_maps);
+  shadow_maps.Bind(kShadowMapsUnit);
   return true;
 }
 
@@ -58,11 +58,12 @@ cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_fr
   return depth;
 }
 
-GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options, GlDoor door)
+GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
+                       GlContextKind door)
     : state_(std::make_unique<State>(std::move(scene), options, door)) {
   const GlContext::Current current(state_->context);
   state_->Build();
-  state_->sights.Reset(state_->scene->views);
+  state_->shadow_maps.Reset(state_->scene->views);
   state_->programs.Build(*state_->scene, options.show_field, false);
   SetField(options.field);
 }
@@ -75,14 +76,14 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.sheaves, &s.tiles, &s.needed}) buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed}) buffer->Release();
   s.nearest_first.Release();
   s.open_px.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
   s.no_vertices.Release();
   s.depth.Release();
   s.proxy.Release();
-  s.sights.Release();
+  s.shadow_maps.Release();
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
@@ -105,7 +106,7 @@ void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
   const GlContext::Current current(s.context);
   s.plain = WithProxy(*s.plain, std::move(proxy));
   s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
-  s.sights.Reset(s.scene->views);
+  s.shadow_maps.Reset(s.scene->views);
   s.programs_stale = true;
   SetField(s.options.field);
 }
@@ -117,7 +118,7 @@ void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   if (aperture.has_value() != s.options.aperture.has_value()) s.programs_stale = true;
   s.options.aperture = aperture;
   s.scene = aperture ? WithFocalPlane(*s.plain, *aperture) : s.plain;
-  s.sights.Reset(s.scene->views);
+  s.shadow_maps.Reset(s.scene->views);
   if (!aperture) s.aperture_field.reset();
   if (aperture && s.mesh_field && !s.aperture_field)
     s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
@@ -137,11 +138,11 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
     of_views = ViewsByDistance(*s.scene, virtual_center);
     of_views.resize(std::min(of_views.size(), kNearest));
   }
-  std::vector<GlPhotographs::Wish> wishes;
+  std::vector<GlPhotographs::LevelRequest> level_requests;
   for (const int view : of_views)
-    wishes.push_back({view, PyramidLevel(s.scene->views[At(view)], s.scene->subject, virtual_center,
-                                         camera.MeanFocalPx())});
-  s.photographs.Expect(std::move(wishes));
+    level_requests.push_back({view, PyramidLevel(s.scene->views[At(view)], s.scene->subject, virtual_center,
+                                                 camera.MeanFocalPx())});
+  s.photographs.Expect(std::move(level_requests));
 }
 
 bool GlRenderer::loading() const { return state_->lacks || state_->outdated; }
@@ -180,8 +181,8 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   s.confidence.Resize(camera.width, camera.height, &s.depth);
   s.resolved.Resize(camera.width, camera.height, &s.depth);
   s.views.Place(*s.scene, camera, cam_from_world);
-  s.views.TellSights(s.sights);
-  s.sights.Bind(kSightsUnit);
+  s.views.SetShadowMaps(s.shadow_maps);
+  s.shadow_maps.Bind(kShadowMapsUnit);
   s.virtual_center = cam_from_world.OriginInSource();
   s.offered.clear();
   s.lacks = s.outdated = s.is_resolved = false;

@@ -3,13 +3,13 @@
 // Where the proxy has triangles their depth is drawn first, and every later pass reads it.
 //
 // Of each photograph that a picture needs the one level that it reads lies in a texture array
-// (render/gl/gl_photographs). Triangles that meet the frame are drawn as sheaves: the fans of the thesis, a
+// (render/gl/gl_photographs). Triangles that meet the frame are drawn as batches: the fans of the thesis, a
 // triangle and a view that weighs in it, of up to nine views together whose photographs lie in one array.
 // What fragments need of the views is constant over a triangle and travels with it, so they read no buffers;
-// on a software rasteriser this is many times faster. Where every triangle is one sheaf, which is the rule
+// on a software rasteriser this is many times faster. Where every triangle is one batch, which is the rule
 // with one camera, one level of subdivision and no viewpoint of more than eight neighbours, their pixels are
 // finished at once, in the triangles' order (of overlapping ones the last counts). Else triangles are drawn
-// for their order and confidence first, then their sheaves are added up in 32-bit float, and a pass divides
+// for their order and confidence first, then their batches are added up in 32-bit float, and a pass divides
 // by the sum of weights.
 //
 // The lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a
@@ -40,7 +40,7 @@ class GlRenderer : public Renderer {
   // Throws Error without OpenGL 4.5. With kCurrent it draws in its caller's context, which is current
   // whenever it is called and when it goes.
   GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
-             GlDoor door = GlDoor::kOwn);
+             GlContextKind door = GlContextKind::kOwn);
   ~GlRenderer() override;
 
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;

@@ -16,7 +16,7 @@
 #include "render/gl/gl_programs.h"
 #include "render/gl/gl_proxy.h"
 #include "render/gl/gl_renderer.h"
-#include "render/gl/gl_sights.h"
+#include "render/gl/gl_shadow_maps.h"
 #include "render/gl/gl_triangles.h"
 #include "render/gl/gl_views.h"
 #include "render/scene/view_tiles.h"
@@ -32,10 +32,10 @@ struct GlRenderer::State {
   GlPhotographs photographs;
   GlViews views;
   GlProxy proxy;
-  GlSights sights;
+  GlShadowMaps shadow_maps;
   GlPrograms programs;
   GlProgram show;
-  GlBuffer triangles, fans, sheaves, tiles, needed;
+  GlBuffer triangles, fans, batches, tiles, needed;
   GlTexelBuffer nearest_first;
   GlPixelCounter open_px;
   ViewTiler tiler;
@@ -50,7 +50,7 @@ struct GlRenderer::State {
   // Of the picture that is being drawn: all that was to be offered, whether some of it is missing, and
   // whether a pass was drawn from worse photographs than are there now.
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
-  std::vector<GlPhotographs::Wish> offered;
+  std::vector<GlPhotographs::LevelRequest> offered;
   bool lacks = false, outdated = false;
   bool is_resolved = false;  // but for what others fill
   bool said_several_passes = false;
@@ -62,7 +62,7 @@ struct GlRenderer::State {
 
   CameraModel last_camera;  // of the last frame
 
-  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlDoor door)
+  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlContextKind door)
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
         options(the_options),
@@ -79,7 +79,7 @@ struct GlRenderer::State {
   DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                    const PlaneInCamera& plane) const;
-  bool ProvideSights(std::span<const int> of_views);
+  bool ProvideShadowMaps(std::span<const int> of_views);
   int NearestOf(std::span<const int> of_views) const;
   std::size_t MakeThere(std::span<const int> of_views);
   using DrawSome = std::function<void(std::size_t first, std::size_t end, int arrays)>;
@@ -99,10 +99,11 @@ struct GlRenderer::State {
   bool AreThere(const std::vector<int>& of_views) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
-  using DrawPass = std::function<void(const Sheaves& of_pass, bool are_all)>;
-  void OverSheaves(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
-  void Upload(const Sheaves& some);
-  void DrawSheaves(const Sheaves& some, bool direct, const CameraModel& camera, const PlaneInCamera& plane);
+  using DrawPass = std::function<void(const FanBatches& of_pass, bool are_all)>;
+  void OverFanBatches(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
+  void Upload(const FanBatches& some);
+  void DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
+                      const PlaneInCamera& plane);
   void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
                  bool more_follow);
   void AddRings(const TriangleBatch& rings, const CameraModel& camera, const PlaneInCamera& plane);

@@ -53,9 +53,9 @@ std::vector<int> ViewsOf(const std::vector<GpuFan>& fans) {
   return of_views;
 }
 
-Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
-                    const std::function<std::optional<unsigned>(int view)>& array_of, int most) {
-  Sheaves made;
+FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
+                          const std::function<std::optional<unsigned>(int view)>& array_of, int most) {
+  FanBatches made;
   std::vector<std::pair<unsigned, GpuFan>> of_triangle;
   for (std::size_t done = 0; done < fans.size();) {
     const std::uint32_t triangle = fans[done].triangle;
@@ -66,20 +66,21 @@ Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
     std::sort(of_triangle.begin(), of_triangle.end(), [](const auto& a, const auto& b) {
       return std::pair(a.first, a.second.view) < std::pair(b.first, b.second.view);
     });
-    const std::size_t before = made.sheaves.size();
+    const std::size_t before = made.batches.size();
     for (const auto& [array, fan] : of_triangle) {
-      if (made.sheaves.size() == before || made.sheaves.back().array != array ||
-          made.sheaves.back().count == static_cast<std::uint32_t>(most))
-        made.sheaves.push_back({triangle, static_cast<std::uint32_t>(made.fans.size()), 0, array});
-      ++made.sheaves.back().count;
+      if (made.batches.size() == before || made.batches.back().array != array ||
+          made.batches.back().count == static_cast<std::uint32_t>(most))
+        made.batches.push_back({triangle, static_cast<std::uint32_t>(made.fans.size()), 0, array});
+      ++made.batches.back().count;
       made.fans.push_back(fan);
     }
-    made.one_each = made.one_each && made.sheaves.size() <= before + 1;
+    made.one_each = made.one_each && made.batches.size() <= before + 1;
   }
   if (!made.one_each)  // they are added up, in whatever order
-    std::stable_sort(made.sheaves.begin(), made.sheaves.end(), [](const GpuSheaf& a, const GpuSheaf& b) {
-      return std::pair(a.array, a.count) < std::pair(b.array, b.count);
-    });
+    std::stable_sort(made.batches.begin(), made.batches.end(),
+                     [](const GpuFanBatch& a, const GpuFanBatch& b) {
+                       return std::pair(a.array, a.count) < std::pair(b.array, b.count);
+                     });
   return made;
 }
 

@@ -1,6 +1,6 @@
 // What one draw of triangles needs, whatever they are triangles of: the mesh of viewpoints, or the image.
 // Each triangle once for its order and confidence, then for the views that weigh in it (its fans, in the
-// thesis's word), of which several are drawn together as a sheaf.
+// thesis's word), of which several are drawn together as a batch.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,7 +32,7 @@ struct GpuFan {
   Vec4 weights;
 };
 
-struct GpuSheaf {
+struct GpuFanBatch {
   std::uint32_t triangle, first, count;  // of its fans
   std::uint32_t array;                   // not for the shaders: the texture that has their photographs
 };
@@ -45,14 +45,14 @@ struct TriangleBatch {
 // Each once, in their order.
 std::vector<int> ViewsOf(const std::vector<GpuFan>& fans);
 
-struct Sheaves {
+struct FanBatches {
   std::vector<GpuFan> fans;
-  std::vector<GpuSheaf> sheaves;
+  std::vector<GpuFanBatch> batches;
   bool one_each = true;  // no triangle has two; they are in the order of triangles
 };
 // Of fans whose photographs are there (`array_of` their view tells in which texture), at most so many in one.
-Sheaves MakeSheaves(const std::vector<GpuFan>& fans,
-                    const std::function<std::optional<unsigned>(int view)>& array_of, int most);
+FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
+                          const std::function<std::optional<unsigned>(int view)>& array_of, int most);
 
 // For each triangle the views that weigh in it.
 struct EntryTable {

@@ -41,7 +41,7 @@ void GlViews::Build(const RenderScene& scene) {
   for (const SceneView& view : scene.views) {
     const bool is_as_before = before && *before == view.camera;
     trusted_extent_.push_back(is_as_before ? trusted_extent_.back() : TrustedExtent(view.camera));
-    sight_.push_back(is_as_before ? sight_.back() : OfSizeOne(SightCamera(view.camera)));
+    shadow_map_.push_back(is_as_before ? shadow_map_.back() : OfSizeOne(ShadowMapCamera(view.camera)));
     before = &view.camera;
   }
   has_gaps_.assign(scene.views.size(), false);
@@ -73,16 +73,16 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.more = MakeVec4(c[4], view.black, view.scale, kind);
     out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
     out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
-    out.sight = sight_[i];
+    out.shadow_map = shadow_map_[i];
     out.place = {-1, 0, 0, -1};
     level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
   }
 }
 
-std::vector<GlPhotographs::Wish> GlViews::Wishes(std::span<const int> views) const {
-  std::vector<GlPhotographs::Wish> wishes;
-  for (const int view : views) wishes.push_back({view, level_[At(view)]});
-  return wishes;
+std::vector<GlPhotographs::LevelRequest> GlViews::LevelRequests(std::span<const int> views) const {
+  std::vector<GlPhotographs::LevelRequest> level_requests;
+  for (const int view : views) level_requests.push_back({view, level_[At(view)]});
+  return level_requests;
 }
 
 void GlViews::Upload() {
@@ -90,8 +90,8 @@ void GlViews::Upload() {
   views_.Bind(kUnit);
 }
 
-std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs& photographs,
-                                std::vector<unsigned>& arrays) {
+std::size_t GlViews::SetPlaces(std::span<const int> views, const GlPhotographs& photographs,
+                               std::vector<unsigned>& arrays) {
   for (GpuView& view : gpu_views_) view.place[0] = -1;
   arrays.clear();
   std::size_t told = 0;
@@ -112,16 +112,16 @@ std::size_t GlViews::TellPlaces(std::span<const int> views, const GlPhotographs&
   return told;
 }
 
-void GlViews::TellPlaces(const GlPhotographs& photographs) {
+void GlViews::SetPlaces(const GlPhotographs& photographs) {
   for (std::size_t i = 0; i < gpu_views_.size(); ++i)
     if (const auto place = photographs.PlaceOf(static_cast<int>(i)))
       gpu_views_[i].place[1] = static_cast<float>(place->layer);
   Upload();
 }
 
-void GlViews::TellSights(const GlSights& sights) {
+void GlViews::SetShadowMaps(const GlShadowMaps& shadow_maps) {
   for (std::size_t i = 0; i < gpu_views_.size(); ++i)
-    gpu_views_[i].place[3] = static_cast<float>(sights.LayerOf(static_cast<int>(i)));
+    gpu_views_[i].place[3] = static_cast<float>(shadow_maps.LayerOf(static_cast<int>(i)));
   Upload();
 }
 
@@ -135,7 +135,7 @@ void GlViews::SetOneCamera(const GlProgram& program) const {
   program.Set("k", first.k);
   program.Set("more", first.more);
   program.Set("light", Vec4{width / feather, height / feather, first.more[1], first.more[2]});
-  program.Set("sight", first.sight);
+  program.Set("shadow_map", first.shadow_map);
 }
 
 void GlViews::SetGaps(int view) {

@@ -40,7 +40,7 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 
 }  // namespace
 
-std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_field) {
+std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
   // Whatever their file is called, and whether it holds any.
   if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
@@ -77,7 +77,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject) {
   std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", subject, light_field)};
-  for (const std::string& name : ProxiesOfItsOwn(light_field))
+  for (const std::string& name : OwnProxies(light_field))
     proxies.push_back(ProxyFromName(name, subject, light_field));
   return proxies;
 }

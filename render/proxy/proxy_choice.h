@@ -18,7 +18,7 @@ namespace ulf::render {
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
 // What geometry the light field brings itself, simplest first: points, mesh, both or none.
-std::vector<std::string> ProxiesOfItsOwn(const std::filesystem::path& light_field);
+std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Says on the log what a mesh file holds. UsageError for a name that is none, Error for a file that is not to
 // be had.

@@ -105,7 +105,7 @@ void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererK
 
 }  // namespace
 
-const ScoredChoice& FirstNearTheBest(const std::vector<ScoredChoice>& candidates) {
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates) {
   const auto best = std::max_element(candidates.begin(), candidates.end(),
                                      [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
   return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
@@ -143,16 +143,16 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const RenderScene small = Small(scene);
   if (proxies.size() > 1) {
     const auto tried = Try(small, {fields.front()}, proxies, renderer);
-    choice.proxy = FirstNearTheBest(tried).proxy;
-    choice.explained.push_back(Explained("proxy", tried, FirstNearTheBest(tried), true));
+    choice.proxy = FirstWithinTolerance(tried).proxy;
+    choice.explained.push_back(Explained("proxy", tried, FirstWithinTolerance(tried), true));
     choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
                               Listed(tried, true));
     choice.candidates = tried;
   }
   if (fields_differ) {
     const auto tried = Try(small, fields, {choice.proxy}, renderer);
-    choice.field = FirstNearTheBest(tried).field;
-    choice.explained.push_back(Explained("blending field", tried, FirstNearTheBest(tried), false));
+    choice.field = FirstWithinTolerance(tried).field;
+    choice.explained.push_back(Explained("blending field", tried, FirstWithinTolerance(tried), false));
     choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
                               Listed(tried, false));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());

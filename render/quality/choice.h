@@ -38,7 +38,7 @@ inline constexpr int kChoiceViews = 8;     // left out, evenly through the light
 inline constexpr int kChoiceSizePx = 320;  // longer side of the pictures
 
 // The first of the candidates, of which there is one at least, that is within kPreferredWithinDb of the best.
-const ScoredChoice& FirstNearTheBest(const std::vector<ScoredChoice>& candidates);
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates);
 
 // `fields` and `proxies`: in order of preference, proxies the simplest first. Every proxy is tried with the
 // first field, then every field with the proxy that was chosen: what geometry brings is more than what

@@ -75,8 +75,8 @@ cv::Mat SceneView::Srgb8() const {
 
 std::optional<Seen> SceneView::See(const Eigen::Vector3d& point_in_world) const {
   auto seen = Frame(point_in_world);
-  if (!seen || !sight) return seen;
-  seen->feather *= sight->Get().Share(cam_from_world * point_in_world);
+  if (!seen || !shadow_map) return seen;
+  seen->feather *= shadow_map->Get().Visibility(cam_from_world * point_in_world);
   if (seen->feather <= 0) return std::nullopt;
   return seen;
 }
@@ -146,7 +146,8 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
   other->proxy = std::move(proxy);
   const auto occluder = other->proxy->Occluder();
   for (SceneView& view : other->views)
-    view.sight = occluder ? std::make_shared<LazySight>(occluder, view.camera, view.cam_from_world) : nullptr;
+    view.shadow_map =
+        occluder ? std::make_shared<LazyShadowMap>(occluder, view.camera, view.cam_from_world) : nullptr;
   return other;
 }
 

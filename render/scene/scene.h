@@ -12,7 +12,7 @@
 #include "core/light_field/light_field.h"
 #include "render/fields/viewpoint_mesh.h"
 #include "render/proxy/proxy.h"
-#include "render/proxy/sight.h"
+#include "render/proxy/shadow_map.h"
 #include "render/scene/photograph.h"
 #include "render/scene/photograph_store.h"
 
@@ -36,7 +36,7 @@ struct SceneView {
   float black = 0;
   float scale = 1;
 
-  std::shared_ptr<const LazySight> sight;  // null: nothing hides anything
+  std::shared_ptr<const LazyShadowMap> shadow_map;  // null: nothing hides anything
 
   // The photograph for a display, in its own exposure.
   cv::Mat Srgb8() const;

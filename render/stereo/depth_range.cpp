@@ -39,8 +39,8 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
   return {1 / farthest, 1 / nearest, planes};
 }
 
-double DepthOfAPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                     double distance) {
+double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                        double distance) {
   const double step = 1e-3 * distance;
   double widest = 0;
   for (const StereoView* neighbour : neighbours)

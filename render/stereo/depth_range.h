@@ -19,7 +19,7 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
 
 // How much deeper a thing at this distance is that lies a pixel farther on in the neighbour that moves the
 // most; infinite where none moves.
-double DepthOfAPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                     double distance);
+double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                        double distance);
 
 }  // namespace ulf::render

@@ -86,7 +86,7 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
   for (const Task& task : tasks) {
     const StereoView& view = views[static_cast<std::size_t>(task.view)];
     const double distance = (subject.center_in_world - view.center_in_world).norm();
-    radii.push_back(DepthOfAPixel(view, task.neighbours, distance) / subject.radius);
+    radii.push_back(DepthStepOfPixel(view, task.neighbours, distance) / subject.radius);
   }
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());

@@ -50,7 +50,7 @@ Viewer::Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const
       renderer_(std::make_unique<GlRenderer>(
           OverFirst(*scene_, options),
           RenderOptions{.field = options.field, .gpu_memory_mb = options.gpu_memory_mb, .complete = false},
-          GlDoor::kCurrent)),
+          GlContextKind::kCurrent)),
       where_(*scene_),
       coarse_mesh_(scene_, 0),
       input_(StartOf(*scene_, options.field), static_cast<int>(options.proxies.size()), where_.Spacing()) {
@@ -70,9 +70,9 @@ bool Viewer::Step(double patience_s) {
     input_.Handle(event, surface_.Size());
   }
   const cv::Size screen = surface_.Size();
-  for (const ViewerWish& wish : input_.TakeWishes()) {
-    if (wish.what == ViewerWish::kLeave) return false;
-    if (!screen.empty()) Obey(wish);
+  for (const ViewerRequest& request : input_.TakeRequests()) {
+    if (request.what == ViewerRequest::kLeave) return false;
+    if (!screen.empty()) Obey(request);
   }
   if (screen.empty()) return true;  // iconified
   const bool moves = shown_ && Moves(*shown_, input_.state());
@@ -82,20 +82,20 @@ bool Viewer::Step(double patience_s) {
   return true;
 }
 
-void Viewer::Obey(const ViewerWish& wish) {
+void Viewer::Obey(const ViewerRequest& request) {
   try {
-    switch (wish.what) {
-      case ViewerWish::kLeave:
+    switch (request.what) {
+      case ViewerRequest::kLeave:
         return;
-      case ViewerWish::kFullScreen:
+      case ViewerRequest::kFullScreen:
         return surface_.ToggleFullScreen();
-      case ViewerWish::kNearestView:
+      case ViewerRequest::kNearestView:
         return input_.Place(AtNearestView(state().camera, *scene_));
-      case ViewerWish::kFocus:
-        return FocusOn(wish.img);
-      case ViewerWish::kScreenshot:
+      case ViewerRequest::kFocus:
+        return FocusOn(request.img);
+      case ViewerRequest::kScreenshot:
         return SavePicture();
-      case ViewerWish::kKeyframe:
+      case ViewerRequest::kKeyframe:
         return SaveKeyframe();
     }
   } catch (const SurfaceGone&) {

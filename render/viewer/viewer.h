@@ -15,7 +15,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_state.h"
-#include "render/viewer/where_am_i.h"
+#include "render/viewer/viewpoint_gizmo.h"
 
 namespace ulf::render {
 
@@ -55,7 +55,7 @@ class Viewer {
   const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last ones
 
  private:
-  void Obey(const ViewerWish& wish);
+  void Obey(const ViewerRequest& request);
   void SwitchOver();
   void FocusOn(const Eigen::Vector2d& img);
   void TakeProxy(std::size_t index);
@@ -76,7 +76,7 @@ class Viewer {
   std::vector<std::shared_ptr<const Proxy>> proxies_;  // null: not made yet
   std::unique_ptr<GlRenderer> renderer_;
   Painter painter_;
-  WhereAmI where_;
+  ViewpointGizmo where_;
   MeshField coarse_mesh_;
   std::unique_ptr<MeshField> fine_mesh_;
   int fine_level_ = 0;

@@ -32,10 +32,10 @@ std::optional<Aperture> ViewerState::OpenAperture() const {
   return Aperture{.radius = aperture, .focus_in_world = focus_in_world};
 }
 
-std::vector<ViewerWish> ViewerInput::TakeWishes() { return std::exchange(wishes_, {}); }
+std::vector<ViewerRequest> ViewerInput::TakeRequests() { return std::exchange(requests_, {}); }
 
 void ViewerInput::Handle(const InputEvent& event, const cv::Size& screen) {
-  if (std::holds_alternative<CloseAsked>(event)) return Wish(ViewerWish::kLeave);
+  if (std::holds_alternative<CloseAsked>(event)) return Request(ViewerRequest::kLeave);
   if (const auto* key = std::get_if<KeyPressed>(&event)) return Press(*key);
   if (const auto* typed = std::get_if<Typed>(&event)) return Type(typed->character, screen);
   if (const auto* wheel = std::get_if<WheelTurned>(&event)) return Turn(*wheel);
@@ -56,7 +56,7 @@ void ViewerInput::Click(const MouseButton& button) {
     dragging_ = false;
     return;
   }
-  if (pressed_ == button.button && button.button == 0 && !dragging_) Wish(ViewerWish::kFocus, mouse_);
+  if (pressed_ == button.button && button.button == 0 && !dragging_) Request(ViewerRequest::kFocus, mouse_);
   pressed_.reset();
 }
 
@@ -126,7 +126,7 @@ void ViewerInput::Press(const KeyPressed& key) {
       state_.shows_keys = false;
       return;
     case Key::kF11:
-      return Wish(ViewerWish::kFullScreen);
+      return Request(ViewerRequest::kFullScreen);
     default:
       return;
   }
@@ -190,17 +190,17 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
     case 'j':
       return FocusFarther(-1);
     case 'r':
-      return Wish(ViewerWish::kFocus, {0.5 * screen.width, 0.5 * screen.height});
+      return Request(ViewerRequest::kFocus, {0.5 * screen.width, 0.5 * screen.height});
     case 'n':
-      return Wish(ViewerWish::kNearestView);
+      return Request(ViewerRequest::kNearestView);
     case 's':
-      return Wish(ViewerWish::kScreenshot);
+      return Request(ViewerRequest::kScreenshot);
     case 'k':
-      return Wish(ViewerWish::kKeyframe);
+      return Request(ViewerRequest::kKeyframe);
     case 'g':
-      return Wish(ViewerWish::kFullScreen);
+      return Request(ViewerRequest::kFullScreen);
     case 'q':
-      return Wish(ViewerWish::kLeave);
+      return Request(ViewerRequest::kLeave);
     default:
       return;
   }

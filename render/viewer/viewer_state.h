@@ -1,5 +1,5 @@
 // What the viewer's person has switched and where they stand: input in, state out. Pure: what needs more than
-// that (a file, a depth, the window) comes out as a wish.
+// that (a file, a depth, the window) comes out as a request.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,7 +33,7 @@ struct ViewerState {
   std::optional<Aperture> OpenAperture() const;
 };
 
-struct ViewerWish {
+struct ViewerRequest {
   enum What { kLeave, kFullScreen, kScreenshot, kKeyframe, kNearestView, kFocus };
   What what;
   Eigen::Vector2d img = {};  // of kFocus: on what
@@ -47,7 +47,7 @@ class ViewerInput {
 
   void Handle(const InputEvent& event, const cv::Size& screen);
   const ViewerState& state() const { return state_; }
-  std::vector<ViewerWish> TakeWishes();
+  std::vector<ViewerRequest> TakeRequests();
   void Place(const ViewerCamera& camera) { state_.camera = camera; }
   void TakeProxy(int proxy) { state_.proxy = proxy; }
   void Focus(const Eigen::Vector3d& focus_in_world) { state_.focus_in_world = focus_in_world; }
@@ -62,8 +62,8 @@ class ViewerInput {
   void Drag(const Eigen::Vector2d& by, const cv::Size& screen);
   void Widen(double steps);
   void FocusFarther(double steps);
-  void Wish(ViewerWish::What what, const Eigen::Vector2d& img = Eigen::Vector2d::Zero()) {
-    wishes_.push_back({what, img});
+  void Request(ViewerRequest::What what, const Eigen::Vector2d& img = Eigen::Vector2d::Zero()) {
+    requests_.push_back({what, img});
   }
 
   ViewerState state_;
@@ -71,7 +71,7 @@ class ViewerInput {
   int proxies_;
   double least_aperture_;
   double last_aperture_ = 0;  // that was open
-  std::vector<ViewerWish> wishes_;
+  std::vector<ViewerRequest> requests_;
   Eigen::Vector2d mouse_ = Eigen::Vector2d::Zero(), pressed_at_ = Eigen::Vector2d::Zero();
   std::optional<int> pressed_;  // which button
   bool dragging_ = false;       // it has moved since: no click any more

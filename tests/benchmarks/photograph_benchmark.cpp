@@ -101,7 +101,7 @@ void ReadFile(benchmark::State& state) {
 }
 
 // What a mesh of 100,000 triangles hides from one view.
-void SightOfOneView(benchmark::State& state) {
+void ShadowMapOfOneView(benchmark::State& state) {
   constexpr int kSide = 224;
   TriangleMesh mesh;
   for (int y = 0; y <= kSide; ++y)
@@ -116,7 +116,7 @@ void SightOfOneView(benchmark::State& state) {
       mesh.triangles.push_back({at + 1, at + kSide + 2, at + kSide + 1});
     }
   const Rigid3 pose = LookAt({0.2, 0.1, 2}, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
-  for (auto _ : state) benchmark::DoNotOptimize(MakeSight(mesh, Studio().camera(), pose));
+  for (auto _ : state) benchmark::DoNotOptimize(MakeShadowMap(mesh, Studio().camera(), pose));
   state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
 }
 
@@ -178,7 +178,7 @@ BENCHMARK_CAPTURE(Decode, jpeg, ".jpg")->Unit(benchmark::kMillisecond);
 BENCHMARK(Pyramid)->Unit(benchmark::kMillisecond);
 BENCHMARK(WriteFile)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(ReadFile)->Arg(0)->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(SightOfOneView)->Unit(benchmark::kMillisecond);
+BENCHMARK(ShadowMapOfOneView)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(FirstPicture, without_files, false, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(FirstPicture, from_files, true, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(FirstPicture, without_files_at_once, false, false)

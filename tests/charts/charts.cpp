@@ -40,36 +40,37 @@ constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
                              {"wrong_choice", WrongChoiceChart},
                              {"packets", PacketsChart}};
 
-struct Wishes {
+struct Arguments {
   fs::path folder;
   bool quick = false, draw = false;
   std::vector<std::string> names;
 };
 
-void Make(const Maker& maker, const Wishes& wishes) {
-  const fs::path table = wishes.folder / (std::string(maker.name) + ".csv");
-  if (wishes.draw) {
-    if (fs::exists(table)) DrawChart(wishes.folder, ReadChart(table));
+void Make(const Maker& maker, const Arguments& arguments) {
+  const fs::path table = arguments.folder / (std::string(maker.name) + ".csv");
+  if (arguments.draw) {
+    if (fs::exists(table)) DrawChart(arguments.folder, ReadChart(table));
     return;
   }
   const auto begin = std::chrono::steady_clock::now();
-  Chart chart = maker.make({wishes.quick});
+  Chart chart = maker.make({arguments.quick});
   chart.name = maker.name;
-  chart.caption = ChartCaption(fmt::format("./run charts {}{}", wishes.quick ? "--quick " : "", maker.name));
+  chart.caption =
+      ChartCaption(fmt::format("./run charts {}{}", arguments.quick ? "--quick " : "", maker.name));
   WriteChart(table, chart);
-  DrawChart(wishes.folder, chart);
+  DrawChart(arguments.folder, chart);
   fmt::print("{}: {:.0f} s\n", maker.name,
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   std::fflush(stdout);
 }
 
 // In a process of its own: one chart's threads, memory and network are none of the next one's.
-bool MakeApart(const Maker& maker, const Wishes& wishes) {
+bool MakeApart(const Maker& maker, const Arguments& arguments) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
     try {
-      Make(maker, wishes);
+      Make(maker, arguments);
       std::fflush(nullptr);
       _exit(0);
     } catch (const std::exception& error) {
@@ -86,22 +87,22 @@ bool MakeApart(const Maker& maker, const Wishes& wishes) {
 
 int main(int count, char** arguments) {
   using namespace ulf::test;
-  Wishes wishes;
+  Arguments arguments;
   std::vector<std::string> known;
   for (const Maker& maker : kMakers) known.emplace_back(maker.name);
   CLI::App app("Makes the charts of docs/charts/");
-  app.add_option("folder", wishes.folder, "Where tables and pictures go")->required();
-  app.add_option("names", wishes.names, "Which charts; without, all of them")->check(CLI::IsMember(known));
-  app.add_flag("--quick", wishes.quick, "Fewer seeds and values");
-  app.add_flag("--draw", wishes.draw, "Draws the tables in the folder anew");
+  app.add_option("folder", arguments.folder, "Where tables and pictures go")->required();
+  app.add_option("names", arguments.names, "Which charts; without, all of them")->check(CLI::IsMember(known));
+  app.add_flag("--quick", arguments.quick, "Fewer seeds and values");
+  app.add_flag("--draw", arguments.draw, "Draws the tables in the folder anew");
   try {
     app.parse(count, arguments);
-    if (wishes.names.empty()) wishes.names = known;
-    fs::create_directories(wishes.folder);
+    if (arguments.names.empty()) arguments.names = known;
+    fs::create_directories(arguments.folder);
     bool all_made = true;
     for (const Maker& maker : kMakers)
-      if (std::find(wishes.names.begin(), wishes.names.end(), maker.name) != wishes.names.end())
-        all_made = MakeApart(maker, wishes) && all_made;
+      if (std::find(arguments.names.begin(), arguments.names.end(), maker.name) != arguments.names.end())
+        all_made = MakeApart(maker, arguments) && all_made;
     return all_made ? 0 : 1;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;

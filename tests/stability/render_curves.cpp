@@ -773,7 +773,7 @@ Curve MissingSides() {
       if (neighbours.empty()) continue;
       maps.push_back(DepthOf(solid, views[i], neighbours, draw));
       centers.push_back(views[i].center_in_world);
-      pixel_depths.push_back(DepthOfAPixel(views[i], neighbours, kSolidDistance));
+      pixel_depths.push_back(DepthStepOfPixel(views[i], neighbours, kSolidDistance));
     }
     if (maps.empty() || Median(pixel_depths) > kRoughPixelRadii * subject.radius)
       return Trial{Verdict::kSaidSo, 0};

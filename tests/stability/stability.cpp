@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Wishes {
+struct Arguments {
   fs::path page;
   bool quick = false;
   std::vector<std::string> names;
@@ -38,14 +38,14 @@ std::vector<Curve> Chosen(const std::vector<std::string>& names) {
   return chosen;
 }
 
-int Run(const Wishes& wishes) {
-  const fs::path folder = fs::path(wishes.page).replace_extension();
+int Run(const Arguments& arguments) {
+  const fs::path folder = fs::path(arguments.page).replace_extension();
   fs::create_directories(folder);
   std::vector<MeasuredCurve> measured;
   int wrong = 0, skipped = 0;
-  for (const Curve& curve : Chosen(wishes.names)) {
+  for (const Curve& curve : Chosen(arguments.names)) {
     const auto begin = std::chrono::steady_clock::now();
-    measured.push_back(Measure(curve, wishes.quick));
+    measured.push_back(Measure(curve, arguments.quick));
     const MeasuredCurve& m = measured.back();
     if (m.why_not) {
       fmt::print(stderr, "stability: {} is not measured: {}\n", curve.name, *m.why_not);
@@ -54,7 +54,7 @@ int Run(const Wishes& wishes) {
     }
     Chart chart = ChartOf(m);
     chart.caption =
-        ChartCaption(fmt::format("./run stability {}{}", wishes.quick ? "--quick " : "", curve.name));
+        ChartCaption(fmt::format("./run stability {}{}", arguments.quick ? "--quick " : "", curve.name));
     WriteChart(folder / (curve.name + ".csv"), chart);
     DrawChart(folder, chart);
     wrong += !m.WrongAsKnown();
@@ -67,7 +67,8 @@ int Run(const Wishes& wishes) {
                std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     std::fflush(stdout);
   }
-  if (wishes.names.empty()) std::ofstream(wishes.page) << StabilityPage(measured, folder.filename().string());
+  if (arguments.names.empty())
+    std::ofstream(arguments.page) << StabilityPage(measured, folder.filename().string());
   if (wrong)
     fmt::print(stderr,
                "stability: {} of {} curves hold more answers that are wrong without a word than known\n",
@@ -80,17 +81,17 @@ int Run(const Wishes& wishes) {
 
 int main(int count, char** arguments) {
   using namespace ulf::test;
-  Wishes wishes;
+  Arguments arguments;
   std::vector<std::string> known;
   for (const Curve& curve : AllCurves()) known.push_back(curve.name);
   CLI::App app("Drives every stage into the place where it fails");
-  app.add_option("page", wishes.page, "Markdown file; pictures go into a folder of its name")->required();
-  app.add_option("names", wishes.names, "Which curves; without, all of them and the page")
+  app.add_option("page", arguments.page, "Markdown file; pictures go into a folder of its name")->required();
+  app.add_option("names", arguments.names, "Which curves; without, all of them and the page")
       ->check(CLI::IsMember(known));
-  app.add_flag("--quick", wishes.quick, "Two points of each, three seeds");
+  app.add_flag("--quick", arguments.quick, "Two points of each, three seeds");
   try {
     app.parse(count, arguments);
-    return Run(wishes);
+    return Run(arguments);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {

@@ -10,12 +10,12 @@ double QualityOf(double center_sigma, double distance) {
   return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
 }
 
-void MapUnrest::Give(const Anchored& anchor, const Rigid3& cam_from_world) {
+void MapDriftEstimate::Give(const Anchored& anchor, const Rigid3& cam_from_world) {
   given_.push_back({anchor, cam_from_world});
   if (given_.size() > kRecent) given_.pop_front();
 }
 
-double MapUnrest::Of(const Map& map, double distance) const {
+double MapDriftEstimate::Of(const Map& map, double distance) const {
   // What is known of a map that has not been adjusted yet counts as two keyframes.
   constexpr double kYoung = 0.00015, kYoungCounts = 2;
   double sum = kYoungCounts * kYoung * kYoung * distance * distance;

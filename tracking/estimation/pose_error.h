@@ -19,7 +19,7 @@ namespace ulf::tracking {
 // near 1 where by less.
 double QualityOf(double center_sigma, double distance);
 
-class MapUnrest {
+class MapDriftEstimate {
  public:
   // A keyframe's pose as it was given.
   void Give(const Anchored& anchor, const Rigid3& cam_from_world);

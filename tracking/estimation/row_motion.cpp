@@ -76,7 +76,7 @@ void RowMotion::Expect(TrackedImage& image, const Rigid3& predicted,
   GiveRows(image, *velocity_, depths);
 }
 
-void RowMotion::Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between,
+void RowMotion::Settle(TrackedImage& image, FramePose& located, const std::optional<Twist>& between,
                        bool with_corners) {
   std::vector<SeenPoint> seen;
   std::vector<double> depths;
@@ -87,8 +87,8 @@ void RowMotion::Settle(TrackedImage& image, Located& located, const std::optiona
     seen.push_back({point, image.pyramid->Seen(match.img, &in_cam), match.sigma_px});
   }
   const std::size_t matches = seen.size();
-  if (with_corners && image.sight)
-    for (const PointObservation& corner : image.sight->corners)
+  if (with_corners && image.fiducials)
+    for (const PointObservation& corner : image.fiducials->corners)
       seen.push_back({corner.point_in_world, corner.img, corner.sigma_px});
   const double depth = Median(std::move(depths));
   const double sigma = between ? kTremor : kUnknown;

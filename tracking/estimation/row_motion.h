@@ -35,7 +35,8 @@ class RowMotion {
   // The frame was found: its pose, its rows' velocity and its picture's pose, and all of it brought to its
   // time. `between`: the velocity since the frame before, if there was one. `with_corners`: the map's world
   // is that of what the frame shows of a given one.
-  void Settle(TrackedImage& image, Located& located, const std::optional<Twist>& between, bool with_corners);
+  void Settle(TrackedImage& image, FramePose& located, const std::optional<Twist>& between,
+              bool with_corners);
 
  private:
   void GiveRows(TrackedImage& image, const Twist& velocity, std::span<const DepthField::Sample> depths) const;

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/base/quantile.h"
-#include "tracking/estimation/pose_evidence.h"
 #include "tracking/estimation/pose_graph.h"
+#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/estimation/sampling.h"
 #include "tracking/features/matching.h"
 
@@ -173,7 +173,7 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   if (!sampled) return std::nullopt;
 
   // The recent camera in the old part's world, against all that the old part knows.
-  Located located;
+  FramePose located;
   located.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
   located.candidates = GatherCandidates(map_, camera_, located.cam_from_world);
   const std::set<int> known = AllPointsOf(map_, Neighbourhood(map_, old_id, kAround));
@@ -183,10 +183,10 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
   const double unit = camera_.width / 640.0;
   StageTimes ignored;
-  std::optional<Located> found = locator_.Refine(image, std::move(located), 10 * unit, ignored);
+  std::optional<FramePose> found = locator_.Refine(image, std::move(located), 10 * unit, ignored);
   if (found) found = locator_.Refine(image, std::move(*found), 4 * unit, ignored);
   if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||
-      PoseEvidence(camera_, *found) <= kFoundEvidence) {
+      PoseLogOdds(camera_, *found) <= kRelocalizedLogOdds) {
     spdlog::debug("loop {} to {}: {} matches, {} of {:.0f} points: not sure", recent_id, old_id,
                   matches.size(), found ? found->matches.size() : 0, found ? found->expected : 0.0);
     return std::nullopt;

@@ -84,7 +84,7 @@ struct Keyframe {
   std::optional<Twist> velocity;  // as the frames before and after show it
   cv::Mat color;                  // 8 bits, B G R or grey; of recent keyframes only
   bool pinned = false;            // its pose is given (a seed): never adjusted, never removed
-  // Of a world that is given, where this frame saw them (world_sight.h).
+  // Of a world that is given, where this frame saw them (fiducial_observation.h).
   std::vector<PointObservation> corners = {};
   std::vector<int> point_of_feature;  // -1: none
   int points = 0;                     // features with a point

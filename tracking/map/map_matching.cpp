@@ -224,8 +224,8 @@ std::vector<PointObservation> ToObservations(std::span<const Candidate> candidat
 
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world) {
-  if (!image.sight || !shared.world_given) return {};
-  std::vector<PointObservation> corners = image.sight->corners;
+  if (!image.fiducials || !shared.world_given) return {};
+  std::vector<PointObservation> corners = image.fiducials->corners;
   for (PointObservation& corner : corners) {
     const Eigen::Vector3d in_cam = cam_from_world * corner.point_in_world;
     corner.img = image.pyramid->Global(corner.img, &in_cam);

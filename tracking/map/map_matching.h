@@ -16,8 +16,8 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/features/features.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/fiducial_observation.h"
 #include "tracking/map/map.h"
-#include "tracking/map/world_sight.h"
 
 namespace ulf::tracking {
 
@@ -26,7 +26,7 @@ struct TrackedImage {
   double time_s = 0;
   std::shared_ptr<const Pyramid> pyramid;
   std::shared_ptr<const FeatureSet> features;
-  std::shared_ptr<const WorldSight> sight = {};  // what it shows of a given world
+  std::shared_ptr<const FiducialObservation> fiducials = {};  // what it shows of a given world
 };
 
 // A map point that could be in view.

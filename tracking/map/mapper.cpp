@@ -172,7 +172,7 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
     keyframe.pyramid = image.pyramid;
     keyframe.cam_from_world = pose;
     // The map's unit is not the corners' yet: where rows had to be shifted nobody knows how far.
-    if (image.sight && !image.pyramid->rows) keyframe.corners = image.sight->corners;
+    if (image.fiducials && !image.pyramid->rows) keyframe.corners = image.fiducials->corners;
     return keyframe;
   };
   int first, second;

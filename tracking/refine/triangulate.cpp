@@ -14,7 +14,7 @@
 namespace ulf::tracking {
 namespace {
 
-PointSight SightOf(const RefineScene& scene, const TrackObservation& seen) {
+PosedObservation ObservationOf(const RefineScene& scene, const TrackObservation& seen) {
   const RefineView& view = scene.view(seen.view);
   return {&scene.LensOf(view), &view.cam_from_world, seen.img};
 }
@@ -23,9 +23,10 @@ PointSight SightOf(const RefineScene& scene, const TrackObservation& seen) {
 void PutWhereSeen(RefineScene& scene) {
   ForAll(static_cast<int>(scene.tracks.size()), [&](int t) {
     SceneTrack& track = scene.tracks[static_cast<std::size_t>(t)];
-    std::vector<PointSight> sights;
-    for (const TrackObservation& seen : track.observations) sights.push_back(SightOf(scene, seen));
-    const auto position = FitPoint(sights);
+    std::vector<PosedObservation> observations;
+    for (const TrackObservation& seen : track.observations)
+      observations.push_back(ObservationOf(scene, seen));
+    const auto position = FitPoint(observations);
     if (position)
       track.position = *position;
     else

@@ -2,7 +2,8 @@
 // similarity, from frames that have both poses. Orientation from the orientations (mean of quaternions,
 // Markley et al. 2007), scale and place from the centres, each pair weighed by how well the board gave it;
 // again without those that do not fit. Good enough to move the map into the board's frame; there the board's
-// corners, as known points of its adjustment, make it better than any number of pairs could (world_sight.h).
+// corners, as known points of its adjustment, make it better than any number of pairs could
+// (fiducial_observation.h).
 #pragma once
 
 #include <optional>

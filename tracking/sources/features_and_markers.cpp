@@ -10,8 +10,8 @@ namespace {
 
 // The board gives poses at once, the world and its metre. Meanwhile the tracker begins a map of its own,
 // whose place in the board's frame is learnt from frames that have both; then the map moves there, and the
-// board's corners are part of it and of every frame's pose (world_sight.h). Where the board is out of sight
-// features go on; where features fail the board carries, and tells them where they are.
+// board's corners are part of it and of every frame's pose (fiducial_observation.h). Where the board is out
+// of sight features go on; where features fail the board carries, and tells them where they are.
 class FeaturesAndMarkers : public PoseSource {
  public:
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
@@ -25,7 +25,7 @@ class FeaturesAndMarkers : public PoseSource {
     if (frame.status == FrameStatus::kComplete && !frame.image.empty())
       pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
     const double located_s = ThreadCpuSeconds();
-    Track track = tracker_.Step(frame, SightOf(pose));
+    Track track = tracker_.Step(frame, FiducialsOf(pose));
     const double tracker_cpu_s = track.cpu_s, tracked_s = ThreadCpuSeconds();
     if (track.map_id != map_id_) frames_.Clear();
     map_id_ = track.map_id;
@@ -48,7 +48,7 @@ class FeaturesAndMarkers : public PoseSource {
     const auto pose = LocateByMarkers(locator_, photograph, camera);
     if (tracker_.WorldIsGiven()) {
       const std::optional<Rigid3> expected = pose ? pose->cam_from_world : near;
-      if (auto track = tracker_.Locate(photograph.image, camera, expected, SightOf(pose)))
+      if (auto track = tracker_.Locate(photograph.image, camera, expected, FiducialsOf(pose)))
         if (!pose || !IsFarOff(*track->cam_from_world, *pose)) return track;
     }
     if (!pose) return std::nullopt;
@@ -111,9 +111,9 @@ class FeaturesAndMarkers : public PoseSource {
     return {kByBoard - static_cast<int>(by_board_.size()) + 1, cam_from_board};
   }
 
-  static std::optional<WorldSight> SightOf(const std::optional<MarkerPose>& pose) {
-    return pose ? std::optional(WorldSight{pose->corners, pose->cam_from_world,
-                                           pose->by_history ? 0 : pose->center_sigma})
+  static std::optional<FiducialObservation> FiducialsOf(const std::optional<MarkerPose>& pose) {
+    return pose ? std::optional(FiducialObservation{pose->corners, pose->cam_from_world,
+                                                    pose->by_history ? 0 : pose->center_sigma})
                 : std::nullopt;
   }
 

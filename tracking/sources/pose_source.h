@@ -103,7 +103,7 @@ class PosesSpec {
   // The world is known before the first frame: a subject can be named in it.
   bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
   // The world is whichever marker is seen first: another session's is another one.
-  bool WorldIsChosenAnew() const {
+  bool ChoosesWorldAnew() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
   // A map of features is built, which a capture that goes on must be given.

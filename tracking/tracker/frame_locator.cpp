@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/base/quantile.h"
-#include "tracking/estimation/pose_evidence.h"
+#include "tracking/estimation/pose_log_odds.h"
 
 namespace ulf::tracking {
 
@@ -27,7 +27,7 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
   return inliers;
 }
 
-const Candidate& CandidateOf(const Located& located, const PointMatch& match) {
+const Candidate& CandidateOf(const FramePose& located, const PointMatch& match) {
   return located.candidates[static_cast<std::size_t>(match.candidate)];
 }
 
@@ -52,9 +52,9 @@ bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3
 // keyframes can agree about all of it, and so many new points at once would draw the pose, and the keyframes
 // that follow, over to them: they count where they are found at a place that the confirmed ones allow. In a
 // map that has just been started nothing is confirmed, and everything counts.
-std::vector<PointMatch> WithoutContradicting(const CameraModel& camera, const Located& located,
-                                             const std::vector<PointMatch>& matches,
-                                             const std::vector<PointObservation>& corners) {
+std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const FramePose& located,
+                                                const std::vector<PointMatch>& matches,
+                                                const std::vector<PointObservation>& corners) {
   std::vector<PointMatch> confirmed;
   std::copy_if(matches.begin(), matches.end(), std::back_inserter(confirmed),
                [&](const PointMatch& match) { return CandidateOf(located, match).confirmed; });
@@ -73,7 +73,7 @@ std::vector<PointMatch> WithoutContradicting(const CameraModel& camera, const Lo
 
 }  // namespace
 
-double MedianShiftPx(const CameraModel& camera, const Located& located, const Rigid3& cam_from_world) {
+double MedianShiftPx(const CameraModel& camera, const FramePose& located, const Rigid3& cam_from_world) {
   std::vector<double> shifts;
   for (const PointMatch& match : located.matches) {
     if (const auto img = camera.ImgFromCam(cam_from_world * CandidateOf(located, match).position))
@@ -82,12 +82,12 @@ double MedianShiftPx(const CameraModel& camera, const Located& located, const Ri
   return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
 }
 
-std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
-                                            double first_radius_px,
-                                            const std::unordered_map<int, Vector2d>& first_points,
-                                            StageTimes& stages) {
+std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
+                                              double first_radius_px,
+                                              const std::unordered_map<int, Vector2d>& first_points,
+                                              StageTimes& stages) {
   StageTimer matching(&stages.matching_s);
-  Located located;
+  FramePose located;
   {
     const std::lock_guard lock(shared_.mutex);
     located.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
@@ -109,8 +109,8 @@ std::optional<Located> FrameLocator::Locate(const TrackedImage& image, const Rig
   return Refine(image, std::move(located), 4 * camera_.width / 640.0, stages);
 }
 
-std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located located, double radius_px,
-                                            StageTimes& stages) const {
+std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePose located, double radius_px,
+                                              StageTimes& stages) const {
   StageTimer matching(&stages.matching_s);
   MapMatches fine = MatchMap(camera_, image, located.candidates, {}, located.cam_from_world,
                              {.radius_px = radius_px, .max_distance = 70, .align = false});
@@ -121,7 +121,7 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
   StageTimer refinement(&stages.refinement_s);
   const auto refine = [&](std::vector<PointMatch>& matches, const Rigid3& from) {
     const std::vector<PointObservation> corners = CornersOf(shared_, image, located.cam_from_world);
-    matches = WithoutContradicting(camera_, located, matches, corners);
+    matches = FilterByConfirmedPoints(camera_, located, matches, corners);
     std::vector<PointObservation> all = ToObservations(located.candidates, matches);
     all.insert(all.end(), corners.begin(), corners.end());
     return RefinePose(camera_, all, from);
@@ -150,35 +150,35 @@ std::optional<Located> FrameLocator::Refine(const TrackedImage& image, Located l
   return located;
 }
 
-std::optional<Located> FrameLocator::FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const {
-  std::optional<Located> found = RefineTwice(image, cam_from_world);
-  if (!found || PoseEvidence(camera_, *found) <= kFollowedEvidence) return std::nullopt;
+std::optional<FramePose> FrameLocator::FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const {
+  std::optional<FramePose> found = RefineTwice(image, cam_from_world);
+  if (!found || PoseLogOdds(camera_, *found) <= kFollowedLogOdds) return std::nullopt;
   return found;
 }
 
-std::optional<Located> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
-                                          unsigned seed) const {
+std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
+                                            unsigned seed) const {
   constexpr int kTried = 6;  // keyframes, until one shows where this is
   constexpr int kRanked = 100;
   const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, kRanked);
   for (int k = 0; k < std::min(kTried, static_cast<int>(ranked.size())); ++k) {
     const int keyframe = ranked[static_cast<std::size_t>(k)].keyframe;
-    std::optional<Located> found = FindBy(keyframe, image, seed);
+    std::optional<FramePose> found = FindBy(keyframe, image, seed);
     if (!found) continue;
     LeftOut left_out;
-    LeaveOutTwins(camera_, *image.features, *found, left_out);
-    LeaveOutOtherPlaces(ranked, *found, left_out);
-    const double evidence = PoseEvidence(camera_, *found, left_out);
+    ExcludeAmbiguousMatches(camera_, *image.features, *found, left_out);
+    ExcludeOtherPlaces(ranked, *found, left_out);
+    const double evidence = PoseLogOdds(camera_, *found, left_out);
     spdlog::debug("keyframe {}: {} points of {:.0f}, evidence {:.1f}, without what repeats {:.1f}", keyframe,
-                  found->matches.size(), found->expected, PoseEvidence(camera_, *found), evidence);
-    if (evidence > kFoundEvidence) return found;
+                  found->matches.size(), found->expected, PoseLogOdds(camera_, *found), evidence);
+    if (evidence > kRelocalizedLogOdds) return found;
   }
   return std::nullopt;
 }
 
 // The keyframes that look like this picture without seeing what it was found by.
-void FrameLocator::LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
-                                       const Located& located, LeftOut& left_out) const {
+void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
+                                      const FramePose& located, LeftOut& left_out) const {
   constexpr std::size_t kOthers = 5;
   const std::lock_guard lock(shared_.mutex);
   std::unordered_map<int, std::size_t> shows;  // by keyframe: how many of the points it sees
@@ -191,11 +191,11 @@ void FrameLocator::LeaveOutOtherPlaces(const std::vector<KeyframeIndex::Ranked>&
     if (others >= kOthers) break;
     if (3 * shows[keyframe] > located.matches.size()) continue;
     ++others;
-    LeaveOutTwins(shared_.map, keyframe, located, left_out);
+    ExcludeAmbiguousMatches(shared_.map, keyframe, located, left_out);
   }
 }
 
-std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
+std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
   KeyframePoints points;
   {
     const std::lock_guard lock(shared_.mutex);
@@ -206,22 +206,23 @@ std::optional<Located> FrameLocator::FindBy(int keyframe, const TrackedImage& im
   return RefineTwice(image, proposal->cam_from_world);
 }
 
-std::optional<Located> FrameLocator::RefineTwice(const TrackedImage& image,
-                                                 const Rigid3& cam_from_world) const {
+std::optional<FramePose> FrameLocator::RefineTwice(const TrackedImage& image,
+                                                   const Rigid3& cam_from_world) const {
   StageTimes ignored;  // the caller counts all of this as one stage
   const double unit = camera_.width / 640.0;
-  Located located;
+  FramePose located;
   located.cam_from_world = cam_from_world;
   {
     const std::lock_guard lock(shared_.mutex);
     located.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
   }
-  std::optional<Located> wide = Refine(image, std::move(located), 10 * unit, ignored);
+  std::optional<FramePose> wide = Refine(image, std::move(located), 10 * unit, ignored);
   if (!wide) return std::nullopt;
   return Refine(image, std::move(*wide), 4 * unit, ignored);
 }
 
-void FrameLocator::Describe(const FeatureSet& detected, const Located& located, NewKeyframe& keyframe) const {
+void FrameLocator::Describe(const FeatureSet& detected, const FramePose& located,
+                            NewKeyframe& keyframe) const {
   std::vector<int> point_of(static_cast<std::size_t>(detected.size()), -1);
   std::vector<bool> shadowed(static_cast<std::size_t>(detected.size()), false);
   for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {

@@ -27,15 +27,15 @@ void ScaleMatches(std::vector<PointMatch>& matches, const Eigen::Vector2d& scale
   }
 }
 
-std::shared_ptr<const WorldSight> ResizedTo(WorldSight sight, const cv::Mat& from,
-                                            const CameraModel& camera) {
+std::shared_ptr<const FiducialObservation> ResizedTo(FiducialObservation fiducials, const cv::Mat& from,
+                                                     const CameraModel& camera) {
   const Eigen::Vector2d scale(static_cast<double>(camera.width) / from.cols,
                               static_cast<double>(camera.height) / from.rows);
-  for (PointObservation& corner : sight.corners) {
+  for (PointObservation& corner : fiducials.corners) {
     corner.img = corner.img.cwiseProduct(scale);
     corner.sigma_px *= scale.mean();
   }
-  return std::make_shared<const WorldSight>(std::move(sight));
+  return std::make_shared<const FiducialObservation>(std::move(fiducials));
 }
 
 }  // namespace
@@ -53,32 +53,33 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
       index_(index),
       locator_(small_, shared, options.features / 5) {}
 
-std::optional<Located> PhotographLocator::Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
-                                                 const std::optional<WorldSight>& sight) const {
+std::optional<FramePose> PhotographLocator::Locate(
+    const cv::Mat& gray, const std::optional<Rigid3>& near,
+    const std::optional<FiducialObservation>& fiducials) const {
   const cv::Mat full = ResizedTo(gray, full_);
   TrackedImage image;
-  if (sight) image.sight = ResizedTo(*sight, gray, small_);
+  if (fiducials) image.fiducials = ResizedTo(*fiducials, gray, small_);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(ResizedTo(full, small_)));
   FeatureExtractor extractor(small_);
   extractor.Extract(*image.pyramid, options_.features);  // the corner threshold settles
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, options_.features));
-  std::optional<Located> located;
+  std::optional<FramePose> located;
   if (near) located = LocateNear(image, *near);
   if (!located) located = locator_.Find(image, index_, options_.seed);
   if (!located) return std::nullopt;
   TrackedImage at_full;
   at_full.pyramid = std::make_shared<const Pyramid>(BuildPyramid(full));
-  if (sight) at_full.sight = ResizedTo(*sight, gray, full_);
-  Located at_photograph = RefineAtFull(std::move(at_full), std::move(*located));
+  if (fiducials) at_full.fiducials = ResizedTo(*fiducials, gray, full_);
+  FramePose at_photograph = RefineAtFull(std::move(at_full), std::move(*located));
   ScaleMatches(at_photograph.matches,
                photograph_px_.cwiseQuotient(Eigen::Vector2d(full_.width, full_.height)));
   return at_photograph;
 }
 
-std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
+std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
   const double unit = small_.width / 640.0;
   StageTimes ignored;
-  Located located;
+  FramePose located;
   {
     const std::lock_guard lock(shared_.mutex);
     located.candidates = GatherCandidates(shared_.map, small_, near);
@@ -90,21 +91,21 @@ std::optional<Located> PhotographLocator::LocateNear(const TrackedImage& image, 
         RefinePose(small_, ToObservations(located.candidates, coarse.matches), near, {.gate_sigmas = 3});
     if (!refined) continue;
     located.cam_from_world = refined->cam_from_world;
-    std::optional<Located> wide = locator_.Refine(image, located, 10 * unit, ignored);
+    std::optional<FramePose> wide = locator_.Refine(image, located, 10 * unit, ignored);
     if (!wide) continue;
-    std::optional<Located> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
+    std::optional<FramePose> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
     if (!found) continue;
     // `near` is of another moment: unless nothing has moved, it does not say which of several like things
     // this is.
     LeftOut left_out;
     if (MedianShiftPx(small_, *found, near) > 4 * unit)
-      LeaveOutTwins(small_, *image.features, *found, left_out);
-    if (PoseEvidence(small_, *found, left_out) > kFoundEvidence) return found;
+      ExcludeAmbiguousMatches(small_, *image.features, *found, left_out);
+    if (PoseLogOdds(small_, *found, left_out) > kRelocalizedLogOdds) return found;
   }
   return std::nullopt;
 }
 
-Located PhotographLocator::RefineAtFull(TrackedImage image, Located located) const {
+FramePose PhotographLocator::RefineAtFull(TrackedImage image, FramePose located) const {
   const Eigen::Vector2d full_by_small(static_cast<double>(full_.width) / small_.width,
                                       static_cast<double>(full_.height) / small_.height);
   ScaleMatches(located.matches, full_by_small);

@@ -25,14 +25,14 @@ class PhotographLocator {
   PhotographLocator(const CameraModel& live, const CameraModel& photograph, const SharedMap& shared,
                     const KeyframeIndex& index, const Options& options);
 
-  // `gray` has the photograph's size, and `sight`, what it shows of a given world, is in its pixels. Takes
-  // the map's lock. None when unsure. Matches are in pixels of the photograph.
-  std::optional<Located> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
-                                const std::optional<WorldSight>& sight = {}) const;
+  // `gray` has the photograph's size, and `fiducials`, what it shows of a given world, is in its pixels.
+  // Takes the map's lock. None when unsure. Matches are in pixels of the photograph.
+  std::optional<FramePose> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
+                                  const std::optional<FiducialObservation>& fiducials = {}) const;
 
  private:
-  std::optional<Located> LocateNear(const TrackedImage& image, const Rigid3& near) const;
-  Located RefineAtFull(TrackedImage image, Located located) const;
+  std::optional<FramePose> LocateNear(const TrackedImage& image, const Rigid3& near) const;
+  FramePose RefineAtFull(TrackedImage image, FramePose located) const;
 
   Options options_;
   Eigen::Vector2d photograph_px_;  // its size

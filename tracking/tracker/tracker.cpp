@@ -16,8 +16,8 @@ Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
-Track Tracker::Step(const Frame& frame, const std::optional<WorldSight>& sight) {
-  Track track = state_->Step(frame, sight);
+Track Tracker::Step(const Frame& frame, const std::optional<FiducialObservation>& fiducials) {
+  Track track = state_->Step(frame, fiducials);
   track.speed_px = state_->size.ToOriginal(track.speed_px);
   return track;
 }
@@ -28,12 +28,12 @@ bool Tracker::WorldIsGiven() const { return state_->shared.world_given; }
 
 std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel& camera,
                                      const std::optional<Rigid3>& near,
-                                     const std::optional<WorldSight>& sight) const {
+                                     const std::optional<FiducialObservation>& fiducials) const {
   camera.Validate("photograph");
   if (photograph.width() != camera.width || photograph.height() != camera.height)
     throw Error("a photograph is {}x{}, its camera's intrinsics are for {}x{}; calibrate for this size",
                 photograph.width(), photograph.height(), camera.width, camera.height);
-  return state_->LocatePhotograph(photograph, camera, near, sight);
+  return state_->LocatePhotograph(photograph, camera, near, fiducials);
 }
 
 void Tracker::Finish() {
@@ -70,7 +70,7 @@ void Tracker::NoteView(int view_id, const Track& track) {
   if (!track.seen) return;
   const std::lock_guard lock(state_->shared.mutex);
   Map& map = state_->shared.map;
-  for (const MapSighting& seen : *track.seen)
+  for (const MapObservation& seen : *track.seen)
     // The mapper may have merged or removed it meanwhile.
     if (const int point = map.Resolve(seen.point); point >= 0) map.SeenInView(point, {view_id, seen.img});
 }
@@ -125,7 +125,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
 void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
   state_->mapper.Drain();
   if (state_->shared.map.LivingPoints() == 0) return;
-  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtThisSize(key)));
+  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtWorkingSize(key)));
 }
 
 std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
@@ -133,8 +133,8 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
   state.mapper.Drain();
   auto restored = std::make_unique<State>(state.size.original(), state.options);
   try {
-    const std::string problem =
-        MapFromBytes(ReadWholeFile(file), state.size.KeyAtThisSize(key), state.camera, restored->shared.map);
+    const std::string problem = MapFromBytes(ReadWholeFile(file), state.size.KeyAtWorkingSize(key),
+                                             state.camera, restored->shared.map);
     if (!problem.empty()) return problem;
   } catch (const Error& error) {
     return error.what();

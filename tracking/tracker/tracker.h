@@ -37,8 +37,8 @@
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/relative_pose.h"
 #include "tracking/map/anchored.h"
+#include "tracking/map/fiducial_observation.h"
 #include "tracking/map/mapper_options.h"
-#include "tracking/map/world_sight.h"
 #include "tracking/tracker/start_progress.h"
 
 namespace ulf::tracking {
@@ -63,7 +63,7 @@ struct TrackerOptions {
 enum class TrackState { kInitializing, kTracking, kLost };
 
 // Where an image shows a map point: pixels of the image as it is, distortion and rolling shutter included.
-struct MapSighting {
+struct MapObservation {
   int point = -1;
   Eigen::Vector2d img = Eigen::Vector2d::Zero();
 };
@@ -98,7 +98,7 @@ struct Track {
   // Changes when a closed loop or the like has moved much of the map: ask PoseOf() for all poses again.
   int map_revision = 0;
   // The map points that support the pose, for NoteView(); null where there are none.
-  std::shared_ptr<const std::vector<MapSighting>> seen = {};
+  std::shared_ptr<const std::vector<MapObservation>> seen = {};
   double cpu_s = 0;   // CPU time of tracking, without mapping even where it ran inside Step()
   StageTimes stages;  // where it went; their sum is a little less
 };
@@ -167,20 +167,20 @@ class Tracker {
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
 
-  // Follows one frame. Throws Error when its size is not the camera's. `sight`: what it shows of a given
+  // Follows one frame. Throws Error when its size is not the camera's. `fiducials`: what it shows of a given
   // world, kept until the map is moved there, from then on part of the pose and of the map; a lost tracker
   // looks where it says.
-  Track Step(const Frame& frame, const std::optional<WorldSight>& sight = {});
+  Track Step(const Frame& frame, const std::optional<FiducialObservation>& fiducials = {});
 
   // Where another camera took a photograph of the same scene: a tethered camera's full resolution, beside the
   // live view that is tracked. `near`: about where, if anybody knows. None when unsure. Nothing of the
   // tracker changes. Throws Error when the photograph's size is not its camera's.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {},
-                              const std::optional<WorldSight>& sight = {}) const;
+                              const std::optional<FiducialObservation>& fiducials = {}) const;
 
-  // The world is the one that sights are given in from now on, and stays it as long as the map lives; anchors
-  // mean poses there. VisiblePoints() and the last pose are of the new world as well.
+  // The world is the one that fiducials are given in from now on, and stays it as long as the map lives;
+  // anchors mean poses there. VisiblePoints() and the last pose are of the new world as well.
   void MoveWorld(const Similarity3& given_from_world);
   bool WorldIsGiven() const;
 

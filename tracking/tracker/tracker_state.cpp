@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
-#include "tracking/estimation/pose_evidence.h"
+#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/photograph_locator.h"
 
@@ -26,8 +26,8 @@ constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
 
 // Where the picture shows what the pose rests on: `in_picture` of a match and its point in the camera.
 template <typename InPicture>
-std::shared_ptr<const std::vector<MapSighting>> SeenIn(const Located& located, InPicture in_picture) {
-  auto seen = std::make_shared<std::vector<MapSighting>>();
+std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& located, InPicture in_picture) {
+  auto seen = std::make_shared<std::vector<MapObservation>>();
   for (const PointMatch& match : located.matches) {
     const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
     seen->push_back({candidate.id, in_picture(match.img, located.cam_from_world * candidate.position)});
@@ -64,22 +64,22 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   }
   const double unit = camera.width / 640.0;
   const double near_px = 12 * unit;
-  std::optional<Located> located;
+  std::optional<FramePose> located;
   double evidence = 0;
   const auto try_from = [&](const Rigid3& pose, double radius_px) {
     located = locator.Locate(image, pose, radius_px, last.img_of_point, track.stages);
-    evidence = located ? PoseEvidence(camera, *located) : 0;
-    return evidence > kFollowedEvidence;
+    evidence = located ? PoseLogOdds(camera, *located) : 0;
+    return evidence > kFollowedLogOdds;
   };
   const bool followed = try_from(predicted, near_px) || try_from(predicted, 30 * unit) ||
                         (last.velocity && try_from(last_pose, 40 * unit));
   // Where no prediction says which of several like things this is, only what is unlike them can.
   if (followed && MedianShiftPx(camera, *located, predicted) > near_px) {
     LeftOut left_out;
-    LeaveOutTwins(camera, *image.features, *located, left_out);
-    evidence = PoseEvidence(camera, *located, left_out) - kFoundEvidence;
+    ExcludeAmbiguousMatches(camera, *image.features, *located, left_out);
+    evidence = PoseLogOdds(camera, *located, left_out) - kRelocalizedLogOdds;
   }
-  if (evidence <= kFollowedEvidence) {
+  if (evidence <= kFollowedLogOdds) {
     spdlog::debug("frame {}: lost: {} points of {:.0f}, evidence {:.1f}, {} known in the frame before", frame,
                   located ? located->matches.size() : 0, located ? located->expected : 0.0, evidence,
                   last.img_of_point.size());
@@ -95,10 +95,10 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
 
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
-  std::optional<Located> found;
+  std::optional<FramePose> found;
   // What only the frame before could tell from its mirror image is no place to look.
-  if (image.sight && image.sight->center_sigma > 0 && shared.world_given)
-    found = locator.FindAt(image, image.sight->cam_from_world);
+  if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
+    found = locator.FindAt(image, image.fiducials->cam_from_world);
   if (!found) found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};
@@ -112,7 +112,7 @@ bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
 }
 
 // The living keyframe that shares most points with these matches. The map's lock is held.
-Anchored Tracker::State::AnchorOf(const Located& located) const {
+Anchored Tracker::State::AnchorOf(const FramePose& located) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
   for (const PointMatch& match : located.matches) {
@@ -129,7 +129,7 @@ Anchored Tracker::State::AnchorOf(const Located& located) const {
 }
 
 // The map's lock is held.
-void Tracker::State::Describe(const Located& located, Track& track) const {
+void Tracker::State::Describe(const FramePose& located, Track& track) const {
   track.cam_from_world = located.picture_from_cam * located.cam_from_world;
   if (rows.rolls()) track.middle_row_from_picture = located.picture_from_cam.Inverse();
   track.matched_points = static_cast<int>(located.matches.size());
@@ -145,7 +145,7 @@ void Tracker::State::Describe(const Located& located, Track& track) const {
   track.quality = QualityOf(*track.center_sigma, distance);
 }
 
-std::vector<ExpectedPoint> ExpectedOf(const Located& located) {
+std::vector<ExpectedPoint> ExpectedOf(const FramePose& located) {
   std::vector<bool> found(located.candidates.size());
   for (const PointMatch& match : located.matches) found[static_cast<std::size_t>(match.candidate)] = true;
   std::vector<ExpectedPoint> expected;
@@ -158,7 +158,7 @@ std::vector<ExpectedPoint> ExpectedOf(const Located& located) {
 }
 
 // The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
-void Tracker::State::Accept(double time_s, const Located& located, Track& track) {
+void Tracker::State::Accept(double time_s, const FramePose& located, Track& track) {
   LastFrame now;
   now.time_s = time_s;
   std::vector<double> motion_px;
@@ -200,7 +200,7 @@ void Tracker::State::Accept(double time_s, const Located& located, Track& track)
   ++frames_tracked;
 }
 
-bool Tracker::State::WantsKeyframe(const Located& located, int reference_points) const {
+bool Tracker::State::WantsKeyframe(const FramePose& located, int reference_points) const {
   const int matched = static_cast<int>(located.matches.size());
   if (frames_since_keyframe < 2) return false;
   const Rigid3& pose = last.anchor.cam_from_keyframe;
@@ -216,7 +216,7 @@ bool Tracker::State::WantsKeyframe(const Located& located, int reference_points)
 
 // Of the frame before, if it became a keyframe: from the frames before and after it, so that it is of its own
 // moment, and what the hand trembles faster than that is no error of one sign.
-void Tracker::State::TellVelocity(const TrackedImage& image, const Located& located) {
+void Tracker::State::SetVelocity(const TrackedImage& image, const FramePose& located) {
   if (before_keyframe && image.time_s - before_keyframe->time_s < 2 * kLongestStep_s) {
     const std::lock_guard lock(shared.mutex);
     const Twist velocity = TwistBetween(shared.map.PoseOf(before_keyframe->anchor), located.cam_from_world,
@@ -230,7 +230,7 @@ void Tracker::State::TellVelocity(const TrackedImage& image, const Located& loca
   before_keyframe.reset();
 }
 
-void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located,
+void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const FramePose& located,
                                    Track& track) {
   StageTimer timer(&track.stages.keyframe_s);
   {
@@ -245,8 +245,8 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   offered.keyframe.color = size.Reduced(Srgb8(frame_in.image));
   if (shared.world_given)
     offered.keyframe.corners = CornersOf(shared, image, located.cam_from_world);
-  else if (image.sight && !image.pyramid->rows)
-    offered.keyframe.corners = image.sight->corners;
+  else if (image.fiducials && !image.pyramid->rows)
+    offered.keyframe.corners = image.fiducials->corners;
   locator.Describe(*image.features, located, offered);
   timer.Stop();
   const double before_s = ThreadCpuSeconds();
@@ -254,7 +254,7 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
   if (track.keyframe) {
     frames_since_keyframe = 0;
-    HearOfWorld(image);
+    AddWorldInformation(image);
     if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
     unrest.Give(last.anchor, located.cam_from_world);
   } else {
@@ -306,8 +306,8 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   for (const Vector3d& point : start.points) depths.push_back(point.z());
   mapper.StartFromTwoViews(start, 1 / std::max(1e-9, Median(depths)), color);
   world_information = 0;
-  HearOfWorld(start.first);
-  HearOfWorld(start.second);
+  AddWorldInformation(start.first);
+  AddWorldInformation(start.second);
 }
 
 // What was learnt of the motion so far goes on in the new world's unit.
@@ -328,12 +328,12 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.AdjustSoon();
 }
 
-void Tracker::State::HearOfWorld(const TrackedImage& image) {
-  if (image.sight && image.sight->center_sigma > 0)
-    world_information += std::pow(image.sight->center_sigma, -2);
+void Tracker::State::AddWorldInformation(const TrackedImage& image) {
+  if (image.fiducials && image.fiducials->center_sigma > 0)
+    world_information += std::pow(image.fiducials->center_sigma, -2);
 }
 
-Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight>& sight) {
+Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials) {
   const double start_s = ThreadCpuSeconds();
   mapping_cpu_s = 0;
   Track track;
@@ -353,7 +353,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
   if (readout_search) readout_search->Step();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
-  if (sight) image.sight = std::make_shared<const WorldSight>(size.Reduced(*sight));
+  if (fiducials) image.fiducials = std::make_shared<const FiducialObservation>(size.Reduced(*fiducials));
   StageTimer pyramid(&track.stages.pyramid_s);
   const cv::Mat gray = GrayForTracking(frame_in.image);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(size.Reduced(gray)));
@@ -391,7 +391,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
     track.seen = SeenIn(*located_, [&](const Vector2d& img, const Vector3d& in_cam) {
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
-  if (located_) TellVelocity(image, *located_);
+  if (located_) SetVelocity(image, *located_);
   if (state == TrackState::kTracking && located_ && !track.keyframe)
     OfferKeyframe(image, frame_in, *located_, track);
   if (state == TrackState::kLost && frames_tracked < 10) {
@@ -412,14 +412,13 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<WorldSight
   return track;
 }
 
-std::optional<Track> Tracker::State::LocatePhotograph(const Image& image,
-                                                      const CameraModel& photograph_camera,
-                                                      const std::optional<Rigid3>& near,
-                                                      const std::optional<WorldSight>& sight) const {
+std::optional<Track> Tracker::State::LocatePhotograph(
+    const Image& image, const CameraModel& photograph_camera, const std::optional<Rigid3>& near,
+    const std::optional<FiducialObservation>& fiducials) const {
   if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
   const PhotographLocator photographs(camera, photograph_camera, shared, index,
                                       {.features = 2 * options.features, .seed = options.seed});
-  const auto located = photographs.Locate(GrayForTracking(image), near, sight);
+  const auto located = photographs.Locate(GrayForTracking(image), near, fiducials);
   if (!located) return std::nullopt;
   Track track;
   track.state = TrackState::kTracking;

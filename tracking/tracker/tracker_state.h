@@ -67,7 +67,7 @@ struct Tracker::State {
     double keyframe_time_s;
   };
   std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
-  MapUnrest unrest;
+  MapDriftEstimate unrest;
   double world_information = 0;  // about where the given world is, from keyframes that showed it; 1 / sigma^2
   int revision = 0;              // of the map, when the last frame was tracked
 
@@ -82,26 +82,27 @@ struct Tracker::State {
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
   double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
 
-  Track Step(const Frame& frame_in, const std::optional<WorldSight>& sight);
+  Track Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials);
   void MoveWorld(const Similarity3& given_from_world);
-  void HearOfWorld(const TrackedImage& image);
+  void AddWorldInformation(const TrackedImage& image);
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(TrackedImage& image, Track& track);
   bool Relocalize(TrackedImage& image, Track& track);
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
-  void Accept(double time_s, const Located& located, Track& track);
-  Anchored AnchorOf(const Located& located) const;
-  void Describe(const Located& located, Track& track) const;
+  void Accept(double time_s, const FramePose& located, Track& track);
+  Anchored AnchorOf(const FramePose& located) const;
+  void Describe(const FramePose& located, Track& track) const;
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near,
-                                        const std::optional<WorldSight>& sight) const;
-  void TellVelocity(const TrackedImage& image, const Located& located);
-  void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const Located& located, Track& track);
-  bool WantsKeyframe(const Located& located, int reference_points) const;
+                                        const std::optional<FiducialObservation>& fiducials) const;
+  void SetVelocity(const TrackedImage& image, const FramePose& located);
+  void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const FramePose& located,
+                     Track& track);
+  bool WantsKeyframe(const FramePose& located, int reference_points) const;
 
-  std::optional<Located> located_;  // of the frame in work
+  std::optional<FramePose> located_;  // of the frame in work
 };
 
 }  // namespace ulf::tracking

@@ -43,7 +43,7 @@ Vector2d WorkingSize::WorkingByOriginal() const {
           static_cast<double>(working_.height) / original_.height};
 }
 
-WorldSight WorkingSize::Reduced(WorldSight original) const {
+FiducialObservation WorkingSize::Reduced(FiducialObservation original) const {
   if (!IsReduced()) return original;
   const Vector2d scale = WorkingByOriginal();
   for (PointObservation& corner : original.corners) {
@@ -61,7 +61,7 @@ double WorkingSize::ToOriginal(double working_px) const {
   return IsReduced() ? working_px / WorkingByOriginal().mean() : working_px;
 }
 
-std::uint64_t WorkingSize::KeyAtThisSize(std::uint64_t key) const {
+std::uint64_t WorkingSize::KeyAtWorkingSize(std::uint64_t key) const {
   if (!IsReduced()) return key;
   Digest digest;
   digest.Add(std::as_bytes(std::span(&key, 1)));

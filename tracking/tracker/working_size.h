@@ -19,7 +19,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/map/world_sight.h"
+#include "tracking/map/fiducial_observation.h"
 
 namespace ulf::tracking {
 
@@ -34,13 +34,13 @@ class WorkingSize {
 
   // A picture (of any type) of the original size at the working one; itself where they are the same.
   cv::Mat Reduced(const cv::Mat& original) const;
-  WorldSight Reduced(WorldSight original) const;
+  FiducialObservation Reduced(FiducialObservation original) const;
 
   Eigen::Vector2d ToOriginal(const Eigen::Vector2d& working) const;
   // A distance in the image, by the mean of the two axes.
   double ToOriginal(double working_px) const;
   // Of a key that says what something belongs to: another one where it is in pixels of a reduced size.
-  std::uint64_t KeyAtThisSize(std::uint64_t key) const;
+  std::uint64_t KeyAtWorkingSize(std::uint64_t key) const;
 
  private:
   Eigen::Vector2d WorkingByOriginal() const;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "acquisition/simulator/gige/gvcp_door.h"
+#include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf::acquisition {

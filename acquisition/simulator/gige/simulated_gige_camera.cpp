@@ -22,7 +22,7 @@
 #include "acquisition/simulator/gige/genicam_description.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp_door.h"
+#include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/taken_sockets.h"
 #include "acquisition/simulator/gige/wire_format.h"
 #include "core/base/error.h"
@@ -97,7 +97,7 @@ struct SimulatedGigeCamera::State {
   SimulatedCamera camera;
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
-  std::unique_ptr<GvcpDoor> door;
+  std::unique_ptr<GvcpFilter> door;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
   std::FILE* poses = nullptr;
@@ -214,7 +214,7 @@ void SimulatedGigeCamera::State::StandBehindTheDoor(const std::vector<BoundSocke
   const TakenSockets taken = TakeControlSockets(before, address);
   if (taken.unicast < 0) throw Error("{}:{} cannot be opened; another camera there?", address, kGvcpPort);
   arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
-  door = std::make_unique<GvcpDoor>(GvcpDoorOptions{
+  door = std::make_unique<GvcpFilter>(GvcpFilterOptions{
       .unicast = taken.unicast,
       .broadcasts = taken.broadcasts,
       .camera = taken.to_library,

@@ -17,7 +17,7 @@
 // LastFrameId (as sent: 16 bits), LastFrameNumber (counted from 1, never wraps), LastExposureTime, LastGain,
 // LastHandTime. All five change together, before the first packet of the frame leaves.
 //
-// The network reaches the library's camera side through a door (gvcp_door.h), which answers junk with the
+// The network reaches the library's camera side through a door (gvcp_filter.h), which answers junk with the
 // protocol's status codes; the stream leaves without a detour.
 //
 // Faults of the link and of time make a relay stand before the camera (gige_relay.h); the camera itself then

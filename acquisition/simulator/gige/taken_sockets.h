@@ -1,6 +1,6 @@
 // Takes the control sockets of the library's camera away from it, so that the network reaches it through the
-// door alone (gvcp_door.h). The library goes on with others of the same numbers: one that is connected to the
-// door, and for discovery ones that nothing ever comes to. Its stream socket stays its own.
+// door alone (gvcp_filter.h). The library goes on with others of the same numbers: one that is connected to
+// the door, and for discovery ones that nothing ever comes to. Its stream socket stays its own.
 #pragma once
 
 #include <string>

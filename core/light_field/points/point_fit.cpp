@@ -12,17 +12,17 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-std::optional<Vector3d> NearestToRays(std::span<const PointSight> sights) {
+std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observations) {
   Matrix3d normal = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
   int rays = 0;
-  for (const PointSight& sight : sights) {
-    const auto ray = sight.camera->RayFromImg(sight.in_img);
+  for (const PosedObservation& observation : observations) {
+    const auto ray = observation.camera->RayFromImg(observation.in_img);
     if (!ray) continue;
-    const Vector3d along = sight.cam_from_world->DirectionInSource(*ray);
+    const Vector3d along = observation.cam_from_world->DirectionInSource(*ray);
     const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
     normal += across;
-    right += across * sight.cam_from_world->OriginInSource();
+    right += across * observation.cam_from_world->OriginInSource();
     ++rays;
   }
   if (rays < 2) return std::nullopt;
@@ -35,16 +35,16 @@ std::optional<Vector3d> NearestToRays(std::span<const PointSight> sights) {
 }
 
 // One Gauss-Newton step under Huber's loss; zero where too few pictures show the place.
-Vector3d StepFrom(std::span<const PointSight> sights, const Vector3d& point) {
+Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
   constexpr double kDoubtPx = 1;
   Matrix3d normal = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
-  for (const PointSight& sight : sights) {
+  for (const PosedObservation& observation : observations) {
     Eigen::Matrix<double, 2, 3> img_by_cam;
-    const auto img = sight.camera->ImgFromCam(*sight.cam_from_world * point, &img_by_cam);
+    const auto img = observation.camera->ImgFromCam(*observation.cam_from_world * point, &img_by_cam);
     if (!img) continue;
-    const Eigen::Matrix<double, 2, 3> j = img_by_cam * sight.cam_from_world->RotationMatrix();
-    const Vector2d error = sight.in_img - *img;
+    const Eigen::Matrix<double, 2, 3> j = img_by_cam * observation.cam_from_world->RotationMatrix();
+    const Vector2d error = observation.in_img - *img;
     const double weight = std::min(1.0, kDoubtPx / std::max(1e-12, error.norm()));
     normal += weight * j.transpose() * j;
     right += weight * j.transpose() * error;
@@ -55,24 +55,25 @@ Vector3d StepFrom(std::span<const PointSight> sights, const Vector3d& point) {
 
 }  // namespace
 
-std::optional<Vector3d> FitPoint(std::span<const PointSight> sights) {
-  auto point = NearestToRays(sights);
+std::optional<Vector3d> FitPoint(std::span<const PosedObservation> observations) {
+  auto point = NearestToRays(observations);
   if (!point) return std::nullopt;
   constexpr int kIterations = 8;
   for (int i = 0; i < kIterations; ++i) {
-    const Vector3d step = StepFrom(sights, *point);
+    const Vector3d step = StepFrom(observations, *point);
     *point += step;
     if (step.norm() < 1e-9 * (1 + point->norm())) break;
   }
   int shown = 0;
-  for (const PointSight& sight : sights) shown += (*sight.cam_from_world * *point).z() > 0;
+  for (const PosedObservation& observation : observations)
+    shown += (*observation.cam_from_world * *point).z() > 0;
   if (!point->allFinite() || shown < 2) return std::nullopt;
   return point;
 }
 
-double ReprojectionErrorPx(const PointSight& sight, const Vector3d& point_in_world) {
-  const auto img = sight.camera->ImgFromCam(*sight.cam_from_world * point_in_world);
-  return img ? (*img - sight.in_img).norm() : std::numeric_limits<double>::infinity();
+double ReprojectionErrorPx(const PosedObservation& observation, const Vector3d& point_in_world) {
+  const auto img = observation.camera->ImgFromCam(*observation.cam_from_world * point_in_world);
+  return img ? (*img - observation.in_img).norm() : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace ulf

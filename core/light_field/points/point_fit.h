@@ -11,7 +11,7 @@
 
 namespace ulf {
 
-struct PointSight {
+struct PosedObservation {
   const CameraModel* camera = nullptr;
   const Rigid3* cam_from_world = nullptr;
   Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
@@ -19,9 +19,9 @@ struct PointSight {
 
 // Begins at the place nearest to all rays; observations farther off than a pixel count less (Huber's loss).
 // None where fewer than two pictures show it before them, or their rays are as good as parallel.
-std::optional<Eigen::Vector3d> FitPoint(std::span<const PointSight> sights);
+std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);
 
 // Distance of an observation from the point's projection; infinite where it has none.
-double ReprojectionErrorPx(const PointSight& sight, const Eigen::Vector3d& point_in_world);
+double ReprojectionErrorPx(const PosedObservation& observation, const Eigen::Vector3d& point_in_world);
 
 }  // namespace ulf

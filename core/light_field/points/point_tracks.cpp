@@ -8,13 +8,13 @@
 namespace ulf {
 namespace {
 
-class SightsById {
+class ObservationsById {
  public:
-  explicit SightsById(const LightField& light_field) : light_field_(light_field) {
+  explicit ObservationsById(const LightField& light_field) : light_field_(light_field) {
     for (const View& view : light_field.views) views_[view.id] = &view;
   }
   // Without a camera: there is no such view.
-  PointSight Of(const ViewObservation& seen) const {
+  PosedObservation Of(const ViewObservation& seen) const {
     const auto view = views_.find(seen.view_id);
     if (view == views_.end()) return {};
     return {&light_field_.CameraOf(*view->second), &view->second->cam_from_world, seen.in_img};
@@ -29,28 +29,30 @@ class SightsById {
 
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
   if (view_ids.empty()) return;
-  const SightsById sights_by_id(light_field);
+  const ObservationsById observations_by_id(light_field);
   std::erase_if(light_field.points, [&](ScenePoint& point) {
     const bool moved = std::any_of(point.track.begin(), point.track.end(), [&](const ViewObservation& seen) {
       return view_ids.contains(seen.view_id);
     });
     if (!moved) return false;
-    std::vector<PointSight> sights;
+    std::vector<PosedObservation> observations;
     for (const ViewObservation& seen : point.track)
-      if (const PointSight sight = sights_by_id.Of(seen); sight.camera) sights.push_back(sight);
-    const auto position = FitPoint(sights);
+      if (const PosedObservation observation = observations_by_id.Of(seen); observation.camera)
+        observations.push_back(observation);
+    const auto position = FitPoint(observations);
     if (position) point.position_in_world = *position;
     return !position;
   });
 }
 
 void MeasurePoints(LightField& light_field) {
-  const SightsById sights_by_id(light_field);
+  const ObservationsById observations_by_id(light_field);
   for (ScenePoint& point : light_field.points) {
     double sum_px = 0;
     std::erase_if(point.track, [&](const ViewObservation& seen) {
-      const PointSight sight = sights_by_id.Of(seen);
-      const double error_px = sight.camera ? ReprojectionErrorPx(sight, point.position_in_world) : 1e9;
+      const PosedObservation observation = observations_by_id.Of(seen);
+      const double error_px =
+          observation.camera ? ReprojectionErrorPx(observation, point.position_in_world) : 1e9;
       if (!(error_px <= kMostTrackErrorPx)) return true;
       sum_px += error_px;
       return false;

@@ -44,7 +44,7 @@ bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, c
   return true;
 }
 
-Reason CaptureRecorder::ReasonOfTheDisk() const {
+Reason CaptureRecorder::DiskReason() const {
   const auto pause = record_.spool().Pause();
   return pause && pause->disk_is_full ? Reason::kDisk : Reason::kSpool;
 }
@@ -55,7 +55,7 @@ void CaptureRecorder::RecordHeld() {
 
 void CaptureRecorder::RecordAndCount(const HeldFrame& held) {
   const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}, held.depth);
-  Count(recorded ? Reason::kRecorded : ReasonOfTheDisk());
+  Count(recorded ? Reason::kRecorded : DiskReason());
 }
 
 void CaptureRecorder::SetRecording(bool on) {
@@ -108,10 +108,10 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
     if (!recording_) {
       decision.reason = Reason::kPaused;
     } else if (stills_) {
-      decision.reason = record_.spool().Pause() ? ReasonOfTheDisk() : Reason::kStill;
+      decision.reason = record_.spool().Pause() ? DiskReason() : Reason::kStill;
       if (decision.reason == Reason::kStill) stills_->Ask();
     } else if (!Record(frame, track, decision, DistanceToSubject(track))) {
-      decision.reason = ReasonOfTheDisk();
+      decision.reason = DiskReason();
     }
   }
   Count(decision.reason);

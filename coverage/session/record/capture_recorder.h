@@ -65,7 +65,7 @@ class CaptureRecorder {
   void RecordAndCount(const HeldFrame& held);
   bool ExposureIsSettled(const Frame& frame, const tracking::Track& track);
   double DistanceToSubject(const tracking::Track& track) const;
-  Reason ReasonOfTheDisk() const;
+  Reason DiskReason() const;
   void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }
 
   acquisition::Device& device_;

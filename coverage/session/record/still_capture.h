@@ -1,10 +1,10 @@
 // Photographs taken beside live view: live frames are tracked and never recorded; where coverage wants a
 // view, a photograph is asked for, one at a time; when it has come it is judged by itself.
 //
-// Between the wish and the shutter the hand moves on. So the photograph's own pose is solved against the map,
-// with the intrinsics that photographs have, and everything that was asked of the live frame is asked again
-// of the photograph: does it see the subject whole, does it show anything that no recorded view shows, is it
-// exposed and still enough. What passes is recorded. What does not, and what finds no pose, is kept in
+// Between the request and the shutter the hand moves on. So the photograph's own pose is solved against the
+// map, with the intrinsics that photographs have, and everything that was asked of the live frame is asked
+// again of the photograph: does it see the subject whole, does it show anything that no recorded view shows,
+// is it exposed and still enough. What passes is recorded. What does not, and what finds no pose, is kept in
 // unposed/: a photograph is never thrown away. That holds for those that were released on the body, too.
 //
 // The shutter's lag, from the request to the exposure, no protocol tells. It is measured: the place on the

@@ -10,7 +10,7 @@ uniform float far_depth;
 layout(binding = 12) uniform sampler2D proxy_depth;  // 0 where there is no triangle
 #endif
 #ifdef HIDES
-layout(binding = 13) uniform sampler2DArrayShadow sights;
+layout(binding = 13) uniform sampler2DArrayShadow shadow_maps;
 #endif
 
 vec3 RayOfPixel() { return vec3((gl_FragCoord.xy - camera.zw) / camera.xy, 1.0); }
@@ -67,12 +67,12 @@ vec3 InView(View v, vec3 point) {
 }
 
 // How much of the point the proxy leaves to be seen.
-float SightShare(vec4 sight, ivec4 place, vec3 in_view) {
+float ShadowMapVisibility(vec4 shadow_map, ivec4 place, vec3 in_view) {
 #ifdef HIDES
   if (in_view.z <= 0.0 || place.w < 0) return 1.0;
-  vec2 uv = sight.xy * in_view.xy / in_view.z + sight.zw;
+  vec2 uv = shadow_map.xy * in_view.xy / in_view.z + shadow_map.zw;
   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  return texture(sights, vec4(uv, float(place.w), SIGHT_SCALE / in_view.z));
+  return texture(shadow_maps, vec4(uv, float(place.w), SHADOW_MAP_SCALE / in_view.z));
 #else
   return 1.0;
 #endif
@@ -82,7 +82,7 @@ float SightShare(vec4 sight, ivec4 place, vec3 in_view) {
 float See(View v, vec3 point, out vec2 img) {
   vec3 in_view = InView(v, point);
   float feather = Frame(v, in_view, img);
-  return feather > 0.0 ? feather * SightShare(v.sight, v.place, in_view) : 0.0;
+  return feather > 0.0 ? feather * ShadowMapVisibility(v.shadow_map, v.place, in_view) : 0.0;
 }
 
 vec4 Photograph(ivec4 place, vec2 uv) {

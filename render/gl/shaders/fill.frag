@@ -79,7 +79,7 @@ void Choose(vec3 point) {
       continue;
     }
 #endif
-    if (feather * SightShare(v.sight, v.place, in_view) <= 0.0) continue;
+    if (feather * ShadowMapVisibility(v.shadow_map, v.place, in_view) <= 0.0) continue;
     if (!MayHaveLight(v, img)) {
       passed_over = true;
       continue;
@@ -168,7 +168,7 @@ void main() {
     vec3 in_view = InView(v, point);
     vec2 img;
     float feather = Frame(v, in_view, img);
-    float seen = hidden ? 1.0 : feather * SightShare(v.sight, v.place, in_view);
+    float seen = hidden ? 1.0 : feather * ShadowMapVisibility(v.shadow_map, v.place, in_view);
     Add(v, first_only ? seen : penalty[n] / total * seen, img);
   }
   if (!last) {

@@ -7,11 +7,11 @@ struct View {
   vec4 more;              // k3, black, scale, distortion: 0 none, 1 radial-tangential, 2 fisheye
   vec4 color;             // of the blending field's picture
   vec4 center;            // of the view; w: 1 where its photograph has pixels without light
-  vec4 sight;             // its map of what the proxy hides: fx fy cx cy, of a map of size 1
+  vec4 shadow_map;             // its map of what the proxy hides: fx fy cx cy, of a map of size 1
   ivec4 place;            // texture array (-1: none), layer, nothing, layer of the map (-1: not there)
 };
 #ifdef ONE_CAMERA
-uniform vec4 intrinsics, size, k, sight;  // of all views
+uniform vec4 intrinsics, size, k, shadow_map;  // of all views
 uniform vec4 to_uv;                       // the same of (x, y) / z to a photograph of size 1: scale, offset
 uniform vec4 more;                        // of all, ONE_EXPOSURE
 #endif

@@ -11,12 +11,12 @@ View ViewAt(int i) {
   v.intrinsics = intrinsics;
   v.size = size;
   v.k = k;
-  v.sight = sight;
+  v.shadow_map = shadow_map;
 #else
   v.intrinsics = texelFetch(view_texels, first + 3);
   v.size = texelFetch(view_texels, first + 4);
   v.k = texelFetch(view_texels, first + 5);
-  v.sight = texelFetch(view_texels, first + 9);
+  v.shadow_map = texelFetch(view_texels, first + 9);
 #endif
 #ifdef ONE_EXPOSURE
   v.more = more;

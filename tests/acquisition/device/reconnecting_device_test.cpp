@@ -6,7 +6,7 @@
 #include <functional>
 #include <thread>
 
-#include "acquisition/device/reaper.h"
+#include "acquisition/device/background_closer.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 #include "tests/support/scripted_device.h"

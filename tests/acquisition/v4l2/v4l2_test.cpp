@@ -220,8 +220,8 @@ TEST(V4l2Modes, LargestComfortablePictureThenBestFormat) {
                                        Mode("YUYV", 1920, 1080, {5}),      Mode("MJPEG", 640, 480, {30}),
                                        Mode("MJPEG", 1280, 720, {60, 30}), Mode("MJPEG", 1920, 1080, {30}),
                                        Mode("MJPEG", 3840, 2160, {30}),    Mode("YUYV", 800, 600, {30})};
-  const auto chosen = [&](V4l2Wish wish) {
-    const V4l2Mode mode = ChooseV4l2Mode("v4l2:", modes, wish);
+  const auto chosen = [&](V4l2ModeRequest request) {
+    const V4l2Mode mode = ChooseV4l2Mode("v4l2:", modes, request);
     return fmt::format("{} {}x{}", mode.format.name, mode.width, mode.height);
   };
   EXPECT_EQ(chosen({}), "MJPEG 1920x1080");

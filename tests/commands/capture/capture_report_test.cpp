@@ -70,22 +70,22 @@ TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
 TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
   CaptureSummary walk = With(Reason::kOutsideRectangle, 174);
   walk.frames = 300, walk.recorded = 7, walk.subject_was_found = true;
-  EXPECT_THAT(WhyFewRecorded(walk), AllOf(HasSubstr("only 7 of 300 frames recorded: for 174"),
-                                          HasSubstr("safety rectangle"), HasSubstr("placed by itself"),
-                                          HasSubstr("--subject x,y,z,radius"), HasSubstr("--no-subject")));
+  EXPECT_THAT(FewRecordedReason(walk), AllOf(HasSubstr("only 7 of 300 frames recorded: for 174"),
+                                             HasSubstr("safety rectangle"), HasSubstr("placed by itself"),
+                                             HasSubstr("--subject x,y,z,radius"), HasSubstr("--no-subject")));
   walk.subject_was_found = false;
-  EXPECT_THAT(WhyFewRecorded(walk), Not(HasSubstr("by itself")));
+  EXPECT_THAT(FewRecordedReason(walk), Not(HasSubstr("by itself")));
   CaptureSummary dark = With(Reason::kExposure, 200);
   dark.frames = 300, dark.recorded = 7;
-  EXPECT_THAT(WhyFewRecorded(dark), AllOf(HasSubstr("ulf features"), Not(HasSubstr("--no-subject"))));
+  EXPECT_THAT(FewRecordedReason(dark), AllOf(HasSubstr("ulf features"), Not(HasSubstr("--no-subject"))));
   CaptureSummary good = With(Reason::kCovered, 290);
   good.frames = 300, good.recorded = 10;
-  EXPECT_EQ(WhyFewRecorded(good), "");
+  EXPECT_EQ(FewRecordedReason(good), "");
   CaptureSummary wide = With(Reason::kOutsideRectangle, 120);
   wide.frames = 300, wide.recorded = 120, wide.reasons[static_cast<std::size_t>(Reason::kBlur)] = 60;
-  EXPECT_EQ(WhyFewRecorded(wide), "") << "many were recorded";
+  EXPECT_EQ(FewRecordedReason(wide), "") << "many were recorded";
   walk.stopped_because = StoppedBecause::kCovered;
-  EXPECT_EQ(WhyFewRecorded(walk), "") << "all that was wanted is there";
+  EXPECT_EQ(FewRecordedReason(walk), "") << "all that was wanted is there";
 }
 
 TEST(CaptureReport, ReasonsThatSayTheCameraIsElsewhereCountTogether) {
@@ -96,17 +96,17 @@ TEST(CaptureReport, ReasonsThatSayTheCameraIsElsewhereCountTogether) {
     summary.frames = 300, summary.recorded = 7;
     return summary;
   };
-  EXPECT_THAT(WhyFewRecorded(with(130, 60, 103)),
+  EXPECT_THAT(FewRecordedReason(with(130, 60, 103)),
               AllOf(HasSubstr("only 7 of 300 frames recorded: for 190"), HasSubstr("safety rectangle"),
                     HasSubstr(std::string("' or '") + InWords(Reason::kInsideSphere)),
                     HasSubstr("--subject x,y,z,radius")));
-  EXPECT_THAT(WhyFewRecorded(with(80, 60, 153)),
+  EXPECT_THAT(FewRecordedReason(with(80, 60, 153)),
               AllOf(HasSubstr("for 153"), HasSubstr(InWords(Reason::kTracking)), HasSubstr("sideways"),
                     Not(HasSubstr("--no-subject"))));
   CaptureSummary covered = with(80, 60, 103);
   covered.reasons[static_cast<std::size_t>(Reason::kCovered)] = 5000;
   covered.frames = 5250;
-  EXPECT_EQ(WhyFewRecorded(covered), "") << "nearly all of it is there";
+  EXPECT_EQ(FewRecordedReason(covered), "") << "nearly all of it is there";
 }
 
 TEST(CaptureReport, TransportCountersFitTheTerminal) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "commands/capture/close_at_death.h"
+#include "commands/capture/crash_handler.h"
 #include "core/base/signal_stack.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"
@@ -25,14 +25,14 @@ int Overrun(const volatile char* above) {
 int main(int argc, char** argv) {
   CLI::App app;
   ulf::ChosenCommand chosen;
-  ulf::AddCloseAfterDeathCommand(app, chosen);
+  ulf::AddCloseAfterCrashCommand(app, chosen);
   std::string dir, thread;
   app.add_option("DIR", dir);
   app.add_option("THREAD", thread);
   CLI11_PARSE(app, argc, argv);
   if (chosen) return chosen();
   const ulf::LightFieldWriter writer = ulf::LightFieldWriter::Resume(dir);
-  const ulf::CloseAtDeath guard(dir);
+  const ulf::CrashHandler guard(dir);
   const volatile char goes_on = 1;
   if (thread == "main") return Overrun(&goes_on);
   std::thread([&] {

@@ -36,28 +36,31 @@ TEST(PointFit, FindsThePlaceThroughEveryLens) {
       const Vector3d truth(0.2, -0.1, 3.1);
       std::vector<Rigid3> poses;
       for (int i = 0; i < 7; ++i) poses.push_back(LookAt({0.2 * i - 0.6, 0.1, 0}, {0, 0, 3}, {0, -1, 0}));
-      std::vector<PointSight> sights;
+      std::vector<PosedObservation> observations;
       for (const Rigid3& pose : poses)
-        sights.push_back({&camera, &pose,
-                          *camera.ImgFromCam(pose * truth) +
-                              Vector2d(random.gaussian(noise_px), random.gaussian(noise_px))});
-      const auto found = FitPoint(sights);
+        observations.push_back({&camera, &pose,
+                                *camera.ImgFromCam(pose * truth) +
+                                    Vector2d(random.gaussian(noise_px), random.gaussian(noise_px))});
+      const auto found = FitPoint(observations);
       ASSERT_TRUE(found);
       EXPECT_LT((*found - truth).norm(), 1e-7 + 0.1 * noise_px) << noise_px;
       // One that is wrong draws less than those that agree.
-      sights[3].in_img += Vector2d(15, 0);
-      EXPECT_LT((*FitPoint(sights) - truth).norm(), 0.1 + 0.2 * noise_px) << noise_px;
+      observations[3].in_img += Vector2d(15, 0);
+      EXPECT_LT((*FitPoint(observations) - truth).norm(), 0.1 + 0.2 * noise_px) << noise_px;
     }
 }
 
 TEST(PointFit, RaysThatMeetNowhereAreNoPoint) {
   const CameraModel camera = test::Straight();
   const Rigid3 here, there{Eigen::Quaterniond::Identity(), {-0.5, 0, 0}};
-  EXPECT_FALSE(FitPoint(std::vector<PointSight>{{&camera, &here, {48, 32}}}));
-  EXPECT_FALSE(FitPoint(std::vector<PointSight>{{&camera, &here, {48, 32}}, {&camera, &here, {48, 32}}}));
+  EXPECT_FALSE(FitPoint(std::vector<PosedObservation>{{&camera, &here, {48, 32}}}));
+  EXPECT_FALSE(
+      FitPoint(std::vector<PosedObservation>{{&camera, &here, {48, 32}}, {&camera, &here, {48, 32}}}));
   // Behind both.
-  EXPECT_FALSE(FitPoint(std::vector<PointSight>{{&camera, &here, {48, 32}}, {&camera, &there, {60, 32}}}));
-  EXPECT_TRUE(FitPoint(std::vector<PointSight>{{&camera, &here, {48, 32}}, {&camera, &there, {36, 32}}}));
+  EXPECT_FALSE(
+      FitPoint(std::vector<PosedObservation>{{&camera, &here, {48, 32}}, {&camera, &there, {60, 32}}}));
+  EXPECT_TRUE(
+      FitPoint(std::vector<PosedObservation>{{&camera, &here, {48, 32}}, {&camera, &there, {36, 32}}}));
 }
 
 TEST(Points, ComeBackWithTheirTracksAndErrors) {

@@ -86,11 +86,11 @@ TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
 TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
   const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
   CapturePrediction prediction{.disc_radius = 1.01 * finest, .nearest = {}, .farthest = {}, .views = {}};
-  EXPECT_FALSE(WhyTooFine(prediction, {}));
+  EXPECT_FALSE(ThresholdWarning(prediction, {}));
   prediction.disc_radius = 0.99 * finest;
-  ASSERT_TRUE(WhyTooFine(prediction, {}));
-  EXPECT_THAT(*WhyTooFine(prediction, {}), testing::HasSubstr("small gaps will not be seen"));
-  EXPECT_FALSE(WhyTooFine(prediction, Cap::ParseDegrees("60x40"))) << "a smaller cap has a finer map";
+  ASSERT_TRUE(ThresholdWarning(prediction, {}));
+  EXPECT_THAT(*ThresholdWarning(prediction, {}), testing::HasSubstr("small gaps will not be seen"));
+  EXPECT_FALSE(ThresholdWarning(prediction, Cap::ParseDegrees("60x40"))) << "a smaller cap has a finer map";
 }
 
 TEST(CapFrame, FirstDirectionIsTheMiddleAndAnglesComeBack) {

@@ -209,7 +209,7 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
   EXPECT_EQ(hand.Body().BusyAnswers(), 2);
   const StillCounts& counts = summary.stills;
   EXPECT_EQ(counts.arrived, hand.Shots().size());
-  // The last wish may have come too late for the shutter.
+  // The last request may have come too late for the shutter.
   EXPECT_LE(counts.arrived, counts.asked + body_releases);
   EXPECT_GE(counts.arrived + 1, counts.asked + body_releases) << "the one from the body was taken in as well";
   EXPECT_EQ(counts.without_pose, 1u) << "the spoiled one";

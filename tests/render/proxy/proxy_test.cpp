@@ -194,12 +194,12 @@ TEST(MeshProxy, OpenGlEqualsTheReference) {
   }
 }
 
-TEST(Sight, IsTheShareThatTheOccluderLeaves) {
+TEST(ShadowMap, IsTheShareThatTheOccluderLeaves) {
   const auto scene =
       test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 320, .height = 240, .focal_px = 260});
   const auto with = WithProxy(*scene, SquareProxy(*scene));
   const SceneView& view = with->views[0];
-  ASSERT_TRUE(view.sight);
+  ASSERT_TRUE(view.shadow_map);
   EXPECT_TRUE(view.See({0, 0, test::kSquareZ}));  // the square itself
   EXPECT_TRUE(view.See({0.13, -0.13, test::kSquareZ}));
   EXPECT_FALSE(view.See({0, 0, 0}));  // the plane behind it
@@ -207,17 +207,18 @@ TEST(Sight, IsTheShareThatTheOccluderLeaves) {
   EXPECT_TRUE(view.See({0.4, 0.3, 0}));  // beside it
   // Sight fades around the shadow's edge.
   const double edge = test::kSquareHalf * 2 / (2 - test::kSquareZ);
-  const double texel = 2.0 * view.camera.width / view.camera.fx / kSightPx;
-  EXPECT_EQ(view.sight->Get().Share(view.cam_from_world * Vector3d(edge + 2.6 * texel, 0, 0)), 1);
-  const double fading = view.sight->Get().Share(view.cam_from_world * Vector3d(edge + 1.25 * texel, 0, 0));
+  const double texel = 2.0 * view.camera.width / view.camera.fx / kShadowMapPx;
+  EXPECT_EQ(view.shadow_map->Get().Visibility(view.cam_from_world * Vector3d(edge + 2.6 * texel, 0, 0)), 1);
+  const double fading =
+      view.shadow_map->Get().Visibility(view.cam_from_world * Vector3d(edge + 1.25 * texel, 0, 0));
   EXPECT_GT(fading, 0);
   EXPECT_LT(fading, 1);
-  EXPECT_EQ(view.sight->Get().Share(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
+  EXPECT_EQ(view.shadow_map->Get().Visibility(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
   // A plane proxy hides nothing, whatever was hidden before.
   EXPECT_TRUE(WithProxy(*with, scene->proxy)->views[0].See({0, 0, 0}));
 }
 
-TEST(Sight, ASlantedSurfaceDoesNotHideItself) {
+TEST(ShadowMap, ASlantedSurfaceDoesNotHideItself) {
   // Seen at 8 degrees.
   const auto scene =
       test::MakeScene({.viewpoints = {{1.98, 0, 0.28}}, .width = 320, .height = 240, .focal_px = 260});
@@ -227,11 +228,12 @@ TEST(Sight, ASlantedSurfaceDoesNotHideItself) {
   const auto with = WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, plane));
   for (double x = -0.6; x < 0.9; x += 0.0173)
     for (double y = -0.4; y < 0.4; y += 0.0191)
-      EXPECT_EQ(with->views[0].sight->Get().Share(with->views[0].cam_from_world * Vector3d(x, y, 0)), 1)
+      EXPECT_EQ(
+          with->views[0].shadow_map->Get().Visibility(with->views[0].cam_from_world * Vector3d(x, y, 0)), 1)
           << x << " " << y;
 }
 
-TEST(Sight, ARoughSurfaceDoesNotHideItself) {
+TEST(ShadowMap, ARoughSurfaceDoesNotHideItself) {
   // Low steps, as depth maps leave them, seen at 35 degrees.
   const auto scene =
       test::MakeScene({.viewpoints = {{1.64, 0, 1.15}}, .width = 320, .height = 240, .focal_px = 260});
@@ -253,7 +255,7 @@ TEST(Sight, ARoughSurfaceDoesNotHideItself) {
   for (int i = -20; i < 12; ++i)
     for (double y = -0.3; y < 0.3; y += 0.0191) {
       const Vector3d on_tread(kStep * (i + 0.5), y, i % 2 ? kHeight : 0);
-      hidden += with->views[0].sight->Get().Share(with->views[0].cam_from_world * on_tread) < 1;
+      hidden += with->views[0].shadow_map->Get().Visibility(with->views[0].cam_from_world * on_tread) < 1;
       ++all;
     }
   EXPECT_LT(hidden, all / 10);
@@ -347,7 +349,7 @@ TEST(Choice, IsTheFirstNearTheBest) {
         Case{{30, 29, 30.4, 30.6}, 2}, Case{{30, 30.1, 30.1, 31}, 3}, Case{{30.7, 30.1, 31, 25}, 0}}) {
     std::vector<ScoredChoice> candidates;
     for (const double psnr_db : c.psnr_db) candidates.push_back({{}, nullptr, psnr_db});
-    EXPECT_EQ(&FirstNearTheBest(candidates), &candidates[c.taken]) << c.psnr_db[1] << " " << c.psnr_db[3];
+    EXPECT_EQ(&FirstWithinTolerance(candidates), &candidates[c.taken]) << c.psnr_db[1] << " " << c.psnr_db[3];
   }
 }
 

@@ -417,37 +417,37 @@ TEST(ViewsByDistance, ViewsOfOneCentreComeInTheirOrder) {
                 testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
 }
 
-TEST(Sheaves, AreTheFansOfATriangleWhosePhotographsLieTogether) {
+TEST(FanBatches, AreTheFansOfATriangleWhosePhotographsLieTogether) {
   const auto fan = [](std::uint32_t triangle, std::uint32_t view) {
     return GpuFan{triangle, view, {0, 0}, MakeVec4(1, 2, 3, 0)};
   };
   const std::vector<GpuFan> fans{fan(0, 4), fan(0, 1), fan(0, 2), fan(1, 3), fan(1, 5)};
   EXPECT_EQ(ViewsOf(fans), (std::vector<int>{1, 2, 3, 4, 5}));
-  const auto told = [&](const Sheaves& made) {
-    std::vector<std::vector<std::uint32_t>> sheaves;  // array, triangle, views
-    for (const GpuSheaf& sheaf : made.sheaves) {
-      sheaves.push_back({sheaf.array, sheaf.triangle});
-      for (std::uint32_t n = 0; n < sheaf.count; ++n)
-        sheaves.back().push_back(made.fans[sheaf.first + n].view);
+  const auto told = [&](const FanBatches& made) {
+    std::vector<std::vector<std::uint32_t>> batches;  // array, triangle, views
+    for (const GpuFanBatch& batch : made.batches) {
+      batches.push_back({batch.array, batch.triangle});
+      for (std::uint32_t n = 0; n < batch.count; ++n)
+        batches.back().push_back(made.fans[batch.first + n].view);
     }
-    return sheaves;
+    return batches;
   };
   using Told = std::vector<std::vector<std::uint32_t>>;
-  const Sheaves together = MakeSheaves(
+  const FanBatches together = MakeFanBatches(
       fans, [](int) { return 7u; }, 3);
   EXPECT_TRUE(together.one_each);
   EXPECT_EQ(told(together), (Told{{7, 0, 1, 2, 4}, {7, 1, 3, 5}}));
-  const Sheaves of_two = MakeSheaves(
+  const FanBatches of_two = MakeFanBatches(
       fans, [](int) { return 7u; }, 2);
   EXPECT_FALSE(of_two.one_each);
   EXPECT_EQ(told(of_two), (Told{{7, 0, 4}, {7, 0, 1, 2}, {7, 1, 3, 5}}));
-  const Sheaves in_two_arrays = MakeSheaves(
+  const FanBatches in_two_arrays = MakeFanBatches(
       fans, [](int view) { return view == 4 ? std::nullopt : std::optional(view == 1 ? 8u : 7u); }, 3);
   EXPECT_FALSE(in_two_arrays.one_each);
   EXPECT_EQ(told(in_two_arrays), (Told{{7, 0, 2}, {7, 1, 3, 5}, {8, 0, 1}}));
 }
 
-TEST(GlRenderer, PicturesAreFinishedAtOnceWhereTrianglesAreOneSheaf) {
+TEST(GlRenderer, PicturesAreFinishedAtOnceWhereTrianglesAreOneBatch) {
   const Rigid3 pose = LookAt({0.1, 0.05, 1.8}, Vector3d::Zero(), Vector3d::UnitY());
   const auto finishes_at_once = [&](const test::SceneSpec& spec, const FieldOptions& field) {
     GlRenderer renderer(test::MakeScene(spec), {.field = field});

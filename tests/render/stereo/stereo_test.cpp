@@ -127,9 +127,9 @@ TEST(DepthRange, APixelIsWorthMoreDepthTheCloserTheViewsStand) {
   const auto view_at = [](double x) { return test::Draw({}, {x, 0, 0}, {x, 0, 3}, 120, 90, 110).view; };
   const StereoView view = view_at(0), near = view_at(0.03), far = view_at(0.3);
   // z^2 / (f b).
-  EXPECT_NEAR(DepthOfAPixel(view, {&near, &far}, 3), 9 / (110 * 0.3), 1e-3);
-  EXPECT_NEAR(DepthOfAPixel(view, {&near}, 3), 9 / (110 * 0.03), 1e-2);
-  EXPECT_TRUE(std::isinf(DepthOfAPixel(view, {&view}, 3)));
+  EXPECT_NEAR(DepthStepOfPixel(view, {&near, &far}, 3), 9 / (110 * 0.3), 1e-3);
+  EXPECT_NEAR(DepthStepOfPixel(view, {&near}, 3), 9 / (110 * 0.03), 1e-2);
+  EXPECT_TRUE(std::isinf(DepthStepOfPixel(view, {&view}, 3)));
 }
 
 // ---- Which views ----

@@ -6,7 +6,7 @@
 #include "render/viewer/mesh_view.h"
 #include "render/viewer/moving_size.h"
 #include "render/viewer/viewer_words.h"
-#include "render/viewer/where_am_i.h"
+#include "render/viewer/viewpoint_gizmo.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -53,8 +53,8 @@ TEST(ViewerWords, SayTheSizeOfWhatIsSmallerAndTheFNumber) {
   EXPECT_NEAR(ApertureRadius(*figures.f_number, 1280, 1280, 36), 0.05, 1e-12);
 }
 
-TEST(WhereAmI, WarnsByTheHullAndTheDistances) {
-  const WhereAmI cap(*MakeScene({.viewpoints = CapViewpoints(80, 0.5, 2.0), .width = 8, .height = 6}));
+TEST(ViewpointGizmo, WarnsByTheHullAndTheDistances) {
+  const ViewpointGizmo cap(*MakeScene({.viewpoints = CapViewpoints(80, 0.5, 2.0), .width = 8, .height = 6}));
   const Vector3d inside(0.3, 0.2, 1.96);
   EXPECT_EQ(cap.Warning(inside), "");
   EXPECT_THAT(cap.Warning({1.6, 0, 1.2}), ::testing::HasSubstr("outside"));
@@ -62,28 +62,29 @@ TEST(WhereAmI, WarnsByTheHullAndTheDistances) {
   EXPECT_THAT(cap.Warning(3 * inside), ::testing::HasSubstr("3.0 times farther"));
   EXPECT_THAT(cap.Warning(0.1 * inside), ::testing::HasSubstr("inside the subject"));
   // A ring has no hull: beside its views is outside.
-  const WhereAmI ring(*MakeScene({.viewpoints = RingViewpoints(40, 0.2, 2.0), .width = 8, .height = 6}));
+  const ViewpointGizmo ring(
+      *MakeScene({.viewpoints = RingViewpoints(40, 0.2, 2.0), .width = 8, .height = 6}));
   EXPECT_EQ(ring.Warning(RingViewpoints(80, 0.2, 2.0)[1]), "");
   EXPECT_THAT(ring.Warning(RingViewpoints(80, 0.7, 2.0)[1]), ::testing::HasSubstr("outside"));
 }
 
-TEST(WhereAmI, SaysWhatItCanAboutFewViews) {
+TEST(ViewpointGizmo, SaysWhatItCanAboutFewViews) {
   for (const std::vector<Vector3d>& viewpoints :
        {std::vector<Vector3d>{{0, 0, 2}, {0, 0, 2}}, std::vector<Vector3d>{{0, 0, 2}}}) {
     auto scene = *MakeScene({.viewpoints = {{0, 0, 2}, {0.1, 0, 2}}, .width = 8, .height = 6});
     scene.views.resize(viewpoints.size());
     for (std::size_t i = 0; i < viewpoints.size(); ++i) scene.views[i].center_in_world = viewpoints[i];
     scene.MakeMesh();
-    const WhereAmI where(scene);
+    const ViewpointGizmo where(scene);
     EXPECT_GT(where.Spacing(), 0);
     EXPECT_THAT(where.Warning({2, 0, 0}), ::testing::HasSubstr("outside"));
     EXPECT_FALSE(where.Draw({2, 0, 0}, 100).empty());
   }
 }
 
-TEST(WhereAmI, TheDotGoesWhereTheCameraGoes) {
+TEST(ViewpointGizmo, TheDotGoesWhereTheCameraGoes) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(60, 0.4, 2.0), .width = 8, .height = 6});
-  const WhereAmI where(*scene);
+  const ViewpointGizmo where(*scene);
   const ViewerCamera start = StartingCamera(*scene);
   const auto place = [&](const ViewerCamera& camera) { return where.Of(camera.eye_in_world, 100); };
   EXPECT_LT((place(start).img - Vector2d(50, 50)).norm(), 2);

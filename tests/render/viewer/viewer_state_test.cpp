@@ -164,7 +164,7 @@ TEST(ViewerInput, EachKeySwitchesOneThing) {
     ASSERT_NE(expected, input.state()) << c.key;
     Press(input, c.key);
     EXPECT_EQ(input.state(), expected) << c.key;
-    EXPECT_TRUE(input.TakeWishes().empty()) << c.key;
+    EXPECT_TRUE(input.TakeRequests().empty()) << c.key;
   }
 }
 
@@ -224,8 +224,8 @@ TEST(ViewerInput, WhatIsUnderTheMouseFollowsIt) {
 TEST(ViewerInput, AClickFocusesAndADragDoesNot) {
   const auto focused_at = [](ViewerInput& input) {
     std::vector<Vector2d> at;
-    for (const ViewerWish& wish : input.TakeWishes())
-      if (wish.what == ViewerWish::kFocus) at.push_back(wish.img);
+    for (const ViewerRequest& request : input.TakeRequests())
+      if (request.what == ViewerRequest::kFocus) at.push_back(request.img);
     return at;
   };
   ViewerInput input = SomeInput();
@@ -290,16 +290,16 @@ TEST(ViewerCamera, LooksAheadAlongItsMovement) {
   EXPECT_LT(Ahead(camera, jumped, 10).Distance(), 4.01 * jumped.Distance());
 }
 
-TEST(ViewerInput, WishesAreTakenOnce) {
+TEST(ViewerInput, RequestsAreTakenOnce) {
   ViewerInput input = SomeInput();
   for (const InputEvent& event : KeysFromNames("s,k,n,g,q")) input.Handle(event, kScreen);
   input.Handle(CloseAsked{}, kScreen);
-  std::vector<ViewerWish::What> wishes;
-  for (const ViewerWish& wish : input.TakeWishes()) wishes.push_back(wish.what);
-  EXPECT_THAT(wishes,
-              ::testing::ElementsAre(ViewerWish::kScreenshot, ViewerWish::kKeyframe, ViewerWish::kNearestView,
-                                     ViewerWish::kFullScreen, ViewerWish::kLeave, ViewerWish::kLeave));
-  EXPECT_TRUE(input.TakeWishes().empty());
+  std::vector<ViewerRequest::What> requests;
+  for (const ViewerRequest& request : input.TakeRequests()) requests.push_back(request.what);
+  EXPECT_THAT(requests, ::testing::ElementsAre(ViewerRequest::kScreenshot, ViewerRequest::kKeyframe,
+                                               ViewerRequest::kNearestView, ViewerRequest::kFullScreen,
+                                               ViewerRequest::kLeave, ViewerRequest::kLeave));
+  EXPECT_TRUE(input.TakeRequests().empty());
 }
 
 }  // namespace

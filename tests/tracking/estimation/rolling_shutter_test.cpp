@@ -141,7 +141,7 @@ TEST(RowMotionTest, ThePicturesPoseExplainsItsPixelsAndTheMiddleRowsIsWhereTheCa
   TrackedImage image;
   image.features = std::make_shared<const FeatureSet>(std::vector<Feature>{}, camera.width, camera.height);
   image.pyramid = std::make_shared<const Pyramid>();
-  Located located;
+  FramePose located;
   std::vector<SeenPoint> seen;
   for (const Vector3d& point : PointsBefore(camera, 8, 300)) {
     seen.push_back({point, SeenByRows(camera, Rigid3{}, point, kReadout_s, QuickTurn()), 0.4});

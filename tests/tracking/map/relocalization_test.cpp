@@ -12,7 +12,7 @@
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tests/tracking/scenes/tiled_wall.h"
-#include "tracking/estimation/pose_evidence.h"
+#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/tracker/frame_locator.h"
 #include "tracking/tracker/tracker.h"
 
@@ -27,7 +27,7 @@ using test::TiledWall;
 // A pose that sees 30 points in each cell of its grid, of which `found(cell)` were.
 double EvidenceOf(const std::function<int(int)>& found, const LeftOut& left_out = {}) {
   const CameraModel camera = test::SceneCamera();
-  Located located;
+  FramePose located;
   for (int cell = 0; cell < 12; ++cell)
     for (int i = 0; i < 30; ++i) {
       const Eigen::Vector2d img((cell % 4 + 0.5) * camera.width / 4.0 + i,
@@ -39,26 +39,27 @@ double EvidenceOf(const std::function<int(int)>& found, const LeftOut& left_out 
       if (i < found(cell)) located.matches.push_back({located.looked_for.back(), 0, img, 1, false});
       located.candidates.push_back(candidate);
     }
-  return PoseEvidence(camera, located, left_out);
+  return PoseLogOdds(camera, located, left_out);
 }
 
-TEST(PoseEvidenceTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
+TEST(PoseLogOddsTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
   const double all = EvidenceOf([](int) { return 24; });
   const double quarter = EvidenceOf([](int cell) { return cell % 4 == 0 ? 24 : 0; });
-  EXPECT_GT(all, 3 * kFoundEvidence);
-  EXPECT_GT(quarter, kFoundEvidence / 2);
+  EXPECT_GT(all, 3 * kRelocalizedLogOdds);
+  EXPECT_GT(quarter, kRelocalizedLogOdds / 2);
   // As many points, spread thinly over the picture.
   EXPECT_LT(EvidenceOf([](int) { return 6; }), quarter);
-  EXPECT_LT(EvidenceOf([](int) { return 2; }), kFollowedEvidence) << "by chance";
-  EXPECT_LT(EvidenceOf([](int) { return 0; }), kFollowedEvidence);
+  EXPECT_LT(EvidenceOf([](int) { return 2; }), kFollowedLogOdds) << "by chance";
+  EXPECT_LT(EvidenceOf([](int) { return 0; }), kFollowedLogOdds);
 }
 
-TEST(PoseEvidenceTest, WhatRepeatsDoesNotCount) {
+TEST(PoseLogOddsTest, WhatRepeatsDoesNotCount) {
   LeftOut repeats(12 * 30, false);
   for (std::size_t i = 0; i < repeats.size(); ++i) repeats[i] = i % 30 < 20;
-  EXPECT_GT(EvidenceOf([](int) { return 28; }, repeats), kFoundEvidence) << "the rest is found";
-  EXPECT_LT(EvidenceOf([](int) { return 20; }, repeats), kFollowedEvidence) << "the rest is not";
-  EXPECT_LT(EvidenceOf([](int) { return 24; }, LeftOut(12 * 30, true)), kFoundEvidence) << "nothing is left";
+  EXPECT_GT(EvidenceOf([](int) { return 28; }, repeats), kRelocalizedLogOdds) << "the rest is found";
+  EXPECT_LT(EvidenceOf([](int) { return 20; }, repeats), kFollowedLogOdds) << "the rest is not";
+  EXPECT_LT(EvidenceOf([](int) { return 24; }, LeftOut(12 * 30, true)), kRelocalizedLogOdds)
+      << "nothing is left";
 }
 
 struct Answers {

@@ -67,13 +67,13 @@ class TiledWall {
     return LookAt(center, center + Eigen::Vector3d(draw.Uniform(-0.1, 0.1), 0, 2), -Eigen::Vector3d::UnitY());
   }
 
-  std::optional<Located> Find(const Rigid3& cam_from_world, Draw& draw) const {
+  std::optional<FramePose> Find(const Rigid3& cam_from_world, Draw& draw) const {
     const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
     return FrameLocator(camera_, shared_, 200).Find(image, index_, 1);
   }
 
   // Told by something else where it is.
-  std::optional<Located> FindAt(const Rigid3& cam_from_world, const Rigid3& told, Draw& draw) const {
+  std::optional<FramePose> FindAt(const Rigid3& cam_from_world, const Rigid3& told, Draw& draw) const {
     const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
     return FrameLocator(camera_, shared_, 200).FindAt(image, told);
   }

@@ -400,8 +400,8 @@ TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
       const Frame frame = scene.At(i, BesideABoard::Hidden::kNothing);
       const auto pose = locator.Locate(GrayForTracking(frame.image), frame.device_time_s);
       ASSERT_TRUE(pose);
-      const WorldSight sight{pose->corners, pose->cam_from_world, pose->center_sigma};
-      const Track track = tracker.Step(frame, with_corners ? std::optional(sight) : std::nullopt);
+      const FiducialObservation fiducials{pose->corners, pose->cam_from_world, pose->center_sigma};
+      const Track track = tracker.Step(frame, with_corners ? std::optional(fiducials) : std::nullopt);
       if (!track.cam_from_world) continue;
       anchors.emplace_back(*track.anchor, scene.Truth(frame));
       board_from_map.Add(*track.anchor, *pose);

@@ -37,10 +37,11 @@ TEST(WorkingSize, PointsAndCameraScaleFromEdgeToEdge) {
     for (const Vector3d& point : {Vector3d(0.3, -0.2, 1), Vector3d(-0.4, 0.3, 1.1), Vector3d(0, 0, 2)})
       EXPECT_LT((size.ToOriginal(*size.working().ImgFromCam(point)) - *original.ImgFromCam(point)).norm(),
                 1e-9);
-    const WorldSight sight = size.Reduced(WorldSight{{{Vector3d(0, 0, 1), {1003, 751}, 0.3}}, {}, 0.1});
-    EXPECT_NEAR(sight.corners[0].img.x(), size.working().width, 1e-9);
-    EXPECT_NEAR(sight.corners[0].img.y(), size.working().height, 1e-9);
-    EXPECT_NEAR(size.ToOriginal(sight.corners[0].sigma_px), 0.3, 1e-9);
+    const FiducialObservation fiducials =
+        size.Reduced(FiducialObservation{{{Vector3d(0, 0, 1), {1003, 751}, 0.3}}, {}, 0.1});
+    EXPECT_NEAR(fiducials.corners[0].img.x(), size.working().width, 1e-9);
+    EXPECT_NEAR(fiducials.corners[0].img.y(), size.working().height, 1e-9);
+    EXPECT_NEAR(size.ToOriginal(fiducials.corners[0].sigma_px), 0.3, 1e-9);
   }
   // Portrait: the longer side.
   EXPECT_EQ(WorkingSize(CameraModel::Pinhole(1080, 1920, 1500), 640).working().width, 360);

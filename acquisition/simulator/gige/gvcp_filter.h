@@ -32,7 +32,7 @@ struct WritableRegister {
   std::function<bool(std::uint32_t)> takes;
 };
 
-struct GvcpDoorOptions {
+struct GvcpFilterOptions {
   int unicast = -1;                // bound to the camera's address and port 3956
   std::vector<int> broadcasts;     // for discovery only
   int camera = -1;                 // connected to the library's camera
@@ -41,13 +41,13 @@ struct GvcpDoorOptions {
   std::function<std::uint32_t()> privilege;  // of the control channel, now; 0: nobody controls the camera
 };
 
-class GvcpDoor {
+class GvcpFilter {
  public:
   // Takes over the sockets.
-  explicit GvcpDoor(GvcpDoorOptions options);
-  ~GvcpDoor();
-  GvcpDoor(const GvcpDoor&) = delete;
-  GvcpDoor& operator=(const GvcpDoor&) = delete;
+  explicit GvcpFilter(GvcpFilterOptions options);
+  ~GvcpFilter();
+  GvcpFilter(const GvcpFilter&) = delete;
+  GvcpFilter& operator=(const GvcpFilter&) = delete;
 
   std::uint64_t Refused() const;  // requests that were not passed on
 

@@ -11,9 +11,9 @@ namespace ulf::render {
 
 // Depth textures hold 0 to 1, while inverse depths are as large as the scene's unit makes them: the maps keep
 // them times this, a power of two, so that not a bit is lost.
-inline constexpr float kSightScale = 0x1p-64f;
+inline constexpr float kShadowMapScale = 0x1p-64f;
 
-class GlSights {
+class GlShadowMaps {
  public:
   // Forgets all: the scene has another proxy. The views must stay as they are until then.
   void Reset(const std::vector<SceneView>& views);

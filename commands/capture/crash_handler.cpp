@@ -1,4 +1,4 @@
-#include "commands/capture/close_at_death.h"
+#include "commands/capture/crash_handler.h"
 
 #include <fmt/core.h>
 #include <linux/close_range.h>
@@ -74,7 +74,7 @@ int CloseAfterDeath(const std::string& dir, int signal, const std::string& threa
 
 }  // namespace
 
-CloseAtDeath::CloseAtDeath(const fs::path& dir) {
+CrashHandler::CrashHandler(const fs::path& dir) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   const std::string text = fs::absolute(dir).string();
   if (text.size() >= dying_dir.size()) throw Error("{}: the path is too long", text);
@@ -90,13 +90,13 @@ CloseAtDeath::CloseAtDeath(const fs::path& dir) {
 #endif
 }
 
-CloseAtDeath::~CloseAtDeath() {
+CrashHandler::~CrashHandler() {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   for (std::size_t i = 0; i < kDeadly.size(); ++i) sigaction(kDeadly[i], &before[i], nullptr);
 #endif
 }
 
-void AddCloseAfterDeathCommand(CLI::App& app, ChosenCommand& chosen) {
+void AddCloseAfterCrashCommand(CLI::App& app, ChosenCommand& chosen) {
   struct Args {
     std::string dir, thread;
     int signal = 0;

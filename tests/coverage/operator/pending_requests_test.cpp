@@ -1,5 +1,5 @@
 // Keys that come faster than states: what is asked of the capture is what the person wanted.
-#include "coverage/operator/wishes.h"
+#include "coverage/operator/pending_requests.h"
 
 #include <gmock/gmock.h>
 
@@ -110,7 +110,7 @@ class Keyboard {
   LateCapture capture_;
 };
 
-TEST(Wishes, HoweverLateStatesComeKeysMeanTheSame) {
+TEST(PendingRequests, HoweverLateStatesComeKeysMeanTheSame) {
   Keyboard keyboard;
   std::mt19937 random(7);
   int recording = 0;
@@ -127,7 +127,7 @@ TEST(Wishes, HoweverLateStatesComeKeysMeanTheSame) {
   EXPECT_LT(recording, kScripts * 4 / 5) << "the test shows nothing";
 }
 
-TEST(Wishes, PausedInTheSubjectToolStaysPausedAfterIt) {
+TEST(PendingRequests, PausedInTheSubjectToolStaysPausedAfterIt) {
   Keyboard keyboard;
   EXPECT_TRUE(keyboard.RecordsAfter("ss")) << "as it was before";
   EXPECT_FALSE(keyboard.RecordsAfter("s  s")) << "gone on, and paused again";
@@ -135,7 +135,7 @@ TEST(Wishes, PausedInTheSubjectToolStaysPausedAfterIt) {
   EXPECT_FALSE(keyboard.RecordsAfter(" ss")) << "it was paused before";
 }
 
-TEST(Wishes, QuickPressesTakeBackOneViewAfterTheOther) {
+TEST(PendingRequests, QuickPressesTakeBackOneViewAfterTheOther) {
   Desk desk;
   const auto state = Tracked();
   state->view_ids = {1, 2, 3};
@@ -151,7 +151,7 @@ TEST(Wishes, QuickPressesTakeBackOneViewAfterTheOther) {
   EXPECT_THAT(rest[0].ids, ElementsAre(1));
 }
 
-TEST(Wishes, APlacedSubjectIsTheDraftBeforeTheCaptureHasIt) {
+TEST(PendingRequests, APlacedSubjectIsTheDraftBeforeTheCaptureHasIt) {
   Desk desk;
   const auto state = Tracked();
   desk.Show(state);
@@ -176,7 +176,7 @@ TEST(Wishes, APlacedSubjectIsTheDraftBeforeTheCaptureHasIt) {
   EXPECT_NEAR(again[0].subject.radius, state->subject->radius * 1.02, 1e-12);
 }
 
-TEST(Wishes, CapsLockChangesNothing) {
+TEST(PendingRequests, CapsLockChangesNothing) {
   Desk desk;
   desk.Show(Tracked());
   desk.Type(U'S');

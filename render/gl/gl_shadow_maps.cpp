@@ -1,4 +1,4 @@
-#include "render/gl/gl_sights.h"
+#include "render/gl/gl_shadow_maps.h"
 
 #include <epoxy/gl.h>
 
@@ -11,19 +11,19 @@
 
 namespace ulf::render {
 
-void GlSights::Reset(const std::vector<SceneView>& views) {
+void GlShadowMaps::Reset(const std::vector<SceneView>& views) {
   views_ = &views;
-  const bool hides =
-      std::any_of(views.begin(), views.end(), [](const SceneView& view) { return view.sight != nullptr; });
+  const bool hides = std::any_of(views.begin(), views.end(),
+                                 [](const SceneView& view) { return view.shadow_map != nullptr; });
   layer_.assign(views.size(), hides ? -1 : 0);
   used_ = 0;
 }
 
-bool GlSights::HasAll(std::span<const int> of_views) const {
+bool GlShadowMaps::HasAll(std::span<const int> of_views) const {
   return std::all_of(of_views.begin(), of_views.end(), [&](int view) { return LayerOf(view) >= 0; });
 }
 
-bool GlSights::Provide(std::span<const int> of_views) {
+bool GlShadowMaps::Provide(std::span<const int> of_views) {
   std::vector<int> missing;
   std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(missing),
                [&](int view) { return LayerOf(view) < 0; });
@@ -32,7 +32,7 @@ bool GlSights::Provide(std::span<const int> of_views) {
   cv::parallel_for_(
       {0, count},
       [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) (*views_)[At(missing[At(i)])].sight->Get();
+        for (int i = range.start; i < range.end; ++i) (*views_)[At(missing[At(i)])].shadow_map->Get();
       },
       count);
   if (used_ + count > layers_) Grow(used_ + count);
@@ -40,15 +40,15 @@ bool GlSights::Provide(std::span<const int> of_views) {
   cv::Mat scaled;
   for (const int view : missing) {
     layer_[At(view)] = used_++;
-    scaled = kSightScale * (*views_)[At(view)].sight->Get().least_inverse_depth;
-    glTextureSubImage3D(texture_, 0, 0, 0, LayerOf(view), kSightPx, kSightPx, 1, GL_DEPTH_COMPONENT, GL_FLOAT,
-                        scaled.data);
+    scaled = kShadowMapScale * (*views_)[At(view)].shadow_map->Get().least_inverse_depth;
+    glTextureSubImage3D(texture_, 0, 0, 0, LayerOf(view), kShadowMapPx, kShadowMapPx, 1, GL_DEPTH_COMPONENT,
+                        GL_FLOAT, scaled.data);
   }
   CheckGl("copying what the proxy hides");
   return true;
 }
 
-void GlSights::Grow(int least) {
+void GlShadowMaps::Grow(int least) {
   const int most_layers = MostLayers();
   const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   if (layers < least)
@@ -58,7 +58,7 @@ void GlSights::Grow(int least) {
         most_layers);
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);
-  glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kSightPx, kSightPx, layers);
+  glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kShadowMapPx, kShadowMapPx, layers);
   CheckGl("making room for what the proxy hides");
   glTextureParameteri(larger, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTextureParameteri(larger, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -68,15 +68,15 @@ void GlSights::Grow(int least) {
   glTextureParameteri(larger, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
   if (used_ > 0)
     glCopyImageSubData(texture_, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, larger, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0,
-                       kSightPx, kSightPx, used_);
+                       kShadowMapPx, kShadowMapPx, used_);
   if (texture_) glDeleteTextures(1, &texture_);
   texture_ = larger;
   layers_ = layers;
 }
 
-void GlSights::Bind(unsigned unit) const { glBindTextureUnit(unit, texture_); }
+void GlShadowMaps::Bind(unsigned unit) const { glBindTextureUnit(unit, texture_); }
 
-void GlSights::Release() {
+void GlShadowMaps::Release() {
   if (texture_) glDeleteTextures(1, &texture_);
   texture_ = 0;
   used_ = layers_ = 0;

@@ -21,24 +21,24 @@
 
 namespace ulf::tracking {
 
-struct Located;
+struct FramePose;
 
 // What must be outweighed: nothing where a prediction led to the pose; a thousand to one where what the
 // picture looks like did.
-inline constexpr double kFollowedEvidence = 0;
-inline constexpr double kFoundEvidence = 7;
+inline constexpr double kFollowedLogOdds = 0;
+inline constexpr double kRelocalizedLogOdds = 7;
 
 // By candidate: whether to leave it out.
 using LeftOut = std::vector<bool>;
 
 // Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
-double PoseEvidence(const CameraModel& camera, const Located& located, const LeftOut& left_out = {});
+double PoseLogOdds(const CameraModel& camera, const FramePose& located, const LeftOut& left_out = {});
 
 // Leaves out what looks like something elsewhere in the picture, or like another point that the pose should
 // see there.
-void LeaveOutTwins(const CameraModel& camera, const FeatureSet& picture, const Located& located,
-                   LeftOut& left_out);
+void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture, const FramePose& located,
+                             LeftOut& left_out);
 // Leaves out what looks like another place's points, those that a keyframe sees. The map's lock is held.
-void LeaveOutTwins(const Map& map, int keyframe, const Located& located, LeftOut& left_out);
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& located, LeftOut& left_out);
 
 }  // namespace ulf::tracking

@@ -1,4 +1,4 @@
-#include "render/proxy/sight.h"
+#include "render/proxy/shadow_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ float Slope(float before, float here, float behind) {
 }  // namespace
 
 // Rays through its rim, up to a slope that one map can hold.
-CameraModel SightCamera(const CameraModel& view) {
+CameraModel ShadowMapCamera(const CameraModel& view) {
   constexpr double kMostSlope = 3;
   constexpr int kSteps = 16;
   Eigen::Vector2d low(0, 0), high(0, 0);
@@ -38,7 +38,7 @@ CameraModel SightCamera(const CameraModel& view) {
     const double x = view.width * i / double{kSteps}, y = view.height * i / double{kSteps};
     meet(x, 0), meet(x, view.height), meet(0, y), meet(view.width, y);
   }
-  CameraModel camera = CameraModel::Pinhole(kSightPx, kSightPx, 1);
+  CameraModel camera = CameraModel::Pinhole(kShadowMapPx, kShadowMapPx, 1);
   camera.fx = camera.width / (high.x() - low.x());
   camera.fy = camera.height / (high.y() - low.y());
   camera.cx = -camera.fx * low.x();
@@ -46,7 +46,7 @@ CameraModel SightCamera(const CameraModel& view) {
   return camera;
 }
 
-double Sight::Share(const Eigen::Vector3d& point_in_view) const {
+double ShadowMap::Share(const Eigen::Vector3d& point_in_view) const {
   if (!(point_in_view.z() > 0)) return 1;
   const double inverse = 1 / point_in_view.z();
   const double x = camera.fx * point_in_view.x() * inverse + camera.cx;
@@ -64,9 +64,10 @@ double Sight::Share(const Eigen::Vector3d& point_in_view) const {
          below_share * ((1 - right_share) * seen(left, top + 1) + right_share * seen(left + 1, top + 1));
 }
 
-Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, const Rigid3& view_from_world) {
-  Sight sight{.camera = SightCamera(view_camera), .least_inverse_depth = {}};
-  const cv::Mat inverse = DrawInverseDepth(occluder, sight.camera, view_from_world);
+ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
+                        const Rigid3& view_from_world) {
+  ShadowMap map{.camera = ShadowMapCamera(view_camera), .least_inverse_depth = {}};
+  const cv::Mat inverse = DrawInverseDepth(occluder, map.camera, view_from_world);
   cv::Mat least(inverse.size(), CV_32F);
   for (int y = 0; y < inverse.rows; ++y)
     for (int x = 0; x < inverse.cols; ++x) {
@@ -79,11 +80,11 @@ Sight MakeSight(const TriangleMesh& occluder, const CameraModel& view_camera, co
       const float slope = Slope(at(x - 1, y), here, at(x + 1, y)) + Slope(at(x, y - 1), here, at(x, y + 1));
       // A point is compared with texels up to one away, and what is there came from up to one farther.
       least.at<float>(y, x) =
-          here > 0 ? std::max(0.0f, static_cast<float>((1 - kSightTolerance) * here) - 2 * slope) : 0.0f;
+          here > 0 ? std::max(0.0f, static_cast<float>((1 - kShadowMapTolerance) * here) - 2 * slope) : 0.0f;
     }
   // The colours of an edge spill over it by a texel, and so does what it hides.
-  cv::dilate(least, sight.least_inverse_depth, cv::Mat::ones(3, 3, CV_8U));
-  return sight;
+  cv::dilate(least, map.least_inverse_depth, cv::Mat::ones(3, 3, CV_8U));
+  return map;
 }
 
 }  // namespace ulf::render

@@ -1,4 +1,4 @@
-#include "acquisition/device/reaper.h"
+#include "acquisition/device/background_closer.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -32,13 +32,13 @@ struct WaitAtTheEnd {
 
 }  // namespace
 
-Reaper& Reaper::Instance() {
-  static Reaper reaper;
+BackgroundCloser& BackgroundCloser::Instance() {
+  static BackgroundCloser background_closer;
   static WaitAtTheEnd wait;
-  return reaper;
+  return background_closer;
 }
 
-void Reaper::Bury(std::function<void()> work) {
+void BackgroundCloser::CloseInBackground(std::function<void()> work) {
   const auto shared = SharedWork();
   {
     const std::lock_guard lock(shared->mutex);

@@ -1,6 +1,7 @@
-// What the person at the display has asked of the capture. States are behind: until one answers, what is
-// pressed next means what the person knows already, that the last wish will be granted. So requests say what
-// is wanted ("pause", "take back view 17"), never "the other one", and two quick presses are two wishes.
+// What the person at the display has asked of the capture and no state has answered yet. The display's state
+// is always a little old: a person who presses a key twice assumes that the first press has worked. So a
+// request names its goal ("pause", "take back view 17"), never "toggle", and two quick presses are two
+// requests.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +13,9 @@
 
 namespace ulf::coverage {
 
-class Wishes {
+class PendingRequests {
  public:
-  explicit Wishes(CaptureRequests& requests) : requests_(requests) {}
+  explicit PendingRequests(CaptureRequests& requests) : requests_(requests) {}
 
   void Record(bool on);
   void Place(const Subject& subject);
@@ -28,19 +29,19 @@ class Wishes {
   bool IsTakenBack(int view_id) const { return taken_back_.contains(view_id); }
   std::optional<int> LastView(const CaptureState& state) const;
 
-  // Changes with every Record(): whoever paused can see whether somebody has wished otherwise since.
+  // Changes with every Record(): whoever paused can see whether the person has decided otherwise since.
   std::uint64_t record_ticket() const { return record_.ticket; }
 
  private:
   template <typename Value>
-  struct Wish {
+  struct Pending {
     Value value{};
     std::uint64_t ticket = 0;  // of the request; 0: none yet
     bool IsOpen(const CaptureState& state) const { return ticket > state.requests_answered; }
   };
   CaptureRequests& requests_;
-  Wish<bool> record_;
-  Wish<std::optional<Subject>> subject_;
+  Pending<bool> record_;
+  Pending<std::optional<Subject>> subject_;
   std::set<int> taken_back_;  // no number is given twice
 };
 

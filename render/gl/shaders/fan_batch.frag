@@ -1,4 +1,4 @@
-// With DIRECT a triangle has one sheaf, and its pixels are resolved at once.
+// With DIRECT a triangle has one batch, and its pixels are resolved at once.
 flat in vec4 right[VIEWS], down[VIEWS], numerator[VIEWS], denominator, layers[(VIEWS + 3) / 4];
 #ifdef ONE_CAMERA
 #define OF_CAMERA(what, n) what
@@ -8,7 +8,7 @@ flat in vec4 to_uv[VIEWS];
 flat in vec4 size[VIEWS], k[VIEWS], more[VIEWS];
 #endif
 #ifdef HIDES
-flat in vec4 sight[VIEWS];
+flat in vec4 shadow_map[VIEWS];
 #endif
 #define OF_CAMERA(what, n) what[n]
 #endif
@@ -44,9 +44,9 @@ void main() {
     float weight = dot(numerator[n].xyz, ray) * share * clamp(min(to_edge.x, to_edge.y), 0.0, 1.0);
     float layer = layers[n / 4][n % 4];
 #ifdef HIDES
-    float sight_layer = floor(layer / 4096.0);
-    layer -= 4096.0 * sight_layer;
-    weight *= SightShare(OF_CAMERA(sight, n), ivec4(0, 0, 0, int(sight_layer) - 1), in_view / inverse_depth);
+    float shadow_map_layer = floor(layer / 4096.0);
+    layer -= 4096.0 * shadow_map_layer;
+    weight *= ShadowMapVisibility(OF_CAMERA(shadow_map, n), ivec4(0, 0, 0, int(shadow_map_layer) - 1), in_view / inverse_depth);
 #endif
     weight = before ? max(weight, 0.0) : 0.0;
 #ifdef SHOW_FIELD

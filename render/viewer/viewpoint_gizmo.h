@@ -13,9 +13,9 @@
 
 namespace ulf::render {
 
-class WhereAmI {
+class ViewpointGizmo {
  public:
-  explicit WhereAmI(const RenderScene& scene);
+  explicit ViewpointGizmo(const RenderScene& scene);
 
   struct Place {
     Eigen::Vector2d img;  // in the picture

@@ -9,24 +9,24 @@
 
 namespace ulf::acquisition {
 
-class Reaper {
+class BackgroundCloser {
  public:
-  static Reaper& Instance();
+  static BackgroundCloser& Instance();
 
   // Runs `work` soon, in another thread. At the end of the process it is waited for, but no longer than ten
   // seconds.
-  void Bury(std::function<void()> work);
-  // As Bury, for what is let go of by being destroyed: a unique_ptr, a shared_ptr.
+  void CloseInBackground(std::function<void()> work);
+  // As CloseInBackground, for what is let go of by being destroyed: a unique_ptr, a shared_ptr.
   template <typename Owner>
-  void Bury(Owner owner) requires(!std::is_invocable_v<Owner>) {
+  void CloseInBackground(Owner owner) requires(!std::is_invocable_v<Owner>) {
     if (!owner) return;
     // A std::function must be copyable, its owner need not be.
     auto held = std::make_shared<Owner>(std::move(owner));
-    Bury(std::function<void()>([held] { held->reset(); }));
+    CloseInBackground(std::function<void()>([held] { held->reset(); }));
   }
 
  private:
-  Reaper() = default;
+  BackgroundCloser() = default;
 };
 
 }  // namespace ulf::acquisition

@@ -1,4 +1,4 @@
-#include "acquisition/simulator/gige/gvcp_door.h"
+#include "acquisition/simulator/gige/gvcp_filter.h"
 
 #include <netinet/in.h>
 #include <poll.h>
@@ -77,8 +77,8 @@ struct Request {
 
 }  // namespace
 
-struct GvcpDoor::State {
-  explicit State(GvcpDoorOptions o) : options(std::move(o)), thread([this] { Run(); }) {}
+struct GvcpFilter::State {
+  explicit State(GvcpFilterOptions o) : options(std::move(o)), thread([this] { Run(); }) {}
   ~State() {
     stopping = true;
     thread.join();
@@ -102,7 +102,7 @@ struct GvcpDoor::State {
   // What the library answers; empty where it does not.
   std::size_t Ask(const Request& request);
 
-  const GvcpDoorOptions options;
+  const GvcpFilterOptions options;
   std::atomic<std::uint64_t> refused{0};
   std::atomic<bool> stopping{false};
   std::optional<sockaddr_in> controller;  // the thread's alone, like:
@@ -110,7 +110,7 @@ struct GvcpDoor::State {
   std::thread thread;
 };
 
-void GvcpDoor::State::Run() {
+void GvcpFilter::State::Run() {
   std::vector<pollfd> waits{{options.unicast, POLLIN, 0}};
   for (const int socket : options.broadcasts) waits.push_back({socket, POLLIN, 0});
   while (!stopping) {
@@ -120,7 +120,7 @@ void GvcpDoor::State::Run() {
   }
 }
 
-void GvcpDoor::State::TakeFrom(int door) {
+void GvcpFilter::State::TakeFrom(int door) {
   sockaddr_in client{};
   socklen_t size = sizeof client;
   // A longer packet is cut, and its length then not what it says.
@@ -130,7 +130,7 @@ void GvcpDoor::State::TakeFrom(int door) {
   Answer(door, client, {incoming.data(), static_cast<std::size_t>(got)});
 }
 
-void GvcpDoor::State::Answer(int door, const sockaddr_in& client, const Request& request) {
+void GvcpFilter::State::Answer(int door, const sockaddr_in& client, const Request& request) {
   const bool by_broadcast = door != options.unicast;
   const auto send = [&](std::size_t size) {
     sendto(door, answer.data(), size, 0, reinterpret_cast<const sockaddr*>(&client), sizeof client);
@@ -163,7 +163,7 @@ void GvcpDoor::State::Answer(int door, const sockaddr_in& client, const Request&
   send(size);
 }
 
-Status GvcpDoor::State::Check(const Request& request, const sockaddr_in& client) {
+Status GvcpFilter::State::Check(const Request& request, const sockaddr_in& client) {
   if (Half(request.bytes + 4) != request.BodySize()) return kInvalidHeader;
   switch (request.Command()) {
     case kDiscovery:
@@ -194,19 +194,19 @@ Status GvcpDoor::State::Check(const Request& request, const sockaddr_in& client)
   return controls || request.AsksForControl() ? kGood : kAccessDenied;
 }
 
-Status GvcpDoor::State::CheckRange(std::uint32_t address, std::size_t bytes) const {
+Status GvcpFilter::State::CheckRange(std::uint32_t address, std::size_t bytes) const {
   if (address % 4 != 0) return kBadAlignment;
   return std::uint64_t{address} + bytes <= options.memory_bytes ? kGood : kInvalidAddress;
 }
 
-Status GvcpDoor::State::CheckWrite(std::uint32_t address, std::uint32_t value) const {
+Status GvcpFilter::State::CheckWrite(std::uint32_t address, std::uint32_t value) const {
   const auto found = std::find_if(options.writable.begin(), options.writable.end(),
                                   [&](const WritableRegister& known) { return known.address == address; });
   if (found == options.writable.end()) return kWriteProtect;
   return found->takes(value) ? kGood : kInvalidParameter;
 }
 
-Status GvcpDoor::State::CheckWrites(const Request& request) const {
+Status GvcpFilter::State::CheckWrites(const Request& request) const {
   const std::uint32_t address = Word(request.Body());
   if (const Status status = CheckRange(address, request.BodySize() - 4); status != kGood) return status;
   for (std::size_t at = 4; at < request.BodySize(); at += 4)
@@ -219,7 +219,7 @@ Status GvcpDoor::State::CheckWrites(const Request& request) const {
 
 // A controller that has not been heard of loses the camera; the library finds that with the next request,
 // here with one that changes nothing.
-bool GvcpDoor::State::AnotherControls(const sockaddr_in& client) {
+bool GvcpFilter::State::AnotherControls(const sockaddr_in& client) {
   if (IsController(client) || options.privilege() == 0) return false;
   std::array<std::uint8_t, 12> look{kKey, kWantsAnswer, 0, kReadRegister, 0, 4, 0xFF, 0xFF};
   PutWord(&look[kHeaderBytes], kHeartbeatTimeout);
@@ -227,7 +227,7 @@ bool GvcpDoor::State::AnotherControls(const sockaddr_in& client) {
   return options.privilege() != 0;
 }
 
-std::size_t GvcpDoor::State::Ask(const Request& request) {
+std::size_t GvcpFilter::State::Ask(const Request& request) {
   while (recv(options.camera, answer.data(), answer.size(), MSG_DONTWAIT) > 0)
     continue;  // too late for the last
   if (::send(options.camera, request.bytes, request.size, 0) < 0) return 0;
@@ -243,8 +243,8 @@ std::size_t GvcpDoor::State::Ask(const Request& request) {
   return 0;
 }
 
-GvcpDoor::GvcpDoor(GvcpDoorOptions options) : state_(std::make_unique<State>(std::move(options))) {}
-GvcpDoor::~GvcpDoor() = default;
-std::uint64_t GvcpDoor::Refused() const { return state_->refused; }
+GvcpFilter::GvcpFilter(GvcpFilterOptions options) : state_(std::make_unique<State>(std::move(options))) {}
+GvcpFilter::~GvcpFilter() = default;
+std::uint64_t GvcpFilter::Refused() const { return state_->refused; }
 
 }  // namespace ulf::acquisition

@@ -1,4 +1,4 @@
-#include "render/viewer/where_am_i.h"
+#include "render/viewer/viewpoint_gizmo.h"
 
 #include <fmt/format.h>
 
@@ -56,7 +56,7 @@ Patch Square(const Vector2d& middle, double half, const Rgba& color) {
 
 }  // namespace
 
-WhereAmI::WhereAmI(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
+ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
   const ViewerCamera start = StartingCamera(scene);
   Rigid3 look = start.CamFromWorld();
   std::vector<double> distances;
@@ -79,14 +79,14 @@ WhereAmI::WhereAmI(const RenderScene& scene) : subject_(scene.subject), mesh_(sc
   spacing_rad_ = MedianSpacing(directions_);
 }
 
-WhereAmI::Place WhereAmI::Of(const Vector3d& direction, double size) const {
+ViewpointGizmo::Place ViewpointGizmo::Of(const Vector3d& direction, double size) const {
   constexpr double kRadius = 0.46;  // of the picture
   const Vector3d unit = direction.normalized();
   return {size * (Vector2d(0.5, 0.5) + kRadius * Vector2d(unit.dot(right_), -unit.dot(up_))),
           unit.dot(towards_) >= 0};
 }
 
-Overlay WhereAmI::Draw(const Vector3d& eye, double size) const {
+Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
   Overlay behind, before;
   for (const Triangle& t : mesh_.triangles) {
     std::array<Vector2d, 3> img;
@@ -119,12 +119,12 @@ Overlay WhereAmI::Draw(const Vector3d& eye, double size) const {
   return all;
 }
 
-double WhereAmI::Spacing() const {
+double ViewpointGizmo::Spacing() const {
   constexpr double kLeastShare = 1e-3;  // of the distance: views may share a centre
   return std::max(spacing_rad_, kLeastShare) * std::max(farthest_, subject_.radius);
 }
 
-bool WhereAmI::IsOutside(const Vector3d& direction) const {
+bool ViewpointGizmo::IsOutside(const Vector3d& direction) const {
   if (mesh_.span == Span::kSurface) return !InsideHull(mesh_, direction);
   constexpr double kSpacings = 2;
   constexpr double kLeastRad = 1 * M_PI / 180;
@@ -133,7 +133,7 @@ bool WhereAmI::IsOutside(const Vector3d& direction) const {
                       [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
 }
 
-std::string WhereAmI::Warning(const Vector3d& eye) const {
+std::string ViewpointGizmo::Warning(const Vector3d& eye) const {
   constexpr double kMargin = 1.02;  // standing on a view is not outside
   const Vector3d arm = eye - subject_.center_in_world;
   const double distance = arm.norm();

@@ -8,12 +8,12 @@ struct Fan {
   vec4 weights;  // of the view at the triangle's corners
 };
 layout(std430, binding = 2) readonly buffer Fans { Fan fans[]; };
-struct Sheaf {
+struct FanBatch {
   uint triangle;
   uint first, count;  // of its fans
   uint unused;
 };
-layout(std430, binding = 3) readonly buffer Sheaves { Sheaf sheaves[]; };
+layout(std430, binding = 3) readonly buffer FanBatches { FanBatch batches[]; };
 
 invariant gl_Position;
 // view_from_cam, two rows, x and y of its translation; the third row is their cross product.
@@ -21,7 +21,7 @@ flat out vec4 right[VIEWS], down[VIEWS];
 // A view's weight is numerator . ray / denominator . ray. Fourth of the numerator: z of the view's translation; of the
 // denominator: the triangle's confidence.
 flat out vec4 numerator[VIEWS], denominator;
-// Of the views' photographs; HIDES: and 4096 times those of their sights, counted from 1, 0 where they are not there.
+// Of the views' photographs; HIDES: and 4096 times those of their shadow_maps, counted from 1, 0 where they are not there.
 flat out vec4 layers[(VIEWS + 3) / 4];
 #ifndef ONE_CAMERA
 flat out vec4 to_uv[VIEWS];  // of (x, y) / z: scale, offset
@@ -29,7 +29,7 @@ flat out vec4 to_uv[VIEWS];  // of (x, y) / z: scale, offset
 flat out vec4 size[VIEWS], k[VIEWS], more[VIEWS];
 #endif
 #ifdef HIDES
-flat out vec4 sight[VIEWS];
+flat out vec4 shadow_map[VIEWS];
 #endif
 #endif
 #ifndef ONE_EXPOSURE
@@ -40,15 +40,15 @@ flat out vec4 color_of_view[VIEWS];
 #endif
 
 void main() {
-  Sheaf sheaf = sheaves[uint(gl_VertexID) / 3u];
-  vec3 r0 = triangles[sheaf.triangle].row[0].xyz;
-  vec3 r1 = triangles[sheaf.triangle].row[1].xyz;
-  vec3 r2 = triangles[sheaf.triangle].row[2].xyz;
-  denominator = vec4(r0 + r1 + r2, triangles[sheaf.triangle].row[0].w);
+  FanBatch batch = batches[uint(gl_VertexID) / 3u];
+  vec3 r0 = triangles[batch.triangle].row[0].xyz;
+  vec3 r1 = triangles[batch.triangle].row[1].xyz;
+  vec3 r2 = triangles[batch.triangle].row[2].xyz;
+  denominator = vec4(r0 + r1 + r2, triangles[batch.triangle].row[0].w);
   for (uint n = 0u; n < VIEWS; ++n) {
     // Those that are too many look where the last one does, and weigh nothing.
-    Fan fan = fans[sheaf.first + min(n, sheaf.count - 1u)];
-    vec4 weights = n < sheaf.count ? fan.weights : vec4(0.0);
+    Fan fan = fans[batch.first + min(n, batch.count - 1u)];
+    vec4 weights = n < batch.count ? fan.weights : vec4(0.0);
     View v = ViewAt(int(fan.view));
     right[n] = v.row0;
     down[n] = v.row1;
@@ -66,7 +66,7 @@ void main() {
     more[n] = v.more;
 #endif
 #ifdef HIDES
-    sight[n] = v.sight;
+    shadow_map[n] = v.shadow_map;
 #endif
 #endif
 #ifndef ONE_EXPOSURE
@@ -76,5 +76,5 @@ void main() {
     color_of_view[n] = v.color;
 #endif
   }
-  gl_Position = ClipPosition(sheaf.triangle, uint(gl_VertexID) % 3u);
+  gl_Position = ClipPosition(batch.triangle, uint(gl_VertexID) % 3u);
 }

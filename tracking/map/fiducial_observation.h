@@ -12,7 +12,7 @@
 
 namespace ulf::tracking {
 
-struct WorldSight {
+struct FiducialObservation {
   // As the sensor saw them; the sigmas are such that the corners may be taken for independent.
   std::vector<PointObservation> corners;
   Rigid3 cam_from_world;    // as they alone have it

@@ -18,15 +18,15 @@
 namespace ulf::commands {
 
 // One at a time.
-class CloseAtDeath {
+class CrashHandler {
  public:
-  explicit CloseAtDeath(const std::filesystem::path& dir);
-  ~CloseAtDeath();
-  CloseAtDeath(const CloseAtDeath&) = delete;
-  CloseAtDeath& operator=(const CloseAtDeath&) = delete;
+  explicit CrashHandler(const std::filesystem::path& dir);
+  ~CrashHandler();
+  CrashHandler(const CrashHandler&) = delete;
+  CrashHandler& operator=(const CrashHandler&) = delete;
 };
 
 // Not shown in the help.
-void AddCloseAfterDeathCommand(CLI::App& app, ChosenCommand& chosen);
+void AddCloseAfterCrashCommand(CLI::App& app, ChosenCommand& chosen);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-#include "tracking/estimation/pose_evidence.h"
+#include "tracking/estimation/pose_log_odds.h"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ double LogMixture(double a, double b, double h) {
 
 }  // namespace
 
-double PoseEvidence(const CameraModel& camera, const Located& located, const LeftOut& left_out) {
+double PoseLogOdds(const CameraModel& camera, const FramePose& located, const LeftOut& left_out) {
   constexpr int kColumns = 4, kRows = 3;
   constexpr double kByChance = 0.05;  // of the points looked for, a wrong pose finds fewer
   constexpr double kHidden = 0.5;     // of the cells, before anything is known
@@ -72,8 +72,8 @@ double PoseEvidence(const CameraModel& camera, const Located& located, const Lef
   return evidence;
 }
 
-void LeaveOutTwins(const CameraModel& camera, const FeatureSet& picture, const Located& located,
-                   LeftOut& left_out) {
+void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture, const FramePose& located,
+                             LeftOut& left_out) {
   constexpr double kApartPx = 10;  // the same corner on other levels is no twin
   struct Look {
     const Descriptor* descriptor;
@@ -105,7 +105,7 @@ void LeaveOutTwins(const CameraModel& camera, const FeatureSet& picture, const L
   }
 }
 
-void LeaveOutTwins(const Map& map, int keyframe, const Located& located, LeftOut& left_out) {
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& located, LeftOut& left_out) {
   left_out.resize(located.candidates.size(), false);
   constexpr double kApart = 0.05;  // of the distance: nearer is a second copy of the same point
   const Vector3d center = located.cam_from_world.OriginInSource();

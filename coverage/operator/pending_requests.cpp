@@ -1,0 +1,37 @@
+#include "coverage/operator/pending_requests.h"
+
+namespace ulf::coverage {
+
+void PendingRequests::Record(bool on) { record_ = {on, requests_.Ask(SetRecording{on})}; }
+
+void PendingRequests::Place(const Subject& subject) {
+  subject_ = {subject, requests_.Ask(PlaceSubject{subject})};
+}
+
+void PendingRequests::FindSubject() {
+  requests_.Ask(ulf::coverage::FindSubject{});
+  subject_ = {};  // nobody knows yet where it will be
+}
+
+void PendingRequests::TakeBack(int view_id) {
+  taken_back_.insert(view_id);
+  requests_.Ask(TakeBackViews{{view_id}});
+}
+
+void PendingRequests::Finish() { requests_.Ask(FinishCapture{}); }
+
+bool PendingRequests::Records(const CaptureState& state) const {
+  return record_.IsOpen(state) ? record_.value : state.recording;
+}
+
+std::optional<Subject> PendingRequests::SubjectOf(const CaptureState& state) const {
+  return subject_.IsOpen(state) ? subject_.value : state.subject;
+}
+
+std::optional<int> PendingRequests::LastView(const CaptureState& state) const {
+  for (auto id = state.view_ids.rbegin(); id != state.view_ids.rend(); ++id)
+    if (!IsTakenBack(*id)) return *id;
+  return std::nullopt;
+}
+
+}  // namespace ulf::coverage
