@@ -46,7 +46,7 @@ CameraModel ShadowMapCamera(const CameraModel& view) {
   return camera;
 }
 
-double ShadowMap::Share(const Eigen::Vector3d& point_in_view) const {
+double ShadowMap::Visibility(const Eigen::Vector3d& point_in_view) const {
   if (!(point_in_view.z() > 0)) return 1;
   const double inverse = 1 / point_in_view.z();
   const double x = camera.fx * point_in_view.x() * inverse + camera.cx;

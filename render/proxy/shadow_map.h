@@ -24,7 +24,7 @@ struct ShadowMap {
   cv::Mat least_inverse_depth;  // CV_32F: points with a smaller one are hidden
 
   // 0 hidden to 1 seen. Points that fall outside the map are seen.
-  double Share(const Eigen::Vector3d& point_in_view) const;
+  double Visibility(const Eigen::Vector3d& point_in_view) const;
 };
 
 // Width and height of the maps of all views, whatever the shape of their images.
