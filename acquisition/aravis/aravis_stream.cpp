@@ -20,7 +20,7 @@ struct Counter {
   const char* for_people;
 };
 // Of the library's stream, in the order to be shown. What they count on GigE Vision, and which of them are
-// not to be trusted, stands in docs/devices.md.
+// not to be trusted, stands in docs/devices_measured.md.
 constexpr std::array kCounters{
     Counter{"n_completed_buffers", "frames completed"},
     Counter{"n_failures", "frames failed"},

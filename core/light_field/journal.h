@@ -1,4 +1,5 @@
-// journal.jsonl: the append-only truth of a capture, one JSON object a line.
+// journal.jsonl: the append-only truth of a capture, one JSON object a line. docs/disk_format.md has every key
+// with its type, unit and default, and an example of each line:
 //
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //                 calibration_source, units, threshold_px, coverage_width_px}
@@ -11,6 +12,7 @@
 //   gap          {from_s, to_s, reason}
 //   remove       {id}
 //   close        {capture_s, reasons}
+//   repaired     {}
 //
 // What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
 // Error). A damaged end (a last line without its end, or lines after which none is whole) was being written

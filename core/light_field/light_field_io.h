@@ -2,7 +2,10 @@
 // The append-only journal is the truth; transforms.json and sparse/0 are derived from it on Close(), on
 // Resume() and by `ulf repair`, never on reading: reading writes nothing.
 //
-//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ply  unposed/  kept/  cache/
+//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
+//   kept/  cache/
+//
+// docs/disk_format.md has every file and key; docs/light_field.md says what is promised about them.
 //
 // A view's files are written to temporary names, synced, renamed, the folders synced, then the journal line
 // appended and synced; several views may go through each of these steps together. A process killed at any

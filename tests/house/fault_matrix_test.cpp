@@ -1,5 +1,5 @@
-// The tables of docs/devices.md (faults) and docs/tracking.md (where tracking is hard): every row has an
-// outcome, and a test that exists.
+// The tables of docs/devices_measured.md (faults) and docs/tracking_measured.md (where tracking is hard):
+// every row has an outcome, and a test that exists.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -93,10 +93,10 @@ std::vector<std::string> Faults(const std::string& page, const Matrix& matrix,
 
 TEST(FaultMatrix, EveryRowNamesATestThatExists) {
   const std::set<std::string> tests = TestsUnder(Checkout() / "tests");
-  const std::string devices = TextOf(Checkout() / "docs" / "devices.md");
+  const std::string devices = TextOf(Checkout() / "docs" / "devices_measured.md");
   ASSERT_GT(RowsOf(devices, kFaults).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(devices, kFaults, tests), IsEmpty());
-  const std::string tracking = TextOf(Checkout() / "docs" / "tracking.md");
+  const std::string tracking = TextOf(Checkout() / "docs" / "tracking_measured.md");
   ASSERT_GT(RowsOf(tracking, kSituations).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(tracking, kSituations, tests), IsEmpty());
 }

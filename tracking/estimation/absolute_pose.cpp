@@ -25,7 +25,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kLostPointSigmas2 = 1e4;
 
 // A pose's true error over the one that independent errors of the residuals' size would make; read off
-// the chart in docs/tracking.md, "What the quality value says".
+// the chart in docs/tracking_measured.md, "What the quality value says".
 constexpr double kCommonError = 1.5;
 constexpr double kLeastResidual = 0.1;  // few residuals can be small by chance
 

@@ -4,7 +4,7 @@
 // and what the map itself is wrong by, which a frame cannot see: it fits the map it was found in. That part
 // is measured by what later adjustments do to poses already given: how far the last keyframes lie from where
 // they were when they were given. A map that still moves is wrong by about as much. Checked against truth in
-// docs/tracking.md.
+// docs/tracking_measured.md.
 #pragma once
 
 #include <deque>

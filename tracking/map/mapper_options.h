@@ -1,6 +1,6 @@
 // How large a map grows, and what goes again. Keyframe distance, what is superfluous, seldom found and too
-// little parallax are charted against accuracy on two recordings (docs/map_size.png; docs/tracking.md, "The
-// map").
+// little parallax are charted against accuracy on two recordings (docs/charts/map_size.png;
+// docs/tracking_measured.md, "The map").
 #pragma once
 
 namespace ulf::tracking {

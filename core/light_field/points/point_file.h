@@ -1,4 +1,5 @@
 // points.ulf: the points with all places where views show them. points.ply and sparse/0 follow from it.
+// (docs/disk_format.md, for other programs.)
 //
 // Little-endian, the numbers as they are in memory:
 //   8 bytes "ulfpts\0" and version
