@@ -1,5 +1,5 @@
-// The examples that README and docs/ give: read out of the pages themselves, so that what is tried is what
-// people read.
+// The examples that README, CONTRIBUTING and docs/ give: read out of the pages themselves, so that what is
+// tried is what people read.
 #pragma once
 
 #include <filesystem>

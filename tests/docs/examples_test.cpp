@@ -32,7 +32,7 @@ std::string TextOf(const fs::path& file) {
 }
 
 std::vector<std::string> Pages() {
-  std::vector<std::string> pages{"README.md", "udev/README.md"};
+  std::vector<std::string> pages{"README.md", "CONTRIBUTING.md", "udev/README.md"};
   for (const auto& entry : fs::directory_iterator(Checkout() / "docs"))
     if (entry.path().extension() == ".md") pages.push_back("docs/" + entry.path().filename().string());
   std::sort(pages.begin(), pages.end());
