@@ -1,5 +1,6 @@
 #include "acquisition/calibration/calibrate.h"
 #include "core/base/counted.h"
+#include "core/geometry/angles.h"
 
 #include <fmt/format.h>
 
@@ -14,10 +15,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDeg = M_PI / 180;
 constexpr double kSameplaceShare = 0.005;  // of the image's width: a view that moved less repeats another
 constexpr std::size_t kLeastViews = 4;
-constexpr double kLeastOrientationSpread = 6 * kDeg;
+constexpr double kLeastOrientationSpread = Radians(6);
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -160,7 +160,7 @@ std::string SeenTooRarely(const CalibrationResult& result, std::size_t given, st
 
 std::string Undetermined(const CalibrationResult& result) {
   const CameraModel& camera = result.camera;
-  const double spread_deg = result.coverage.orientation_spread / kDeg;
+  const double spread_deg = Degrees(result.coverage.orientation_spread);
   if (result.coverage.orientation_spread < kLeastOrientationSpread)
     return fmt::format(
         "the board has nearly the same orientation in all {} views (within {:.1f} degrees): focal length and "
@@ -208,7 +208,7 @@ void Judge(CalibrationResult& result) {
         fmt::format("no corner farther out than {:.0f} % of the half diagonal: beyond that the distortion is "
                     "extrapolated",
                     100 * coverage.reach));
-  constexpr double kTilted = 12 * kDeg;
+  constexpr double kTilted = Radians(12);
   std::string missing;
   for (const auto& [tilt, name] : {std::pair{coverage.left, "left"}, std::pair{coverage.right, "right"},
                                    std::pair{coverage.upper, "upper"}, std::pair{coverage.lower, "lower"}})
@@ -279,7 +279,7 @@ BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& vi
     coverage.lower = std::max(coverage.lower, -along);
     for (const Vector3d& other : normals)
       coverage.orientation_spread =
-          std::max(coverage.orientation_spread, std::acos(std::clamp(n.dot(other), -1.0, 1.0)));
+          std::max(coverage.orientation_spread, AngleBetween(n, other));
     normals.push_back(n);
   }
   return coverage;

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kTilted = 18 * M_PI / 180;
+constexpr double kTilted = Radians(18);
 constexpr double kStillShare = 0.004, kNewShare = 0.08;  // of the image's width
 constexpr double kBlurFactor = 1.5;
 constexpr int kEnoughCornersInACell = 2;

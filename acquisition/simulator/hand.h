@@ -18,6 +18,7 @@
 
 #include "acquisition/simulator/hand_motion.h"
 #include "acquisition/simulator/waves.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 
 namespace ulf::acquisition {
@@ -27,11 +28,11 @@ struct HandOptions {
   Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();  // from the subject to the camera, unit
   double distance_m = 1;
-  double cap_azimuth = 60 * M_PI / 180;
-  double cap_elevation = 40 * M_PI / 180;
-  double row_spacing = 2.2 * M_PI / 180;
-  double margin = 3 * M_PI / 180;
-  double speed = 13 * M_PI / 180;  // of azimuth, per second, along a row
+  double cap_azimuth = Radians(60);
+  double cap_elevation = Radians(40);
+  double row_spacing = Radians(2.2);
+  double margin = Radians(3);
+  double speed = Radians(13);  // of azimuth, per second, along a row
   double distance_change = 0.05;   // at most, as a share of distance_m
   bool trembles = true;            // tremor and drift
   bool looks_away = true;

@@ -9,6 +9,7 @@
 #include "acquisition/simulator/scene/noise.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
 
 namespace ulf::acquisition {
@@ -187,7 +188,7 @@ Rigid3 BoardScene::Place(std::uint64_t stop) const {
   const Vector3d ray = camera.RayFromImg(img).value_or(Vector3d::UnitZ());
   const double distance = camera.MeanFocalPx() * options_.board->WidthMm() / (share * camera.width);
 
-  const double tilt = (8 + 34 * UnitNumber(options_.seed, stop, 4)) * M_PI / 180;
+  const double tilt = Radians(8 + 34 * UnitNumber(options_.seed, stop, 4));
   const double about =
       2 * M_PI * (0.25 * static_cast<double>(stop % 4) + 0.15 * UnitNumber(options_.seed, stop, 5));
   const double roll = 0.7 * (UnitNumber(options_.seed, stop, 6) - 0.5);

@@ -8,7 +8,6 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kMostInstants = 64;
 constexpr int kRowsPerPose = 8;  // of a rolling shutter
 
@@ -38,8 +37,8 @@ void ReadCap(const std::string& text, SimulationOptions& options) {
   const std::size_t cross = text.find('x');
   if (cross == std::string::npos)
     throw UsageError("sim: option cap: '{}' must be degrees HxV, for example 60x40", text);
-  options.cap_azimuth = NumberFrom("cap", text.substr(0, cross)) * kDegree;
-  options.cap_elevation = NumberFrom("cap", text.substr(cross + 1)) * kDegree;
+  options.cap_azimuth = Radians(NumberFrom("cap", text.substr(0, cross)));
+  options.cap_elevation = Radians(NumberFrom("cap", text.substr(cross + 1)));
 }
 
 SensorFormat FormatFrom(const std::string& text) {
@@ -68,8 +67,8 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
       {"gain_db", [](O& o, S k, S t) { o.gain_db = NumberFrom(k, t); }},
       {"noise", [](O& o, S k, S t) { o.noise = SwitchFrom(k, t); }},
       {"cap", [](O& o, S, S t) { ReadCap(t, o); }},
-      {"row_deg", [](O& o, S k, S t) { o.row_spacing = NumberFrom(k, t) * kDegree; }},
-      {"speed_deg_s", [](O& o, S k, S t) { o.speed = NumberFrom(k, t) * kDegree; }},
+      {"row_deg", [](O& o, S k, S t) { o.row_spacing = Radians(NumberFrom(k, t)); }},
+      {"speed_deg_s", [](O& o, S k, S t) { o.speed = Radians(NumberFrom(k, t)); }},
       {"look_away", [](O& o, S k, S t) { o.looks_away = SwitchFrom(k, t); }},
       {"duration_s", [](O& o, S k, S t) { o.duration_s = NumberFrom(k, t); }},
   };
@@ -126,10 +125,10 @@ void SimulationOptions::Validate() const {
   RequireRange("exposure in microseconds", exposure_s * 1e6, 10, 1e6);
   RequireRange("readout in milliseconds (at most a frame's time)", readout_s * 1e3, 0, 1e3 / fps);
   RequireRange("gain in dB", gain_db, 0, 36);
-  RequireRange("cap's width in degrees", cap_azimuth / kDegree, 1, 120);
-  RequireRange("cap's height in degrees", cap_elevation / kDegree, 1, 50);
-  RequireRange("row spacing in degrees", row_spacing / kDegree, 0.1, 20);
-  RequireRange("speed in degrees per second", speed / kDegree, 0.1, 90);
+  RequireRange("cap's width in degrees", Degrees(cap_azimuth), 1, 120);
+  RequireRange("cap's height in degrees", Degrees(cap_elevation), 1, 50);
+  RequireRange("row spacing in degrees", Degrees(row_spacing), 0.1, 20);
+  RequireRange("speed in degrees per second", Degrees(speed), 0.1, 90);
   if (!(duration_s > 0))
     throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
 }

@@ -20,6 +20,7 @@
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_faults.h"
+#include "core/geometry/angles.h"
 #include "core/image/frame.h"
 
 namespace ulf::acquisition {
@@ -34,9 +35,9 @@ struct SimulationOptions {
   double readout_s = 0;  // of a rolling shutter, from the first row to the last; 0: global
   double gain_db = 0;
   bool noise = true;
-  double cap_azimuth = 60 * M_PI / 180, cap_elevation = 40 * M_PI / 180;
-  double row_spacing = 2.2 * M_PI / 180;
-  double speed = 13 * M_PI / 180;  // of azimuth, per second
+  double cap_azimuth = Radians(60), cap_elevation = Radians(40);
+  double row_spacing = Radians(2.2);
+  double speed = Radians(13);  // of azimuth, per second
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
   SimulatedFaults faults;  // `fault=drift=0.5`, as often as wanted; see there

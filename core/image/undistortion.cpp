@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 
 namespace ulf {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMostAngle = 60 * M_PI / 180;
+constexpr double kMostAngle = Radians(60);
 
 // Where the whole source pixel is: interpolation there needs nothing from outside.
 bool HoldsPixel(const CameraModel& camera, const Vector2d& img) {
