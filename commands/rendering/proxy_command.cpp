@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/number_checks.h"
+#include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
