@@ -13,6 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// Largest angle of an undistorted image to its axis. Guessed: beyond it pixels are stretched by more than 4.
 constexpr double kMostAngle = Radians(60);
 
 // Where the whole source pixel is: interpolation there needs nothing from outside.

@@ -30,7 +30,7 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;
 // Events that hold neither a view nor a pose.
-constexpr const char* kHarmless[] = {"subject", "up", "goal", "gap", "remove", "close"};
+constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "gap", "remove", "close"};
 
 json PoseToJson(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
@@ -88,7 +88,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   view.id = event.Integer("id");
   if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
   if (FindView(light_field, view.id) || contents.removed.contains(view.id))
-    throw Error("{}: view {} has been told already; the first stands", event.where, view.id);
+    throw Error("{}: view {} is recorded twice; the first one is used", event.where, view.id);
   ReadViewJson(event, view);
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
   if (!view.master_path.empty())
@@ -165,7 +165,7 @@ std::optional<json> ParsedLine(std::string_view line) {
   return object;
 }
 
-bool NothingWholeFollows(std::string_view bytes) {
+bool HasNoWholeLine(std::string_view bytes) {
   for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
     if (json::accept(bytes.substr(0, end))) return false;
   return true;
@@ -175,9 +175,10 @@ bool NothingWholeFollows(std::string_view bytes) {
 DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
   DamagedLine damaged{number, std::move(reason), {}, {}};
   const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
-  const bool is_other = std::any_of(std::begin(kHarmless), std::end(kHarmless), [&](const char* kind) {
-    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
-  });
+  const bool is_other =
+      std::any_of(std::begin(kEventsWithoutViews), std::end(kEventsWithoutViews), [&](const char* kind) {
+        return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+      });
   if (!is_view && !is_other)
     for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
   return damaged;
@@ -275,7 +276,7 @@ JournalContents Read(const fs::path& file, const LightField* header) {
     const auto object = ParsedLine(line);
     // Blocks of a file can reach the disk out of order: what was written last may be damaged though its end
     // is there.
-    if (!object && NothingWholeFollows(std::string_view(bytes).substr(end + 1))) break;
+    if (!object && HasNoWholeLine(std::string_view(bytes).substr(end + 1))) break;
     contents.lines.push_back({begin, end, false, 0});
     if (contents.lines.size() > 1) {
       ApplyLine(line, object, contents);
