@@ -15,9 +15,9 @@
 namespace ulf::acquisition {
 namespace {
 
-// On this computer: with its headers just within 8 KiB, the block that the kernel gives it. A larger packet
-// takes 16 KiB of the receive buffer, which then holds half as much (at 9000, one stream in ten began with a
-// loss).
+// Bytes of a packet between programs on this computer. With its headers it fits in 8 KiB, the block that the
+// kernel allocates; a larger packet takes 16 KiB of the receive buffer. Measured: at 9000 bytes one stream in
+// ten began with a loss (docs/architecture.md).
 constexpr int kLocalPacketSize = 7800;
 
 class Configurator {
@@ -403,13 +403,15 @@ class Configurator {
     configured_.gain = HasDecibels() && !auto_gain ? std::pow(10.0, ReadFloat(DecibelName()) / 20.0) : 1;
   }
 
-  // Told is what the camera made different by more than its own steps, and by more than 2 %.
+  // Notes a setting that the camera changed by more than its own step, and by more than this share. Guessed:
+  // cameras round exposure times and frame rates.
+  static constexpr double kSameShare = 0.02;
   void Compare(const char* option, double asked, double reads, const char* feature) {
     const double step =
         feature ? Maybe([&](GError** e) { return arv_camera_get_float_increment(camera_, feature, e); }, 0.0)
                 : 0;
     const double own_steps = std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? step : 0;
-    if (std::abs(reads - asked) > std::max(1.001 * own_steps, 0.02 * std::abs(asked)))
+    if (std::abs(reads - asked) > std::max(1.001 * own_steps, kSameShare * std::abs(asked)))
       configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, asked));
   }
 

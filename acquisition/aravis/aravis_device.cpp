@@ -31,12 +31,6 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStallS = 0.5, kStallPeriods = 3;
-constexpr double kSilentS = 3, kSilentPeriods = 10;  // though the camera answers: open it anew
-constexpr double kGoneS = 5.5;                       // the library's heartbeat has said so by then
-constexpr double kAskAgainS = 0.25;                  // of the control channel, while no frame comes
-constexpr double kAskIdleS = 1;                      // while a hardware trigger is awaited
-
 class AravisDevice : public Device {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
@@ -103,12 +97,12 @@ class AravisDevice : public Device {
  private:
   void Open(const std::string& open_by);
   void Capture();
-  std::optional<std::string> WhyLost(double silence_s);
+  std::optional<std::string> LossReason(double silence_s);
   void Take(ArvBuffer* buffer);
   void CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status);
   void CountId(ArvBuffer* buffer, FrameStatus status);
   void Freeze();
-  void SayOnce();
+  void ReportOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
   void Fire();
   void Lose(const std::string& problem);
@@ -125,7 +119,10 @@ class AravisDevice : public Device {
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
   }
-  // Whether silence means anything: without a trigger always, with the software's while one is out.
+  double StallSeconds() const {
+    return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
+  }
+  // Whether frames are expected: without a trigger always, with the software's while one is out.
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
@@ -177,7 +174,7 @@ void AravisDevice::Start() {
   if (running_) return;
   if (!session_) throw Error("{}: {}; open the device again", info_.uri, Info().problem);
   stream_ = std::make_unique<AravisStream>(*session_, info_.uri, options_, configured_);
-  frames_ = std::make_unique<AravisFrames>(*session_, info_.uri, configured_);
+  frames_ = std::make_unique<AravisFrames>(*session_, configured_);
   queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
   {
     const std::lock_guard lock(mutex_);
@@ -206,7 +203,7 @@ void AravisDevice::Start() {
   state_ = DeviceState::kStreaming;
   running_ = true;
   thread_ = std::thread([this] {
-    HaveSignalStack();
+    InstallSignalStack();
     try {
       Capture();
     } catch (const std::exception& error) {
@@ -227,8 +224,8 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
   return frame;
 }
 
-// The automatics end. From here on the camera's name says what they had reached: opened again by it, it takes
-// the same pictures.
+// Switches the automatics off. From then on Info().uri contains the values that they had reached, so that a
+// camera opened by it takes the same pictures.
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
   some_stay_on_ = HasAutomaticOn(*session_, options_);
@@ -244,7 +241,8 @@ void AravisDevice::Freeze() {
 
 // One trigger at a time: another only when the frame of the last is there, or long overdue.
 void AravisDevice::Fire() {
-  const double overdue_s = std::max(1.0, kStallPeriods * configured_.period_s);
+  const AravisPatience& patience = options_.patience;
+  const double overdue_s = std::max(patience.trigger_s, patience.stall_periods * configured_.period_s);
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
@@ -272,7 +270,7 @@ void AravisDevice::Stop() {
   frames_.reset();
   stream_.reset();
   if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
-    BackgroundCloser::Instance().CloseInBackground(std::move(session_));
+    CloseInBackground(std::move(session_));
     return;
   }
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
@@ -285,7 +283,7 @@ void AravisDevice::Stop() {
 
 // The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
 void AravisDevice::Capture() {
-  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
+  const double stall_s = StallSeconds();
   auto last_frame = Clock::now(), remembered = Clock::time_point{};
   bool stalled = false, frozen = false;
   asked_control_at_ = Clock::now();
@@ -312,7 +310,7 @@ void AravisDevice::Capture() {
       RememberTransport();
       remembered = Clock::now();
     }
-    SayOnce();
+    ReportOnce();
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
     if (silence_s > stall_s && !std::exchange(stalled, true)) {
@@ -323,7 +321,7 @@ void AravisDevice::Capture() {
             "alone is checked");
     }
     if (!FramesAreDue()) stalled = false;
-    if (const auto why = WhyLost(silence_s)) {
+    if (const auto why = LossReason(silence_s)) {
       Lose(*why);
       break;
     }
@@ -331,8 +329,8 @@ void AravisDevice::Capture() {
   RememberTransport();
 }
 
-// What the system did not grant, when it is known.
-void AravisDevice::SayOnce() {
+// Reports once what the system did not grant, and packets that were refused.
+void AravisDevice::ReportOnce() {
   if (!said_priority_ && stream_->PriorityGranted() == false) {
     said_priority_ = true;
     Say(DeviceEventKind::kNotice,
@@ -353,20 +351,20 @@ void AravisDevice::SayOnce() {
   if (const auto words = stream_->SocketBufferWarning()) Say(DeviceEventKind::kNotice, *words);
 }
 
-// The library hears of a broken control channel from its own heartbeat, up to five seconds after. While no
-// frame comes the camera is asked directly, which tells sooner: one that was restarted has no controller.
-std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
+// The library's heartbeat reports a broken control channel up to five seconds later. While no frame comes,
+// the camera is asked directly, which tells sooner: a camera that was restarted has no controller.
+std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   if (session_->ControlLost())
     return "the camera no longer answers, or another program took control of it; check power and cable";
   const bool waiting_for_trigger = options_.Triggered() && !trigger_out_;
-  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
-  if (silence_s < stall_s && !waiting_for_trigger) return std::nullopt;
-  const double silent_s = std::max(kSilentS, kSilentPeriods * configured_.period_s);
+  const AravisPatience& patience = options_.patience;
+  if (silence_s < StallSeconds() && !waiting_for_trigger) return std::nullopt;
+  const double silent_s = std::max(patience.silent_s, patience.silent_periods * configured_.period_s);
   if (gige_address_.empty()) {
     if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
     return fmt::format("no frame for {:.1f} s; check the cable and that no trigger is awaited", silence_s);
   }
-  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? kAskIdleS : kAskAgainS)) {
+  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? patience.ask_idle_s : patience.ask_again_s)) {
     const GigeControl control = AskGigeControl(gige_address_, milliseconds(200));
     asked_control_at_ = Clock::now();
     control_answered_ = control != GigeControl::kNoAnswer;
@@ -374,7 +372,7 @@ std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
       return "the camera was restarted, or lost its network: it no longer knows this program";
   }
   if (waiting_for_trigger) return std::nullopt;
-  if (!control_answered_ && silence_s > std::max(kGoneS, silent_s))
+  if (!control_answered_ && silence_s > std::max(patience.gone_s, silent_s))
     return fmt::format("the camera has not answered for {:.1f} s; check power and cable", silence_s);
   if (control_answered_ && silence_s > silent_s)
     return fmt::format(

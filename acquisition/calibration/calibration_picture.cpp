@@ -1,11 +1,12 @@
 #include "acquisition/calibration/calibration_picture.h"
-#include "core/base/counted.h"
-#include "core/geometry/angles.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+
+#include "core/base/counted.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::acquisition {
 namespace {

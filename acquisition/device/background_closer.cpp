@@ -16,38 +16,36 @@ struct Work {
   int under_way = 0;
 };
 
-// Shared with the threads: one that outlives the wait at the end still finds its counter.
+// Shared with the threads, so that a thread that outlives the wait at exit still has its counter.
 std::shared_ptr<Work> SharedWork() {
   static const auto work = std::make_shared<Work>();
   return work;
 }
 
-struct WaitAtTheEnd {
+// Guessed: longer than a library's retries last, short enough for a person at a terminal.
+constexpr std::chrono::seconds kLongestWait(10);
+
+struct WaitAtExit {
   std::shared_ptr<Work> work = SharedWork();
-  ~WaitAtTheEnd() {
+  ~WaitAtExit() {
     std::unique_lock lock(work->mutex);
-    work->done.wait_for(lock, std::chrono::seconds(10), [&] { return work->under_way == 0; });
+    work->done.wait_for(lock, kLongestWait, [&] { return work->under_way == 0; });
   }
 };
 
 }  // namespace
 
-BackgroundCloser& BackgroundCloser::Instance() {
-  static BackgroundCloser background_closer;
-  static WaitAtTheEnd wait;
-  return background_closer;
-}
-
-void BackgroundCloser::CloseInBackground(std::function<void()> work) {
+void CloseInBackground(std::function<void()> work) {
+  static const WaitAtExit wait;
   const auto shared = SharedWork();
   {
     const std::lock_guard lock(shared->mutex);
     ++shared->under_way;
   }
   std::thread([shared, work = std::move(work)]() mutable {
-    HaveSignalStack();
+    InstallSignalStack();
     work();
-    work = nullptr;  // what it holds goes before it counts as done
+    work = nullptr;  // destroys what it holds before it counts as done
     const std::lock_guard lock(shared->mutex);
     --shared->under_way;
     shared->done.notify_all();
