@@ -1,6 +1,4 @@
 #include "commands/calibration/calibration_report.h"
-#include "core/base/counted.h"
-#include "core/geometry/angles.h"
 
 #include <fmt/format.h>
 
@@ -9,6 +7,9 @@
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+
+#include "core/base/counted.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::commands {
 namespace {
