@@ -101,7 +101,7 @@ void Mapper::AdjustSoon() {
 }
 
 void Mapper::Run() {
-  HaveSignalStack();
+  InstallSignalStack();
   {
     const std::lock_guard lock(shared_.mutex);
     shared_.mutex.SetOwner(std::this_thread::get_id());

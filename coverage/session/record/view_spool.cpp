@@ -158,7 +158,7 @@ std::size_t ViewSpool::NextTogether(std::size_t most_views) const {
 }
 
 void ViewSpool::Loop() {
-  HaveSignalStack();
+  InstallSignalStack();
   std::unique_lock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
     changed_.wait(lock, [&] { return (finishing_ && tasks_.empty()) || NextTogether(most) > 0; });
@@ -198,7 +198,7 @@ void ViewSpool::Loop() {
 
 // Whatever the disk says, for as long as there are views that wait for it.
 void ViewSpool::EncodeLoop() {
-  HaveSignalStack();
+  InstallSignalStack();
   std::unique_lock lock(mutex_);
   for (;;) {
     std::shared_ptr<PendingView> next;
@@ -225,7 +225,7 @@ void ViewSpool::EncodeLoop() {
 }
 
 void ViewSpool::PictureLoop() {
-  HaveSignalStack();
+  InstallSignalStack();
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kPictureNiceness);  // of this thread alone
   std::unique_lock lock(mutex_);
   for (;;) {
