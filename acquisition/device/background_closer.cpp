@@ -1,19 +1,18 @@
 #include "acquisition/device/background_closer.h"
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
 namespace {
 
 struct Work {
-  std::mutex mutex;
-  std::condition_variable done;
-  int under_way = 0;
+  Mutex mutex;
+  ConditionVariable done;
+  int under_way ULF_GUARDED_BY(mutex) = 0;
 };
 
 // Shared with the threads, so that a thread that outlives the wait at exit still has its counter.
@@ -28,8 +27,9 @@ constexpr std::chrono::seconds kLongestWait(10);
 struct WaitAtExit {
   std::shared_ptr<Work> work = SharedWork();
   ~WaitAtExit() {
-    std::unique_lock lock(work->mutex);
-    work->done.wait_for(lock, kLongestWait, [&] { return work->under_way == 0; });
+    MutexLock lock(work->mutex);
+    work->done.wait_for(lock, kLongestWait,
+                        [this]() ULF_REQUIRES(work->mutex) { return work->under_way == 0; });
   }
 };
 
@@ -39,14 +39,14 @@ void CloseInBackground(std::function<void()> work) {
   static const WaitAtExit wait;
   const auto shared = SharedWork();
   {
-    const std::lock_guard lock(shared->mutex);
+    const MutexLock lock(shared->mutex);
     ++shared->under_way;
   }
   std::thread([shared, work = std::move(work)]() mutable {
     InstallSignalStack();
     work();
     work = nullptr;  // destroys what it holds before it counts as done
-    const std::lock_guard lock(shared->mutex);
+    const MutexLock lock(shared->mutex);
     --shared->under_way;
     shared->done.notify_all();
   }).detach();

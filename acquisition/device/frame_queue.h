@@ -5,14 +5,13 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/image/frame.h"
 
 namespace ulf::acquisition {
@@ -31,9 +30,9 @@ class BoundedQueue {
   // False when the queue is closed or closes while Push() waits for room; the item then does not count as
   // dropped. `dropped` receives the item that was dropped, if any.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     if (when_full_ == WhenFull::kBlock)
-      room_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
+      room_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return closed_ || items_.size() < capacity_; });
     if (closed_) return false;
     if (items_.size() == capacity_) {
       if (dropped) *dropped = std::move(items_.front());
@@ -48,8 +47,8 @@ class BoundedQueue {
 
   // The oldest item; none: no item within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
-    std::unique_lock lock(mutex_);
-    arrived_.wait_for(lock, timeout, [&] { return closed_ || !items_.empty(); });
+    MutexLock lock(mutex_);
+    arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });
     if (items_.empty()) return std::nullopt;
     std::optional<T> item(std::move(items_.front()));
     items_.pop_front();
@@ -60,7 +59,7 @@ class BoundedQueue {
 
   void Close() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       closed_ = true;
     }
     arrived_.notify_all();
@@ -68,28 +67,28 @@ class BoundedQueue {
   }
 
   bool IsClosed() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return closed_;
   }
   std::size_t Size() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return items_.size();
   }
   // Items that were dropped for newer ones.
   std::uint64_t Dropped() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return dropped_;
   }
 
  private:
   const std::size_t capacity_;
   const WhenFull when_full_;
-  mutable std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::condition_variable room_;
-  std::deque<T> items_;
-  std::uint64_t dropped_ = 0;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  ConditionVariable arrived_;
+  ConditionVariable room_;
+  std::deque<T> items_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ ULF_GUARDED_BY(mutex_) = 0;
+  bool closed_ ULF_GUARDED_BY(mutex_) = false;
 };
 
 using FrameQueue = BoundedQueue<Frame>;

@@ -9,12 +9,12 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <mutex>
 #include <string_view>
 
 #include "acquisition/device/file_holders.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -77,8 +77,8 @@ File NewFile() {
 
 // Drivers are loaded when a camera is opened and let go when it is closed: never by two threads at once. The
 // list of drivers is read from disk once: a tenth of a second.
-std::mutex library_mutex;
-CameraAbilitiesList* AllAbilities(GPContext* context) {
+Mutex library_mutex;
+CameraAbilitiesList* AllAbilities(GPContext* context) ULF_REQUIRES(library_mutex) {
   static const Abilities all = [&] {
     CameraAbilitiesList* list = nullptr;
     gp_abilities_list_new(&list);
@@ -253,7 +253,7 @@ struct GphotoCamera::State {
   // Leaves the camera as it was before, whether or not it was opened.
   ~State() {
     const WithoutSigpipe guard;
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     descriptors.Close([this] {
       gp_camera_exit(camera, context.get());
       gp_camera_unref(camera);
@@ -278,7 +278,7 @@ struct GphotoCamera::State {
 
 std::vector<GphotoAddress> DetectGphotoCameras() {
   const WithoutSigpipe guard;
-  const std::lock_guard lock(library_mutex);
+  const MutexLock lock(library_mutex);
   const Context context(gp_context_new());
   CameraList* raw = nullptr;
   gp_list_new(&raw);
@@ -299,7 +299,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
     : state_(std::make_unique<State>(address.port)) {
   {
     const WithoutSigpipe guard;
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     CameraAbilitiesList* all = AllAbilities(state_->context.get());
     const int model = gp_abilities_list_lookup_model(all, address.model.c_str());
     if (model < 0)
@@ -319,7 +319,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
   }
   GphotoResult result;
   {
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     result = state_->Do([](Camera* camera, GPContext* context) { return gp_camera_init(camera, context); });
   }
   state_->descriptors.Opened();

@@ -12,7 +12,6 @@
 #include <cstring>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -22,6 +21,7 @@
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gvcp.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -169,8 +169,8 @@ struct GigeRelay::State {
   }
 
   const GigeRelayOptions options;
-  mutable std::mutex mutex;
-  GigeRelayStatistics statistics;  // under the mutex; the relay's thread alone writes it
+  mutable Mutex mutex;
+  GigeRelayStatistics statistics ULF_GUARDED_BY(mutex);
   std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
 
   Socket public_control, public_stream, camera_stream;
@@ -294,7 +294,7 @@ void GigeRelay::State::FromStream() {
     StreamPacket packet{Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size))};
     KeptFrame& frame = FrameOf(packet.Frame());
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ++statistics.packets;
     }
     const std::uint32_t number = packet.Number();
@@ -310,7 +310,7 @@ GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number) {
   KeptFrame& frame = kept.emplace_back();
   frame.number = number;
   frame.late = Draw(options.seed, number, 0, 0) < options.faults.late;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   ++statistics.frames;
   if (frame.late) ++statistics.late_frames;
   return frame;
@@ -341,7 +341,7 @@ void GigeRelay::State::Forward(StreamPacket& packet, bool late) {
     send(packet.bytes);
   if (doubled) send(packet.bytes);
   if (behind) send(*behind);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   statistics.lost += lost;
   statistics.doubled += doubled;
   statistics.swapped += stands_back;
@@ -370,7 +370,7 @@ void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
         Forward(it->second, false);
         ++resent;
       }
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   ++statistics.resend_requests;
   statistics.resent += resent;
 }
@@ -390,7 +390,7 @@ void GigeRelay::PutBack() {
 }
 
 GigeRelayStatistics GigeRelay::Statistics() const {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   return state_->statistics;
 }
 
