@@ -1,9 +1,10 @@
 // Tests: core/base/quantile, core/base/counted, core/base/lowercase, core/base/shell_word, core/base/at,
 // core/base/model_choice, core/base/output_path, core/base/progress, core/base/stop_signal,
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
-// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error.
+// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "core/base/host_time.h"
 #include "core/base/lowercase.h"
 #include "core/base/model_choice.h"
+#include "core/base/mutex.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
@@ -114,16 +116,14 @@ TEST(StopOnSignalTest, ASignalAsksAndDoesNotEndTheProcess) {
   EXPECT_EQ(after.sa_handler, SIG_DFL);
 }
 
-TEST(SignalStack, AThreadGetsItsOwn) {
-  stack_t before{}, after{};
+TEST(SignalStack, AThreadGetsOne) {
+  stack_t stack{};
   std::thread([&] {
-    sigaltstack(nullptr, &before);
     InstallSignalStack();
-    sigaltstack(nullptr, &after);
+    sigaltstack(nullptr, &stack);
   }).join();
-  EXPECT_NE(before.ss_flags & SS_DISABLE, 0);
-  EXPECT_EQ(after.ss_flags & SS_DISABLE, 0);
-  EXPECT_GE(after.ss_size, static_cast<std::size_t>(MINSIGSTKSZ));
+  EXPECT_EQ(stack.ss_flags & SS_DISABLE, 0);
+  EXPECT_GE(stack.ss_size, static_cast<std::size_t>(MINSIGSTKSZ));
 }
 
 TEST(SilentSolverTest, PrintsNothingAndUsesOneThread) {
@@ -135,13 +135,44 @@ TEST(SilentSolverTest, PrintsNothingAndUsesOneThread) {
 
 TEST(AvailableMemoryTest, IsAtMostTheProcesssOwnLimit) {
   EXPECT_GT(AvailableMemory(), 1u << 20);
-  rlimit limit{};
-  ASSERT_EQ(getrlimit(RLIMIT_AS, &limit), 0);
-  const rlimit before = limit;
-  limit.rlim_cur = std::uint64_t{1} << 40;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  constexpr std::uint64_t kLeft = 64 << 20;
+  rlimit limit = before;
+  limit.rlim_cur = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + kLeft;
   ASSERT_EQ(setrlimit(RLIMIT_AS, &limit), 0);
-  EXPECT_LE(AvailableMemory(), limit.rlim_cur);
+  const std::uint64_t available = AvailableMemory();
   setrlimit(RLIMIT_AS, &before);
+  EXPECT_LE(available, kLeft);
+}
+
+TEST(MutexTest, OneThreadAtATimeAndAWaitEndsWithItsPredicate) {
+  Mutex mutex;
+  ConditionVariable changed;
+  int count = 0;
+  std::thread other([&] {
+    for (int i = 0; i < 1000; ++i) {
+      const MutexLock lock(mutex);
+      ++count;
+    }
+    changed.notify_all();
+  });
+  {
+    MutexLock lock(mutex);
+    EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(10), [&] { return count == 1000; }));
+    EXPECT_FALSE(changed.wait_for(lock, std::chrono::milliseconds(1), [&] { return count > 1000; }));
+    bool is_held = false;
+    std::thread([&] {
+      if (mutex.try_lock())
+        mutex.unlock();
+      else
+        is_held = true;
+    }).join();
+    EXPECT_TRUE(is_held);
+  }
+  other.join();
 }
 
 TEST(Clocks, TheThreadsClockCountsWorkAndNotSleep) {
