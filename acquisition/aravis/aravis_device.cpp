@@ -164,7 +164,7 @@ class AravisDevice : public Device {
 
 void AravisDevice::Open(const std::string& open_by) {
   session_ = AravisSession::Open(uri_, open_by, AravisSession::Wanted::kControl);
-  // Somebody was quicker.
+  // Another program took control meanwhile.
   if (!session_->IsController()) throw Error("{}: {}", uri_, session_->WhoControls());
   gige_address_ = session_->GigeAddress();
   const MutexLock lock(mutex_);
@@ -190,7 +190,7 @@ void AravisDevice::Start() {
   trigger_out_ = false;
   settled_at_.reset();
   if (HasAutomaticOn(*session_, options_)) {
-    // A camera that waits for triggers sees nothing by itself that it could settle on.
+    // Automatics do not settle on a camera that waits for triggers.
     if (options_.Triggered() || options_.settle_s == 0)
       Freeze();
     else
@@ -277,12 +277,13 @@ void AravisDevice::Stop() {
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
   session_->ReleaseStream();
   if (state_ == DeviceState::kLost)
-    session_.reset();  // it answers: control is given back at once, for whoever opens it anew
+    session_.reset();  // the camera answers: returns control at once
   else
     state_ = DeviceState::kConnected;
 }
 
-// The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
+// The capture thread: moves frames from the library's buffers to the queue until Stop() or the camera is
+// lost.
 void AravisDevice::Capture() {
   const double stall_s = StallSeconds();
   auto last_frame = Clock::now(), remembered = Clock::time_point{};
@@ -294,7 +295,7 @@ void AravisDevice::Capture() {
     if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
       frozen = true;
       Freeze();
-      // What was exposed before that is on its way still.
+      // Frames that were exposed earlier are still to arrive.
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                                        configured_.period_s + configured_.exposure_s));
     }

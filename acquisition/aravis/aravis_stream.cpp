@@ -48,7 +48,7 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", "bytes ignored"},
 };
 
-// The library keeps its socket to itself.
+// The library does not expose its socket.
 int SocketAtUdpPort(int port) {
   for (const BoundSocket& socket : BoundUdpSockets())
     if (socket.Port() == port) return socket.fd;
@@ -68,14 +68,14 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
   }));
   ArvStream* stream = session.Stream();
   if (ARV_IS_GV_STREAM(stream)) {
-    // The library's automatic size is a single frame: too little for small frames.
+    // The library's automatic size is one frame, which is too little for small frames.
     socket_buffer_bytes_ =
         options.socket_buffer_bytes
             ? static_cast<std::size_t>(*options.socket_buffer_bytes)
             : std::clamp(2 * configured.payload_bytes, kLeastSocketBuffer, kMostSocketBuffer);
     g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(socket_buffer_bytes_), nullptr);
-    // The library takes it up with the first frame, of which a small buffer has lost a part by then.
+    // The library sets the size with the first frame, part of which a small buffer has lost by then.
     const int bytes = static_cast<int>(socket_buffer_bytes_);
     socket_ = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
     if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
@@ -96,7 +96,7 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured.payload_bytes));
 }
 
-// The library's thread rests meanwhile: what came before the guard stood must not be read.
+// Pauses the library's thread: it must not read packets that arrived before the guard.
 void AravisStream::Guard() {
   ArvStream* stream = session_.Stream();
   try {

@@ -48,14 +48,14 @@ std::set<int> Ids(const std::map<int, View>& views) {
   return ids;
 }
 
-// Fills in what `views` say otherwise than the journal.
+// Adds the differences between `views` and the journal.
 void Compare(const std::vector<View>& views, const JournalContents& journal, Derived& derived) {
   std::map<int, const View*> known;
   for (const View& view : journal.light_field.views) known[view.id] = &view;
   for (const View& view : views) {
     const auto found = known.find(view.id);
     if (found != known.end()) {
-      // Numbers of another program's own mean other photographs.
+      // View numbers of another program refer to other photographs.
       if (SafeName(found->second->image_path) != SafeName(view.image_path))
         derived.lineage = Lineage::kForeign;
       if (!IsSamePose(found->second->cam_from_world, view.cam_from_world))
@@ -106,7 +106,7 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   return derived;
 }
 
-// A text file that was cut short hardly ever is at the end of a line.
+// A truncated text file rarely ends at the end of a line.
 bool EndsWithItsLine(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(-1, std::ios::end);
@@ -133,7 +133,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
     Compare(views, journal, derived);
     derived.is_cut = !EndsWithItsLine(file) || (derived.lineage == Lineage::kCurrent &&
                                                 views.size() < journal.light_field.views.size());
-    // Without a stamp only what says the same can be ours.
+    // Without a stamp only a file with equal content is ulf's.
     if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
       derived.lineage = Lineage::kForeign;
   } catch (const std::exception& error) {
@@ -236,7 +236,7 @@ cv::Mat PixelsOrNone(const Read& read) {
 
 void CheckPicture(const LightField& light_field, const View& view, PictureCheck& check) {
   const fs::path path = light_field.root / view.image_path;
-  if (!fs::exists(path)) return;  // which is another matter
+  if (!fs::exists(path)) return;  // reported elsewhere
   const CameraModel& camera = light_field.CameraOf(view);
   if (const auto header = ReadImageHeader(path.string());
       header && (header->width != camera.width || header->height != camera.height)) {
@@ -304,7 +304,7 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
     };
     check.not_closed = behind(check.transforms) || behind(check.model);
     Say(dir, kTransformsFile, check.transforms, check);
-    // Of two that hold the same views one is enough to be named.
+    // Names only one of two files that contain the same views.
     if (!(check.transforms.KnowsMoreThanJournal() &&
           Ids(check.transforms.unknown) == Ids(check.model.unknown)))
       Say(dir, "sparse/0/images.txt", check.model, check);

@@ -35,8 +35,8 @@ void MoveToUnposed(const fs::path& dir, const View& view) {
   MoveWithoutReplacing(dir / view.image_path, dir / "unposed" / fs::path(view.image_path).filename());
 }
 
-// The old lines as they are, with the recovered views where their numbers belong, so that later corrections
-// count for them, too.
+// The old lines unchanged, with the recovered views inserted by their numbers, so that later corrections
+// apply to them.
 void WriteLines(const fs::path& old_journal, const JournalContents& contents, const RepairPlan& plan,
                 Journal& to) {
   const std::string bytes = contents.lines.empty() ? "" : ReadWholeFile(old_journal);
@@ -80,7 +80,7 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
   if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);
 }
 
-// The old journal keeps its name until the new one takes it in one step; a link keeps its content.
+// The new journal replaces the old one atomically; a hard link keeps the old content.
 void Exchange(const fs::path& dir) {
   if (fs::exists(dir / kJournalFile)) {
     MakeFolder(dir / "kept");
@@ -105,7 +105,7 @@ void Exchange(const fs::path& dir) {
 
 RepairPlan Repair(const fs::path& dir) {
   if (!PlanRepair(dir).any()) return PlanRepair(dir);
-  // Whoever wants to write holds the journal, or the one that is about to take its place.
+  // Every writer locks the journal, or the one that will replace it.
   std::optional<Journal> old_journal;
   if (fs::is_regular_file(dir / kJournalFile)) old_journal.emplace(dir / kJournalFile);
   std::optional<Journal> new_journal(std::in_place, dir / kNewJournal);

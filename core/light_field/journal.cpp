@@ -105,7 +105,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   light_field.views.insert(after, std::move(view));
 }
 
-// All of it or, where it is damaged, nothing.
+// The value, or nothing if it is damaged.
 void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
@@ -171,7 +171,7 @@ bool HasNoWholeLine(std::string_view bytes) {
   return true;
 }
 
-// What the damaged line may have held: its kind where that can still be read, else both kinds.
+// What the damaged line may have recorded: its kind if that is readable, else both kinds.
 DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
   DamagedLine damaged{number, std::move(reason), {}, {}};
   const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
@@ -184,7 +184,7 @@ DamagedLine Damaged(int number, std::string reason, std::string_view line, const
   return damaged;
 }
 
-// Views are recorded in the order of their ids: those that are missing about a damaged line were in it.
+// Views are recorded in the order of their ids: those missing around a damaged line were in it.
 void NameMissingViews(JournalContents& contents) {
   for (DamagedLine& damaged : contents.damaged) {
     int before = 0, after = contents.next_view_id;
@@ -235,7 +235,7 @@ std::string DamagedLine::Words() const {
 
 namespace {
 
-// Applies the line, or says why it is left out.
+// Applies the line; returns the reason if it is left out.
 void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
   const int number = static_cast<int>(contents.lines.size());
   JournalLine& told = contents.lines.back();
@@ -274,7 +274,7 @@ JournalContents Read(const fs::path& file, const LightField* header) {
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
     const auto object = ParsedLine(line);
-    // Blocks of a file can reach the disk out of order: what was written last may be damaged though its end
+    // Blocks of a file can reach the disk out of order: the last lines may be damaged although the file's end
     // is there.
     if (!object && HasNoWholeLine(std::string_view(bytes).substr(end + 1))) break;
     contents.lines.push_back({begin, end, false, 0});
@@ -327,7 +327,7 @@ Journal::~Journal() {
 void Journal::Append(const std::string& lines) {
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
-  // A part of a line must not stay: the next one would be written behind it.
+  // Removes a partial line: the next one would be appended to it.
   const auto take_back = [&](const char* what) {
     const int reason = errno;
     if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);

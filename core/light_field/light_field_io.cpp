@@ -38,7 +38,7 @@ bool IsBeingWritten(const fs::path& journal) {
   return locked;
 }
 
-// A photograph that the master holds, too, is not missing.
+// A photograph with a master is not missing.
 void RequireImages(const LightField& light_field, const FolderCheck& check) {
   if (check.missing_images.empty()) return;
   const int id = check.missing_images.front();
@@ -65,7 +65,7 @@ void RemoveLeftovers(const fs::path& dir) {
   }
 }
 
-// What a writer that was killed had taken out of the journal and not yet moved.
+// Files of views that a killed writer had removed from the journal but not yet moved.
 void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   std::set<std::string> named;
   for (const View& view : journal.light_field.views) named.insert({view.image_path, view.master_path});
@@ -79,7 +79,7 @@ void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   }
 }
 
-// Lines that are damaged to the journal's end are cut off, and kept: more than a line that was being written.
+// Damaged lines at the journal's end are cut off and kept: they may be more than one partial line.
 void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
   const std::string bytes = ReadWholeFile(dir / kJournalFile);
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
@@ -94,7 +94,7 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
   journal.CutAt(contents.whole_bytes);
 }
 
-// Said once in a run: some commands read a light field several times.
+// Logged once per process, because some commands read a light field several times.
 void WarnOnce(const std::vector<std::string>& words) {
   static Mutex mutex;
   static std::set<std::string> said ULF_GUARDED_BY(mutex);
@@ -103,7 +103,7 @@ void WarnOnce(const std::vector<std::string>& words) {
     if (said.insert(each).second) spdlog::warn("{}", each);
 }
 
-// Refuses a folder whose other files know more than its journal, before anything is written there.
+// Refuses a folder whose other files contain more than its journal, before anything is written.
 void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
   if (!check.KnowsMoreThanJournal()) return;
   std::string words;
@@ -135,7 +135,7 @@ LightField ReadForeignSet(const fs::path& transforms) {
   return light_field;
 }
 
-// A capture that ended before its first view left no more than what can be made again.
+// A capture that ended before its first view left only derived files.
 bool IsUnused(const fs::path& dir) {
   std::error_code unknown;
   if (!fs::is_regular_file(dir / kJournalFile, unknown)) return false;
@@ -255,7 +255,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
     state->journal.Header(light_field);
     SyncFolder(dir);
   } catch (...) {
-    // Nothing was recorded: no folder stays that says otherwise.
+    // Without a recorded view no folder remains.
     fs::remove(dir / kJournalFile, unknown);
     fs::remove(dir / "images", unknown);
     if (made_folder) fs::remove(dir, unknown);
@@ -282,7 +282,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   state->light_field = std::move(contents.light_field);
   state->light_field.doubts = check.words;
   state->light_field.doubts.insert(state->light_field.doubts.end(), of_points.begin(), of_points.end());
-  // A number that any file bears is never given again, whatever the journal says.
+  // A number in any file name is never used again, even if the journal does not contain it.
   state->next_view_id = std::max(contents.next_view_id, check.highest_number + 1);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
@@ -332,7 +332,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   try {
     state_->journal.AddViews(views);
   } catch (...) {
-    batch.TakeBack();  // a photograph without its journal line is half a view
+    batch.TakeBack();  // a photograph without its journal line is no view
     throw;
   }
   state_->next_view_id += static_cast<int>(views.size());
@@ -386,7 +386,7 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
   state_->journal.NoteGap(from_s, to_s, reason);
 }
 
-// Once: moving its files, which comes after, may have to be tried again.
+// Only once, because moving its files afterwards may be repeated.
 void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   if (to_unposed.contains(view_id)) return;
   const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),

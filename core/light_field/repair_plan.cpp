@@ -35,7 +35,7 @@ struct Found {
   const char* header_from = kTransformsFile;
 };
 
-// True where the model is ours: then its cameras are the journal's, in their order.
+// True when ulf wrote the model: then its cameras are the journal's, in the same order.
 bool HeaderFromModel(const fs::path& dir, Found& found) {
   const fs::path sparse = dir / "sparse/0";
   if (!fs::is_regular_file(sparse / "images.txt") || !ReadColmapPoses(sparse / "images.txt").made_from)
@@ -103,8 +103,8 @@ Found FindJournal(const fs::path& dir) {
   return found;
 }
 
-// Which of the journal's cameras a camera of the other file is: the one that most of their common views have,
-// else the same model.
+// Finds the journal's camera for a camera of the other file: the one of most common views, else one with the
+// same model.
 std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
   std::map<int, int> ours_by_id;
   for (const View& view : journal.views) ours_by_id[view.id] = view.camera;
@@ -134,7 +134,8 @@ bool HasItsImage(const fs::path& dir, const View& view) {
          (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path));
 }
 
-// From transforms.json, which says all of a view; camera indices become the journal's.
+// Recovers views from transforms.json, which contains all values of a view; camera indices become the
+// journal's.
 void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const FolderCheck& check,
                            RepairPlan& plan) {
   if (!check.transforms.KnowsMoreThanJournal()) return;
@@ -151,7 +152,7 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
     plan.found.push_back(fmt::format("{}: the photographs of {} are missing: they cannot come back",
                                      (dir / kTransformsFile).string(), NumbersOf(without_image)));
   for (const auto& [id, view] : check.transforms.lost_poses) plan.poses[id] = view.cam_from_world;
-  // Where lines of a later date are in the journal, its poses are the newer ones.
+  // If the journal contains later lines, its poses are newer.
   const bool is_newer =
       check.transforms.lineage == Lineage::kJournalShort || check.transforms.lineage == Lineage::kUnknown;
   if (!is_newer) return;
@@ -190,7 +191,7 @@ void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
     }
 }
 
-// From sparse/0, which knows poses, cameras and names only.
+// Recovers views from sparse/0, which contains poses, cameras and names only.
 void RecoverFromModel(const fs::path& dir, const LightField& journal, const FolderCheck& check,
                       RepairPlan& plan) {
   if (!check.model.KnowsMoreThanJournal()) return;
@@ -201,12 +202,12 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
     FindMaster(dir, journal, view);
     plan.recovered[id] = view;
   }
-  // One that is cut has corrections of some views only: the poses would be of two kinds.
+  // A truncated file has corrections of some views only; poses would be inconsistent.
   if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort && !check.model.is_cut)
     for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
 }
 
-// A folder that is not where it belongs is no reason to give up its views.
+// Views are recovered even if their folder was moved.
 void PlanRemovals(const fs::path& dir, const LightField& light_field, const FolderCheck& check,
                   RepairPlan& plan) {
   const std::size_t gone = check.missing_images.size(), views = light_field.views.size();
@@ -252,7 +253,7 @@ void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan
                                      dir.string(), ViewNumbers(alone)));
 }
 
-// A message's pointer to the command that is running.
+// Removes the hint at the command that is running.
 std::string WithoutRepairHint(std::string words) {
   for (const char* pointer : {"; 'ulf repair", ", 'ulf repair"})
     if (const std::size_t at = words.find(pointer); at != std::string::npos) words.resize(at);
