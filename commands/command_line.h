@@ -1,4 +1,4 @@
-// What a subcommand is to main.cpp: a name that, when chosen, leaves behind a function to run.
+// Exit codes, and the function that runs the chosen subcommand.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ inline constexpr int kOk = 0;
 inline constexpr int kFailed = 1;
 inline constexpr int kWrongUsage = 2;
 
-// Filled by the subcommand that the command line names.
+// Set by the subcommand that the command line names; returns the exit code.
 using ChosenCommand = std::function<int()>;
 
 }  // namespace ulf::commands

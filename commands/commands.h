@@ -1,4 +1,4 @@
-// All subcommands, in the order in which the help lists them.
+// Adds all subcommands, in the order of the help.
 #pragma once
 
 #include "commands/command_line.h"

@@ -1,4 +1,4 @@
-// What a number on the command line may be, with words instead of the library's range of 300 digits.
+// Validators for numbers on the command line, with short messages instead of CLI11's range of 300 digits.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,4 @@
-// Calls into Aravis, with its GError turned into what ulf does with errors. Only the aravis_* files include
-// this.
+// Calls of Aravis with its GError handled. Only the aravis_* files include this header.
 #pragma once
 
 #include <arv.h>
@@ -31,7 +30,7 @@ auto Must(const std::string& who, const std::string& what, Call&& call) {
   }
 }
 
-// For what a camera may lack: the result, or `otherwise`.
+// For features that a camera may lack: the result, or `otherwise` on failure.
 template <typename Call, typename Value>
 Value Maybe(Call&& call, Value otherwise) {
   GError* error = nullptr;
@@ -41,6 +40,7 @@ Value Maybe(Call&& call, Value otherwise) {
   return otherwise;
 }
 
+// Ignores failure.
 template <typename Call>
 void Try(Call&& call) {
   GError* error = nullptr;

@@ -15,9 +15,9 @@
 namespace ulf::acquisition {
 namespace {
 
-// On this computer: with its headers just within 8 KiB, the block that the kernel gives it. A larger packet
-// takes 16 KiB of the receive buffer, which then holds half as much (at 9000, one stream in ten began with a
-// loss).
+// Bytes of a packet between programs on this computer. With its headers it fits in 8 KiB, the block that the
+// kernel allocates; a larger packet takes 16 KiB of the receive buffer. Measured: at 9000 bytes one stream in
+// ten began with a loss (docs/architecture.md).
 constexpr int kLocalPacketSize = 7800;
 
 class Configurator {
@@ -54,7 +54,7 @@ class Configurator {
   void ReadLightInto(AravisConfigured& configured) {
     configured_.format = configured.format;
     ReadLight();
-    // Nothing else is touched: other threads read it.
+    // Changes nothing else, because other threads read it.
     configured.exposure_s = configured_.exposure_s;
     configured.gain = configured_.gain;
     configured.black_level = configured_.black_level;
@@ -176,7 +176,7 @@ class Configurator {
     Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
   }
 
-  // In decibels where the feature is a float; cameras of before that rule count in units of their own.
+  // A float feature is in decibels (SFNC); older cameras have an integer in units of their own.
   bool HasDecibels() {
     return (Has("Gain") && ARV_IS_GC_FLOAT(arv_device_get_feature(session_.Device(), "Gain"))) ||
            Has("GainAbs");
@@ -250,7 +250,7 @@ class Configurator {
     }
   }
 
-  // What a frame can say of itself, where the camera offers it.
+  // Enables the chunk data that the camera offers.
   void WriteChunks(bool wanted) {
     if (!Can(arv_camera_are_chunks_available)) {
       if (wanted) throw UsageError("{}: the camera adds no data to its frames; leave chunks out", who_);
@@ -303,7 +303,7 @@ class Configurator {
   }
 
   void WritePackets(const std::string& address, const AravisOptions& options) {
-    // It would take packets past the guard (stream_guard.h), and on some hosts none at all.
+    // Packet sockets bypass the guard (stream_guard.h), and receive nothing on some hosts.
     arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
     std::optional<int> packet_size = options.packet_size;
     if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
@@ -324,7 +324,7 @@ class Configurator {
     if (packet_size && configured_.packet_size != *packet_size)
       configured_.notes.push_back(
           fmt::format("made {} of packet_size={}", configured_.packet_size, *packet_size));
-    // The register is the standard's own, but a camera may leave it out.
+    // The register is optional.
     const gint64 delay_ns = options.packet_delay_ns.value_or(0);
     const bool taken =
         Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera_, delay_ns, e), true; }, false);
@@ -353,7 +353,7 @@ class Configurator {
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    // A camera that does not tell its sensor's size tells the largest image, and sends no more than that.
+    // A camera that does not report its sensor's size reports the largest image.
     const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int largest) {
       const auto read = [&](const char* feature) {
         return Has(feature)
@@ -389,7 +389,7 @@ class Configurator {
     return Maybe([&](GError** e) { return arv_camera_get_float(camera_, feature, e); }, 0.0);
   }
 
-  // What stands in every frame: 0 and 1 (unknown) for what an automatic is moving.
+  // Exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
   void ReadLight() {
     ReadBlackLevel();
     const bool auto_exposure =
@@ -403,13 +403,15 @@ class Configurator {
     configured_.gain = HasDecibels() && !auto_gain ? std::pow(10.0, ReadFloat(DecibelName()) / 20.0) : 1;
   }
 
-  // Told is what the camera made different by more than its own steps, and by more than 2 %.
+  // Notes a setting that the camera changed by more than its own step, and by more than this share. Guessed:
+  // cameras round exposure times and frame rates.
+  static constexpr double kSameShare = 0.02;
   void Compare(const char* option, double asked, double reads, const char* feature) {
     const double step =
         feature ? Maybe([&](GError** e) { return arv_camera_get_float_increment(camera_, feature, e); }, 0.0)
                 : 0;
     const double own_steps = std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? step : 0;
-    if (std::abs(reads - asked) > std::max(1.001 * own_steps, 0.02 * std::abs(asked)))
+    if (std::abs(reads - asked) > std::max(1.001 * own_steps, kSameShare * std::abs(asked)))
       configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, asked));
   }
 
@@ -422,7 +424,7 @@ class Configurator {
     }
   }
 
-  // Cameras that mirror or cut their image may have moved the mosaic, and say so in the format's name.
+  // A camera that mirrors or crops its image may shift the mosaic, and then changes the format's name.
   void ReadFormat() {
     const auto now = PixelFormatByName(
         Text(Maybe([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },

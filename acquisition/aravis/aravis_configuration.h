@@ -1,5 +1,5 @@
-// Writes a camera's whole configuration and reads back what it made of it: a camera keeps what the last
-// program wrote.
+// Writes a camera's whole configuration, because a camera keeps the settings of the last program, and reads
+// back what the camera accepted.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace ulf::acquisition {
 
-// What the camera says it does after everything was written.
+// The configuration as the camera reports it afterwards.
 struct AravisConfigured {
   PixelFormat format;
   int width = 0, height = 0;
@@ -26,17 +26,17 @@ struct AravisConfigured {
   bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
   std::int64_t packet_delay_ns = 0;
   std::vector<std::string> chunks;  // switched on
-  std::vector<std::string> notes;   // where the camera did not do as it was told
+  std::vector<std::string> notes;   // settings that the camera changed, for messages
 };
 
 // `who` names the camera in errors. Throws UsageError for a setting that the camera does not have or take.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
 
-// Exposure, gain and black level as they are now, into `configured`.
+// Reads the present exposure, gain and black level into `configured`.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// Lets the camera balance its colours by itself, once. It needs frames to look at: after the start.
+// Lets the camera adjust its white balance once. The camera must be streaming.
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 
 }  // namespace ulf::acquisition

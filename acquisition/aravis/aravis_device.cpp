@@ -31,12 +31,6 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStallS = 0.5, kStallPeriods = 3;
-constexpr double kSilentS = 3, kSilentPeriods = 10;  // though the camera answers: open it anew
-constexpr double kGoneS = 5.5;                       // the library's heartbeat has said so by then
-constexpr double kAskAgainS = 0.25;                  // of the control channel, while no frame comes
-constexpr double kAskIdleS = 1;                      // while a hardware trigger is awaited
-
 class AravisDevice : public Device {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
@@ -100,12 +94,12 @@ class AravisDevice : public Device {
  private:
   void Open(const std::string& open_by);
   void Capture();
-  std::optional<std::string> WhyLost(double silence_s);
+  std::optional<std::string> LossReason(double silence_s);
   void Take(ArvBuffer* buffer);
   void CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status);
   void CountId(ArvBuffer* buffer, FrameStatus status) ULF_REQUIRES(mutex_);
   void Freeze();
-  void SayOnce();
+  void ReportOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
   void Fire();
   void Lose(const std::string& problem);
@@ -122,7 +116,10 @@ class AravisDevice : public Device {
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
   }
-  // Whether silence means anything: without a trigger always, with the software's while one is out.
+  double StallSeconds() const {
+    return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
+  }
+  // Whether frames are expected: without a trigger always, with the software's while one is out.
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
@@ -167,7 +164,7 @@ class AravisDevice : public Device {
 
 void AravisDevice::Open(const std::string& open_by) {
   session_ = AravisSession::Open(uri_, open_by, AravisSession::Wanted::kControl);
-  // Somebody was quicker.
+  // Another program took control meanwhile.
   if (!session_->IsController()) throw Error("{}: {}", uri_, session_->WhoControls());
   gige_address_ = session_->GigeAddress();
   const MutexLock lock(mutex_);
@@ -178,7 +175,7 @@ void AravisDevice::Start() {
   if (running_) return;
   if (!session_) throw Error("{}: {}; open the device again", uri_, Info().problem);
   stream_ = std::make_unique<AravisStream>(*session_, uri_, options_, configured_);
-  frames_ = std::make_unique<AravisFrames>(*session_, uri_, configured_);
+  frames_ = std::make_unique<AravisFrames>(*session_, configured_);
   queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
   {
     const MutexLock lock(mutex_);
@@ -193,7 +190,7 @@ void AravisDevice::Start() {
   trigger_out_ = false;
   settled_at_.reset();
   if (HasAutomaticOn(*session_, options_)) {
-    // A camera that waits for triggers sees nothing by itself that it could settle on.
+    // Automatics do not settle on a camera that waits for triggers.
     if (options_.Triggered() || options_.settle_s == 0)
       Freeze();
     else
@@ -207,7 +204,7 @@ void AravisDevice::Start() {
   state_ = DeviceState::kStreaming;
   running_ = true;
   thread_ = std::thread([this] {
-    HaveSignalStack();
+    InstallSignalStack();
     try {
       Capture();
     } catch (const std::exception& error) {
@@ -228,8 +225,8 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
   return frame;
 }
 
-// The automatics end. From here on the camera's name says what they had reached: opened again by it, it takes
-// the same pictures.
+// Switches the automatics off. From then on Info().uri contains the values that they had reached, so that a
+// camera opened by it takes the same pictures.
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
   some_stay_on_ = HasAutomaticOn(*session_, options_);
@@ -245,7 +242,8 @@ void AravisDevice::Freeze() {
 
 // One trigger at a time: another only when the frame of the last is there, or long overdue.
 void AravisDevice::Fire() {
-  const double overdue_s = std::max(1.0, kStallPeriods * configured_.period_s);
+  const AravisPatience& patience = options_.patience;
+  const double overdue_s = std::max(patience.trigger_s, patience.stall_periods * configured_.period_s);
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
@@ -273,20 +271,21 @@ void AravisDevice::Stop() {
   frames_.reset();
   stream_.reset();
   if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
-    BackgroundCloser::Instance().CloseInBackground(std::move(session_));
+    CloseInBackground(std::move(session_));
     return;
   }
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
   session_->ReleaseStream();
   if (state_ == DeviceState::kLost)
-    session_.reset();  // it answers: control is given back at once, for whoever opens it anew
+    session_.reset();  // the camera answers: returns control at once
   else
     state_ = DeviceState::kConnected;
 }
 
-// The capture thread: from the library's buffers to the queue, until told to stop or the camera is gone.
+// The capture thread: moves frames from the library's buffers to the queue until Stop() or the camera is
+// lost.
 void AravisDevice::Capture() {
-  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
+  const double stall_s = StallSeconds();
   auto last_frame = Clock::now(), remembered = Clock::time_point{};
   bool stalled = false, frozen = false;
   asked_control_at_ = Clock::now();
@@ -296,7 +295,7 @@ void AravisDevice::Capture() {
     if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
       frozen = true;
       Freeze();
-      // What was exposed before that is on its way still.
+      // Frames that were exposed earlier are still to arrive.
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                                        configured_.period_s + configured_.exposure_s));
     }
@@ -313,7 +312,7 @@ void AravisDevice::Capture() {
       RememberTransport();
       remembered = Clock::now();
     }
-    SayOnce();
+    ReportOnce();
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
     if (silence_s > stall_s && !std::exchange(stalled, true)) {
@@ -324,7 +323,7 @@ void AravisDevice::Capture() {
             "alone is checked");
     }
     if (!FramesAreDue()) stalled = false;
-    if (const auto why = WhyLost(silence_s)) {
+    if (const auto why = LossReason(silence_s)) {
       Lose(*why);
       break;
     }
@@ -332,8 +331,8 @@ void AravisDevice::Capture() {
   RememberTransport();
 }
 
-// What the system did not grant, when it is known.
-void AravisDevice::SayOnce() {
+// Reports once what the system did not grant, and packets that were refused.
+void AravisDevice::ReportOnce() {
   if (!said_priority_ && stream_->PriorityGranted() == false) {
     said_priority_ = true;
     Say(DeviceEventKind::kNotice,
@@ -354,20 +353,20 @@ void AravisDevice::SayOnce() {
   if (const auto words = stream_->SocketBufferWarning()) Say(DeviceEventKind::kNotice, *words);
 }
 
-// The library hears of a broken control channel from its own heartbeat, up to five seconds after. While no
-// frame comes the camera is asked directly, which tells sooner: one that was restarted has no controller.
-std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
+// The library's heartbeat reports a broken control channel up to five seconds later. While no frame comes,
+// the camera is asked directly, which tells sooner: a camera that was restarted has no controller.
+std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   if (session_->ControlLost())
     return "the camera no longer answers, or another program took control of it; check power and cable";
   const bool waiting_for_trigger = options_.Triggered() && !trigger_out_;
-  const double stall_s = std::max(kStallS, kStallPeriods * configured_.period_s);
-  if (silence_s < stall_s && !waiting_for_trigger) return std::nullopt;
-  const double silent_s = std::max(kSilentS, kSilentPeriods * configured_.period_s);
+  const AravisPatience& patience = options_.patience;
+  if (silence_s < StallSeconds() && !waiting_for_trigger) return std::nullopt;
+  const double silent_s = std::max(patience.silent_s, patience.silent_periods * configured_.period_s);
   if (gige_address_.empty()) {
     if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
     return fmt::format("no frame for {:.1f} s; check the cable and that no trigger is awaited", silence_s);
   }
-  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? kAskIdleS : kAskAgainS)) {
+  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? patience.ask_idle_s : patience.ask_again_s)) {
     const GigeControl control = AskGigeControl(gige_address_, milliseconds(200));
     asked_control_at_ = Clock::now();
     control_answered_ = control != GigeControl::kNoAnswer;
@@ -375,7 +374,7 @@ std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
       return "the camera was restarted, or lost its network: it no longer knows this program";
   }
   if (waiting_for_trigger) return std::nullopt;
-  if (!control_answered_ && silence_s > std::max(kGoneS, silent_s))
+  if (!control_answered_ && silence_s > std::max(patience.gone_s, silent_s))
     return fmt::format("the camera has not answered for {:.1f} s; check power and cable", silence_s);
   if (control_answered_ && silence_s > silent_s)
     return fmt::format(

@@ -1,8 +1,8 @@
 // Machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
 //
-// ID: an IPv4 address (opened at once), a serial number, one of Aravis's own ids (Vendor-Serial,
-// Vendor-Model-Serial), a hardware address; empty: the first camera found. All but an address take the second
-// that discovery takes.
+// ID: an IPv4 address (opened at once), a serial number, one of Aravis's ids (Vendor-Serial,
+// Vendor-Model-Serial) or a hardware address, each found by discovery, which takes a second; empty: the first
+// camera found.
 //
 //   user_set           the camera's own settings loaded first: Default, UserSet1, ...    else: none
 //   exposure_us        exposure time; auto exposure is switched off           else: as the camera is
@@ -31,31 +31,31 @@
 //   priority           high, realtime: of the receiving thread, if the system lets us    else: normal
 //   queue              frames that may wait for the reader                    else: 4
 //
-// A camera keeps what the last program wrote: the whole configuration is written on opening. Exposure, gain
-// and black level are read back and stand in every frame; gain is linear, 10^(dB/20), and 1 where the camera
+// A camera keeps the settings of the last program, so opening writes the whole configuration. Exposure, gain
+// and black level are read back and stand in every frame: gain is linear, 10^(dB/20), and 1 where the camera
 // counts in units of its own; exposure is 0 (unknown) while the camera's auto exposure is on; the black level
-// is taken for counts of the pixel format unless the camera calls it a percentage. What the camera made
-// different is a kNotice, and so is an automatic that was switched off: from then on Info().uri names what it
-// had reached, so that the camera opened again by it takes the same pictures (aravis_automatics.h).
+// is taken as counts of the pixel format unless the camera calls it a percentage. A setting that the camera
+// changed is a kNotice, and so is an automatic that was switched off: from then on Info().uri contains the
+// value that it had reached (aravis_automatics.h).
 //
-// A camera that another program controls is waited for until a killed program's control would have ended,
-// after a word on the log that says whose it is; then it is an Error. A URI that asks for what the camera
-// cannot do is a UsageError.
+// Opening a camera that another program controls waits as long as a killed program's control lasts, with a
+// message on the log that names the controller; after that it is an Error. A URI that asks for what the
+// camera cannot do is a UsageError.
 //
-// trigger=software: Next() fires one when nothing waits, and no other before its frame is there (or is a
-// second overdue). So each call gets a frame of its own, taken after the call.
+// trigger=software: Next() fires a trigger when no frame waits, and no other before its frame has come (or is
+// a second overdue). So each call gets a frame that was taken after the call.
 //
-// Frame::device_time_s is the camera's clock at the start of the frame. A thread takes frames from the
-// library's buffers into a bounded queue; when the reader is slow the oldest goes and is counted. Frames with
-// pixels missing are delivered as kIncomplete and counted, but for the very first of a stream, which meets a
-// receive buffer of the system's size; gaps in the frame numbers are counted as missing.
+// Frame::device_time_s is the camera's clock at the start of the frame. A thread moves frames from the
+// library's buffers into a bounded queue; when the reader is slow the oldest frame is dropped and counted.
+// Frames with missing pixels are delivered as kIncomplete and counted, except the first of a stream, which
+// meets a receive buffer of the system's size. Gaps in the frame numbers are counted as missing.
 //
-// After half a second (three periods) without a frame that is due: kStalled, and the camera is asked directly
-// who controls it, four times a second. The device is lost (kLost, Info().problem says why) when the camera
-// says that nobody does (it was restarted), when its control channel breaks (the library's heartbeat: five
-// seconds), or when it answers and yet sends nothing for three seconds or ten periods. What the library still
-// holds of a camera that is gone is torn down behind, because that blocks for seconds; the process waits for
-// it at its end.
+// Without a frame that is due for half a second (three periods) the device reports kStalled and asks the
+// camera four times a second who controls it. The device is lost (kLost, with the reason in Info().problem)
+// when nobody controls the camera (it was restarted), when its control channel breaks (the library's
+// heartbeat: five seconds), or when it answers and yet sends nothing for three seconds or ten periods
+// (AravisPatience). What the library still holds of a lost camera is closed in the background, because that
+// blocks for seconds; the process waits for it at its end.
 #pragma once
 
 #include <memory>

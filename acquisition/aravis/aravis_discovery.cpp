@@ -28,7 +28,7 @@ struct Discovered {
 };
 
 std::vector<Discovered> Discover() {
-  static Mutex mutex;  // the library's list is one for the process
+  static Mutex mutex;  // the library has one list per process
   const MutexLock lock(mutex);
   arv_update_device_list();
   std::vector<Discovered> found;

@@ -1,7 +1,8 @@
 // The GenICam tree of a machine-vision camera, for `ulf features`.
 //
-// What stands in a category is listed, those outside the tree last; Find() also knows what no category holds
-// (some makers leave AcquisitionFrameRate out). A camera that another program controls can be read, not set.
+// List() returns the features of all categories, those outside the tree last; Find() also finds features that
+// are in no category (some makers leave AcquisitionFrameRate out). A camera that another program controls can
+// be read, not written.
 #pragma once
 
 #include <memory>

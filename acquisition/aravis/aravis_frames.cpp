@@ -23,8 +23,8 @@ std::string BufferStatusText(ArvBufferStatus status) {
   }
 }
 
-AravisFrames::AravisFrames(const AravisSession& session, std::string who, AravisConfigured configured)
-    : who_(std::move(who)), configured_(std::move(configured)) {
+AravisFrames::AravisFrames(const AravisSession& session, AravisConfigured configured)
+    : configured_(std::move(configured)) {
   if (configured_.chunks.empty()) return;
   chunks_ = arv_camera_create_chunk_parser(session.Camera());
   // GigE Vision cameras of the first standard count ticks of their own.

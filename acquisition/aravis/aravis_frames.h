@@ -1,4 +1,4 @@
-// From a buffer of the library to a Frame: pixels, times, and what the camera's chunk data say of them.
+// Converts a buffer of the library to a Frame: pixels, times, and the camera's chunk data.
 #pragma once
 
 #include <string>
@@ -10,26 +10,26 @@
 
 namespace ulf::acquisition {
 
-// Why a frame is not whole, for people.
+// Why a frame is incomplete, for messages.
 std::string BufferStatusText(ArvBufferStatus status);
 
 class AravisFrames {
  public:
-  AravisFrames(const AravisSession& session, std::string who, AravisConfigured configured);
+  AravisFrames(const AravisSession& session, AravisConfigured configured);
   ~AravisFrames();
   AravisFrames(const AravisFrames&) = delete;
   AravisFrames& operator=(const AravisFrames&) = delete;
 
-  // kIncomplete when pixels are missing or it is not the image that was configured; then the picture is what
-  // arrived over what the buffer held before.
+  // The status is kIncomplete when pixels are missing or the image is not the configured one; then the
+  // picture shows what arrived over the buffer's previous content.
   Frame Read(ArvBuffer* buffer);
-  // Of the frames from here on.
+  // Sets exposure, gain and black level of the following frames.
   void SetLight(const AravisConfigured& now) {
     configured_.exposure_s = now.exposure_s;
     configured_.gain = now.gain;
     configured_.black_level = now.black_level;
   }
-  // What is wrong with what the camera sends, once.
+  // Problems with the camera's data, each returned once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
  private:
@@ -37,7 +37,6 @@ class AravisFrames {
   void FillIncomplete(ArvBuffer* buffer, Frame& frame);
   void ReadChunks(ArvBuffer* buffer, Frame& frame);
 
-  std::string who_;
   AravisConfigured configured_;
   ArvChunkParser* chunks_ = nullptr;
   double tick_s_ = 1e-9;  // of the chunk timestamp

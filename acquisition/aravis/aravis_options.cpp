@@ -1,6 +1,5 @@
 #include "acquisition/aravis/aravis_options.h"
 
-#include <cmath>
 #include <cstdio>
 
 #include "core/base/error.h"
@@ -8,15 +7,6 @@
 
 namespace ulf::acquisition {
 namespace {
-
-std::optional<int> WholeNumber(const DeviceUri& uri, const std::string& key, int least,
-                               int most = 1'000'000) {
-  const auto number = uri.Number(key);
-  if (!number) return std::nullopt;
-  if (*number < least || *number > most || *number != std::floor(*number))
-    throw UsageError("'{}': {} must be a whole number from {} to {}", uri.Text(), key, least, most);
-  return static_cast<int>(*number);
-}
 
 bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
   const auto text = uri.Option(key);
@@ -109,7 +99,7 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.user_set = uri.Option("user_set");
   options.exposure_us = uri.Number("exposure_us");
   options.gain_db = uri.Number("gain_db");
-  options.gain_raw = WholeNumber(uri, "gain_raw", 0);
+  options.gain_raw = uri.Whole("gain_raw", 0, 1'000'000);
   if (options.gain_db && options.gain_raw)
     throw UsageError("'{}': gain_db and gain_raw set the same; give one of them", uri.Text());
   options.black_level = uri.Number("black_level");
@@ -125,21 +115,19 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.auto_gain = ParseAutomatic(uri, "auto_gain", {"gain_db", "gain_raw"});
   options.auto_white_balance = ParseAutomatic(uri, "auto_white_balance", {"white_balance"});
   options.auto_black_level = ParseAutomatic(uri, "auto_black_level", {"black_level"});
-  options.settle_s = uri.Number("settle").value_or(1);
-  if (options.settle_s < 0 || options.settle_s > 60)
-    throw UsageError("'{}': settle must be from 0 to 60 seconds", uri.Text());
+  options.settle_s = uri.Number("settle", options.settle_s, 0, 60);
   if (const auto text = uri.Option("trigger")) options.trigger = *text;
   options.chunks = OnOrOff(uri, "chunks", false);
 
-  options.packet_size = WholeNumber(uri, "packet_size", 1);
-  options.packet_delay_ns = WholeNumber(uri, "packet_delay_ns", 0, 1'000'000'000);
+  options.packet_size = uri.Whole("packet_size", 1, 1'000'000);
+  options.packet_delay_ns = uri.Whole("packet_delay_ns", 0, 1'000'000'000);
   options.resend = OnOrOff(uri, "resend", true);
-  options.packet_timeout_ms = WholeNumber(uri, "packet_timeout_ms", 1, 10'000);
-  options.frame_retention_ms = WholeNumber(uri, "frame_retention_ms", 1, 10'000);
-  options.socket_buffer_bytes = WholeNumber(uri, "socket_buffer", 1, 1 << 30);
-  options.buffers = WholeNumber(uri, "buffers", 2, 1000);
+  options.packet_timeout_ms = uri.Whole("packet_timeout_ms", 1, 10'000);
+  options.frame_retention_ms = uri.Whole("frame_retention_ms", 1, 10'000);
+  options.socket_buffer_bytes = uri.Whole("socket_buffer", 1, 1 << 30);
+  options.buffers = uri.Whole("buffers", 2, 1000);
   if (const auto text = uri.Option("priority")) options.priority = ParsePriority(uri, *text);
-  if (const auto queue = WholeNumber(uri, "queue", 1)) options.queue = static_cast<std::size_t>(*queue);
+  if (const auto queue = uri.Whole("queue", 1, 1'000'000)) options.queue = static_cast<std::size_t>(*queue);
   return options;
 }
 

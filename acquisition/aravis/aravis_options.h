@@ -1,5 +1,4 @@
-// What an `aravis:` URI asks of a camera (the options are told in aravis_device.h), before any camera is
-// looked for.
+// The options of an `aravis:` URI (aravis_device.h lists them), read before any camera is opened.
 #pragma once
 
 #include <optional>
@@ -17,10 +16,25 @@ struct AravisBinning {
   int x = 1, y = 1;
 };
 
-// Either once by the camera itself, or these ratios to green.
+// Either adjusted once by the camera itself, or these ratios to green.
 struct AravisWhiteBalance {
   bool by_camera = false;
   double red = 1, blue = 1;
+};
+
+// When a camera counts as stalled or lost. Seconds, and multiples of the frame period where that is longer.
+struct AravisPatience {
+  // Without a frame that is due for so long: kStalled, and the camera is asked who controls it. Guessed.
+  double stall_s = 0.5, stall_periods = 3;
+  // The camera answers but sends nothing for so long: lost, to be opened anew. Guessed.
+  double silent_s = 3, silent_periods = 10;
+  // The camera does not answer for so long: lost. The library's heartbeat reports a broken control channel
+  // within 5 s.
+  double gone_s = 5.5;
+  // Pause between two questions while frames are missing, and while a hardware trigger is awaited. Guessed.
+  double ask_again_s = 0.25, ask_idle_s = 1;
+  // A software trigger without a frame is fired again after at least so long. Guessed.
+  double trigger_s = 1;
 };
 
 enum class ThreadPriority { kNormal, kHigh, kRealtime };
@@ -33,9 +47,9 @@ struct AravisOptions {
   std::optional<AravisRegion> region;
   AravisBinning binning;
   std::optional<AravisWhiteBalance> white_balance;
-  // Continuous automatics; none: those that are on run for settle_s and are then switched off.
+  // Whether an automatic runs continuously; none: one that is on runs for settle_s, then it is switched off.
   std::optional<bool> auto_exposure, auto_gain, auto_white_balance, auto_black_level;
-  double settle_s = 1;
+  double settle_s = 1;           // guessed: webcams and machine-vision cameras settle within a second
   std::string trigger = "free";  // "free", "software", or the camera's name for a line
   bool chunks = false;
 
@@ -43,7 +57,8 @@ struct AravisOptions {
   bool resend = true;
   std::optional<int> socket_buffer_bytes, buffers;
   ThreadPriority priority = ThreadPriority::kNormal;
-  std::size_t queue = 4;
+  std::size_t queue = 4;  // frames that may wait for the reader; guessed
+  AravisPatience patience;
 
   bool Triggered() const { return trigger != "free"; }
   bool SoftwareTriggered() const { return trigger == "software"; }

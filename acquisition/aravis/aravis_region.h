@@ -1,10 +1,10 @@
-// Which part of the sensor a camera sends. Its limits follow from the pixel format, the binning and offsets
-// of zero, which are therefore written first; the region is then checked against them before its size is
-// written. Cameras that limit the offsets further, once they know the size, are asked again before these are.
+// Sets the part of the sensor that a camera sends.
 //
-// A camera takes widths, heights and offsets within limits and in steps of its own, and the limits of one
-// depend on another. Of a mosaic the offsets must be even besides: an odd one moves the colours by a pixel,
-// and whether a camera then names another pattern is its maker's choice.
+// A camera accepts widths, heights and offsets within limits and in steps of its own, and these limits depend
+// on each other. They follow from the pixel format, the binning and offsets of zero, which are therefore
+// written first; then the region is checked and its size written. Some cameras limit the offsets further once
+// the size is set, so the limits are read again before the offsets are written. For a mosaic the offsets must
+// be even: an odd one shifts the colours, and makers differ in whether the camera then names another pattern.
 #pragma once
 
 #include <optional>
@@ -15,13 +15,13 @@
 
 namespace ulf::acquisition {
 
-// The largest image that the camera sends as it is binned.
+// The largest image that the camera sends with the present binning.
 struct AravisImageLimits {
   int width = 0, height = 0;
 };
 
-// Writes `asked`, in pixels of the image, or else the whole image. Throws UsageError with the nearest region
-// that the camera can send.
+// Writes `asked`, in pixels of the image after binning; none: the whole image. Throws UsageError that names
+// the nearest region that the camera can send.
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic);
 

@@ -17,8 +17,8 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-// Longer than a camera goes on obeying a program that was killed (its heartbeat, three seconds where nobody
-// changed it), and than a session of our own takes to be closed.
+// Longer than a camera obeys a killed program (its heartbeat, three seconds by default), and longer than this
+// process needs to close a session.
 constexpr milliseconds kControlEnds(3500);
 constexpr milliseconds kWithoutAWord(400);
 
@@ -42,8 +42,8 @@ void WarnNowAndThen(const std::string& text) {
   spdlog::warn("{}", text);
 }
 
-// Waits for a camera that another program controls. The library itself would wait out retries of seconds
-// without a word, both for that and for an address where nobody answers.
+// Waits for a camera that another program controls. The library would retry for seconds without a message,
+// both in this case and for an address without a camera.
 void WaitForControl(const std::string& who, const std::string& address, AravisSession::Wanted wanted) {
   const auto begin = Clock::now();
   bool said = false;
@@ -69,7 +69,8 @@ void WaitForControl(const std::string& who, const std::string& address, AravisSe
                                  1e-3 * static_cast<double>((kControlEnds - kWithoutAWord).count())));
     }
     if (waited > kControlEnds) throw Error("{}: {}", who, HowToFree(address));
-    // To some cameras every question is a sign of life of whoever controls them, be he dead: silence, then.
+    // Some cameras take any request as a heartbeat of the controlling program, even after its death: ask no
+    // more.
     const auto pause = waited > kWithoutAWord ? kControlEnds : milliseconds(50);
     for (const auto until = Clock::now() + pause; Clock::now() < until && !StopOnSignal::Asked();)
       std::this_thread::sleep_for(milliseconds(20));

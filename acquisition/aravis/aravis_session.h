@@ -1,10 +1,10 @@
-// An open camera of the library and its stream, and how to let go of both.
+// Owns an open camera of the library and its stream, and releases both safely.
 //
-// The library's "control lost" signal comes from its heartbeat thread while another thread may be letting go:
-// if the last reference then falls inside the emission, the library waits for its own thread and aborts. So
-// the handler only sets a flag; letting go disconnects it, waits until it is out, and gives the emission time
-// to return. Letting go of a camera that is gone blocks for seconds (each call waits out its retries): that
-// is for the BackgroundCloser (background_closer.h).
+// The library emits "control-lost" from its heartbeat thread while another thread may release the camera: if
+// the last reference is dropped during the emission, the library waits for its own thread and aborts. So the
+// handler only sets a flag; the destructor disconnects it, waits until it has returned, and gives the
+// emission time to end. Releasing a camera that is gone blocks for seconds (each call waits for its retries):
+// callers use background_closer.h.
 #pragma once
 
 #include <atomic>
@@ -19,11 +19,10 @@ namespace ulf::acquisition {
 
 class AravisSession {
  public:
-  // To be controlled, or only to be read where another program controls it.
+  // kReading: only to be read where another program controls the camera.
   enum class Wanted { kControl, kReading };
-  // `open_by` as ResolveAravis() gives it; `who` names the camera in errors. Where another program controls
-  // the camera that is said at once (on the log), and waited for: a program that was killed keeps control for
-  // some seconds.
+  // `open_by`: from ResolveAravis(); `who` names the camera in errors. Where another program controls the
+  // camera, logs that and waits: a killed program keeps control for some seconds. Throws Error.
   static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by,
                                              Wanted wanted);
   explicit AravisSession(ArvCamera* camera);
@@ -35,7 +34,7 @@ class AravisSession {
   ArvDevice* Device() const { return arv_camera_get_device(camera_); }
   ArvStream* Stream() const { return stream_; }
   void TakeStream(ArvStream* stream) { stream_ = stream; }
-  // Outlives the stream, however late that is let go of.
+  // Keeps `thing` alive until the stream has been released.
   void KeepBeyondStream(std::shared_ptr<void> thing) { beyond_stream_ = std::move(thing); }
   void ReleaseStream() {
     g_clear_object(&stream_);
@@ -43,7 +42,7 @@ class AravisSession {
   }
   bool ControlLost() const { return control_lost_.load(); }
   bool IsController() const;
-  // "another program controls it, from 192.0.2.5; close it ...": for who is refused.
+  // "another program controls this camera, from 192.0.2.5; close it ...", for error messages.
   std::string WhoControls() const;
   // IPv4; empty for a camera on another bus.
   std::string GigeAddress() const;

@@ -12,8 +12,14 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr int kRealtimePriority = 10;  // of 99: above ordinary programs, below the kernel's own
+// Of 99: above ordinary programs, below the kernel's own threads. Guessed, as the niceness (-20 to 19).
+constexpr int kRealtimePriority = 10;
 constexpr int kHighPriorityNice = -10;
+// Bounds of the receive buffer, which holds two frames. Measured: with less, small frames lose packets even
+// on loopback (docs/architecture.md). The upper bound is guessed.
+constexpr std::size_t kLeastSocketBuffer = 2 << 20, kMostSocketBuffer = 256 << 20;
+// Frames that the library may fill at once: as many as fit in this memory, within bounds. Guessed.
+constexpr std::size_t kPoolBytes = 64 << 20, kLeastBuffers = 4, kMostBuffers = 24;
 
 struct Counter {
   const char* of_library;
@@ -42,7 +48,7 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", "bytes ignored"},
 };
 
-// The library keeps its socket to itself.
+// The library does not expose its socket.
 int SocketAtUdpPort(int port) {
   for (const BoundSocket& socket : BoundUdpSockets())
     if (socket.Port() == port) return socket.fd;
@@ -62,14 +68,14 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
   }));
   ArvStream* stream = session.Stream();
   if (ARV_IS_GV_STREAM(stream)) {
-    // The system's default receive buffer loses packets even on loopback, and the library's automatic one is
-    // a single frame: too little for small frames. Two frames, and no less than two megabytes.
-    socket_buffer_bytes_ = options.socket_buffer_bytes
-                               ? static_cast<std::size_t>(*options.socket_buffer_bytes)
-                               : std::clamp<std::size_t>(2 * configured.payload_bytes, 2 << 20, 256 << 20);
+    // The library's automatic size is one frame, which is too little for small frames.
+    socket_buffer_bytes_ =
+        options.socket_buffer_bytes
+            ? static_cast<std::size_t>(*options.socket_buffer_bytes)
+            : std::clamp(2 * configured.payload_bytes, kLeastSocketBuffer, kMostSocketBuffer);
     g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(socket_buffer_bytes_), nullptr);
-    // The library takes it up with the first frame, of which a small buffer has lost a part by then.
+    // The library sets the size with the first frame, part of which a small buffer has lost by then.
     const int bytes = static_cast<int>(socket_buffer_bytes_);
     socket_ = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
     if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
@@ -83,15 +89,14 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
                    nullptr);
     Guard();
   }
-  constexpr std::size_t kPoolBytes = 64 << 20;
   buffers_ = options.buffers ? static_cast<std::size_t>(*options.buffers)
-                             : std::clamp<std::size_t>(
-                                   kPoolBytes / std::max<std::size_t>(configured.payload_bytes, 1), 4, 24);
+                             : std::clamp(kPoolBytes / std::max<std::size_t>(configured.payload_bytes, 1),
+                                          kLeastBuffers, kMostBuffers);
   for (std::size_t i = 0; i < buffers_; ++i)
     arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured.payload_bytes));
 }
 
-// The library's thread rests meanwhile: what came before the guard stood must not be read.
+// Pauses the library's thread: it must not read packets that arrived before the guard.
 void AravisStream::Guard() {
   ArvStream* stream = session_.Stream();
   try {
@@ -129,7 +134,7 @@ bool AravisStream::AllowAnyPort() {
 
 void AravisStream::OnStream(void* data, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
   if (type != ARV_STREAM_CALLBACK_TYPE_INIT) return;
-  HaveSignalStack();
+  InstallSignalStack();
   Thread& thread = **static_cast<std::shared_ptr<Thread>*>(data);
   if (thread.wanted == ThreadPriority::kRealtime)
     thread.granted = arv_make_thread_realtime(kRealtimePriority);

@@ -1,6 +1,6 @@
 // The receiving side of a session: the library's stream with its buffers, receive socket, resending and
-// thread priority as the options say, and its counters named for people. On GigE Vision a guard stands before
-// its socket (stream_guard.h) before the first buffer is given to it.
+// thread priority as the options ask, and its counters under readable names. On GigE Vision the stream's
+// socket gets a packet filter (stream_guard.h) before the first buffer is queued.
 #pragma once
 
 #include <atomic>
@@ -19,21 +19,23 @@ namespace ulf::acquisition {
 
 class AravisStream {
  public:
-  // Gives the session its stream, with buffers, not yet acquiring. Throws Error.
+  // Creates the session's stream with its buffers; acquisition has not started. Throws Error.
   AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                const AravisConfigured& configured);
 
-  // False: the system refused the priority that was asked for; none: not yet known, or none asked for.
+  // Whether the system granted the priority; none: not yet known, or no priority was asked for.
   std::optional<bool> PriorityGranted() const;
-  // Where the system gave a smaller receive buffer than was asked for, with the way out; none: it did not.
-  // Known when the first packets are there.
+  // A warning where the system granted a smaller receive buffer than asked for; none: it is large enough.
+  // Known when the first packets have arrived.
   std::optional<std::string> SocketBufferWarning() const;
-  // Why packets reach the library unchecked; none: they are checked.
+  // Why the packet filter could not be installed; none: it is active.
   const std::optional<std::string>& UnguardedReason() const { return unguarded_reason_; }
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
-  // Of a camera that told the wrong port: true where it was checked until now.
+  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until
+  // now.
   bool AllowAnyPort();
-  // To be called by the thread that pops buffers, or with that thread at rest.
+  // Counters and settings for display. Only for the thread that pops buffers, or while that thread is
+  // stopped.
   std::vector<std::pair<std::string, double>> Transport() const;
 
  private:
@@ -49,7 +51,7 @@ class AravisStream {
   AravisConfigured configured_;
   std::shared_ptr<Thread> thread_;
   void Guard();
-  // What the kernel really gave the stream's socket; none where it cannot be found.
+  // The receive buffer that the kernel granted, in bytes; none where the socket was not found.
   std::optional<std::size_t> GrantedSocketBuffer() const;
 
   int socket_ = -1;                     // the library's; -1: another bus, or not found

@@ -24,7 +24,7 @@ constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPo
                         kPrimaryApplicationAddress = 0x0A14;
 // A discovery answer holds the first registers; these are places in it.
 constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
-                      kModelAt = 0x68, kSerialAt = 0xD8, kUserNameAt = 0xE8, kDiscoveryBytes = 0xF8;
+                      kModelAt = 0x68, kSerialAt = 0xD8, kDiscoveryBytes = 0xF8;
 
 struct Socket {
   int fd = -1;
@@ -75,8 +75,7 @@ std::optional<GigeAnswer> ParseDiscovery(const std::uint8_t* answer, ssize_t siz
                     .netmask = address(kNetmaskAt),
                     .maker = text(kMakerAt, 32),
                     .model = text(kModelAt, 32),
-                    .serial = text(kSerialAt, 16),
-                    .user_name = text(kUserNameAt, 16)};
+                    .serial = text(kSerialAt, 16)};
 }
 
 }  // namespace

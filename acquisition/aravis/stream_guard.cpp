@@ -48,7 +48,7 @@ class Program {
   void LoadWord(std::uint32_t at) { Do(BPF_LD | BPF_W | BPF_ABS, at); }
   void LoadLength() { Do(BPF_LD | BPF_W | BPF_LEN, 0); }
   void And(std::uint32_t mask) { Do(BPF_ALU | BPF_AND | BPF_K, mask); }
-  // To the swallower unless the loaded value ...
+  // To the discarding socket unless the loaded value ...
   void RequireEqual(std::uint32_t value) { Require(BPF_JEQ | BPF_K, value, true); }
   void RequireAtLeast(std::uint32_t value) { Require(BPF_JGE | BPF_K, value, true); }
   void RequireAtMost(std::uint32_t value) { Require(BPF_JGT | BPF_K, value, false); }
@@ -61,7 +61,7 @@ class Program {
   }
   void Land(std::size_t jump) { code_[jump].jt = Distance(jump); }
   std::vector<sock_filter> Finish() {
-    for (const auto& [jump, when] : to_swallower_) (when ? code_[jump].jt : code_[jump].jf) = Distance(jump);
+    for (const auto& [jump, when] : to_discard_) (when ? code_[jump].jt : code_[jump].jf) = Distance(jump);
     Do(BPF_RET | BPF_K, kSwallow);
     return code_;
   }
@@ -69,7 +69,7 @@ class Program {
  private:
   void Require(int test, std::uint32_t value, bool holds) {
     Do(BPF_JMP | test, value);
-    to_swallower_.emplace_back(code_.size() - 1, !holds);
+    to_discard_.emplace_back(code_.size() - 1, !holds);
   }
   std::uint8_t Distance(std::size_t jump) const {
     const std::size_t distance = code_.size() - jump - 1;
@@ -77,7 +77,7 @@ class Program {
     return static_cast<std::uint8_t>(distance);
   }
   std::vector<sock_filter> code_;
-  std::vector<std::pair<std::size_t, bool>> to_swallower_;
+  std::vector<std::pair<std::size_t, bool>> to_discard_;
 };
 
 std::uint32_t AtMost32(std::uint64_t value) {
@@ -176,24 +176,24 @@ StreamGuard::StreamGuard(int socket, const StreamBounds& bounds) : bounds_(bound
   socklen_t size = sizeof at;
   if (getsockname(socket, reinterpret_cast<sockaddr*>(&at), &size) != 0)
     throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
-  swallower_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  discard_socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   try {
     const int yes = 1;
     sock_filter nothing{BPF_RET | BPF_K, 0, 0, 0};
-    const sock_fprog swallow{1, &nothing};
-    SetOption(swallower_, SO_ATTACH_FILTER, &swallow, sizeof swallow);
-    SetOption(swallower_, SO_REUSEPORT, &yes, sizeof yes);
+    const sock_fprog discard_all{1, &nothing};
+    SetOption(discard_socket_, SO_ATTACH_FILTER, &discard_all, sizeof discard_all);
+    SetOption(discard_socket_, SO_REUSEPORT, &yes, sizeof yes);
     SetOption(socket, SO_REUSEPORT, &yes, sizeof yes);
-    if (bind(swallower_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
+    if (bind(discard_socket_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
       throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
     Attach();
   } catch (...) {
-    close(swallower_);
+    close(discard_socket_);
     throw;
   }
 }
 
-StreamGuard::~StreamGuard() { close(swallower_); }
+StreamGuard::~StreamGuard() { close(discard_socket_); }
 
 void StreamGuard::Attach() {
   in_addr camera{};
@@ -201,7 +201,7 @@ void StreamGuard::Attach() {
     throw Error("'{}' is not an IPv4 address", bounds_.camera);
   std::vector<sock_filter> code = ProgramFor(bounds_, ntohl(camera.s_addr));
   const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
-  SetOption(swallower_, SO_ATTACH_REUSEPORT_CBPF, &program, sizeof program);
+  SetOption(discard_socket_, SO_ATTACH_REUSEPORT_CBPF, &program, sizeof program);
 }
 
 void StreamGuard::AllowAnyPort() {
@@ -212,7 +212,7 @@ void StreamGuard::AllowAnyPort() {
 std::uint64_t StreamGuard::Refused() const {
   std::array<std::uint32_t, SK_MEMINFO_VARS> counts{};
   socklen_t size = sizeof counts;
-  if (getsockopt(swallower_, SOL_SOCKET, SO_MEMINFO, counts.data(), &size) != 0) return 0;
+  if (getsockopt(discard_socket_, SOL_SOCKET, SO_MEMINFO, counts.data(), &size) != 0) return 0;
   return counts[SK_MEMINFO_DROPS];
 }
 

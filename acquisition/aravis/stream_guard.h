@@ -1,17 +1,18 @@
-// What may reach the library that receives a GigE Vision stream. It believes what packets say of themselves:
-// a number of packets is an allocation, a packet number a place in memory, and one forged packet ends the
-// process. So the kernel looks at every packet first and lets through what the negotiated stream can hold:
+// Filters the packets of a GigE Vision stream in the kernel (socket BPF) before Aravis receives them. Aravis
+// trusts packet headers: it allocates by the number of packets and writes at the offset of a packet number,
+// so one forged packet can crash the process. The filter passes only packets that the negotiated stream can
+// contain:
 //
-//   from the camera's address, and from its port where the camera has told it (GevSCSP)
-//   no longer than the negotiated packet size, and as long as its kind must be
-//   leaders, payload and trailers of single images, with or without chunk data; numbers of packets within the
-//   payload's; an image that fits the payload
+//   sender   the camera's address, and its port if the camera tells it (GevSCSP)
+//   length   at most the negotiated packet size, and valid for the kind of packet
+//   kind     leader, payload or trailer of a single image, with or without chunk data; packet numbers within
+//            the payload; an image that fits the payload
 //
-// GVSP headers as in GigE Vision 2.x with 16-bit and with 64-bit frame numbers. A packet that may not pass
-// goes to a second socket at the same port, which swallows and counts.
+// Headers follow GVSP (GigE Vision 2.x) with 16-bit and with 64-bit frame numbers. Other packets go to a
+// second socket at the same port, which discards and counts them.
 //
-// Whoever can send from the camera's own address and port can still spoil frames, as a broken camera could:
-// pixels, times and numbers of frames are not signed.
+// A sender that uses the camera's own address and port can still corrupt frames: GVSP does not sign pixels,
+// times or frame numbers.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +30,8 @@ struct StreamBounds {
 
 class StreamGuard {
  public:
-  // For a bound UDP socket. This object is to outlive it: without it packets pass unchecked. Throws Error
-  // where the kernel does not do its part.
+  // `socket`: a bound UDP socket. This object must outlive it: without it packets pass unchecked. Throws
+  // Error when the kernel does not support the filter.
   StreamGuard(int socket, const StreamBounds& bounds);
   ~StreamGuard();
   StreamGuard(const StreamGuard&) = delete;
@@ -38,14 +39,14 @@ class StreamGuard {
 
   std::uint64_t Refused() const;  // packets
   bool ChecksPort() const { return bounds_.source_port != 0; }
-  // For a camera that told the wrong one.
+  // For a camera that sends from another port than it told.
   void AllowAnyPort();
 
  private:
   void Attach();
 
   StreamBounds bounds_;
-  int swallower_ = -1;
+  int discard_socket_ = -1;
 };
 
 }  // namespace ulf::acquisition

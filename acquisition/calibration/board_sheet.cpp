@@ -11,7 +11,8 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kMarginMm = 10;    // printers reach no farther, and a board needs white around it
+// Printers do not print closer to the edge, and a board needs a white border. Guessed.
+constexpr double kMarginMm = 10;
 constexpr double kCaptionMm = 14;   // below the board: scale bar and text
 constexpr double kTextMm = 3.2;     // height of the letters
 constexpr double kBarLineMm = 0.3;  // thickness

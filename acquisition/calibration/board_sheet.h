@@ -1,8 +1,8 @@
-// A calibration target on paper, in true size: SVG and PDF, both of them vector graphics.
+// Draws a calibration target for printing in true size, as SVG or PDF.
 //
-// One millimetre of the board is one millimetre of the page, whatever the printer's resolution; printers'
-// "fit to page" is the enemy, so a scale bar to be measured with a ruler is printed under the board, and the
-// board's text, which `ulf calibrate --board` takes.
+// One millimetre of the board is one millimetre on the page. Printer drivers often scale ("fit to page");
+// therefore a scale bar, to be checked with a ruler, is printed below the board, with the text for `ulf
+// calibrate --board`.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@ struct SheetLayout {
   std::string caption;
 };
 
-// `page`: "a4", "a3", "letter" (upright or lying, as the board fits) or "board" (as large as the board
-// needs). Throws UsageError where the board does not fit, with the size it needs.
+// `page`: "a4", "a3", "letter" (portrait or landscape, as the board fits) or "board" (the size that the board
+// needs). Throws UsageError, with the size that the board needs, when it does not fit.
 SheetLayout LayOutSheet(const Board& board, const std::string& page);
 
 std::string SheetSvg(const Board& board, const SheetLayout& layout);

@@ -1,5 +1,4 @@
 #include "acquisition/calibration/calibrate.h"
-#include "core/base/counted.h"
 
 #include <fmt/format.h>
 
@@ -8,27 +7,19 @@
 #include <limits>
 #include <map>
 
+#include "core/base/counted.h"
+#include "core/base/quantile.h"
+#include "core/geometry/angles.h"
+
 namespace ulf::acquisition {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDeg = M_PI / 180;
-constexpr double kSameplaceShare = 0.005;  // of the image's width: a view that moved less repeats another
-constexpr std::size_t kLeastViews = 4;
-constexpr double kLeastOrientationSpread = 6 * kDeg;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// Some views well apart from each other: enough for a start.
-std::vector<BoardView> AFew(const std::vector<BoardView>& views) {
-  constexpr std::size_t kFew = 12;
+// Some views distant from each other, which suffice for a start.
+std::vector<BoardView> Subset(const std::vector<BoardView>& views) {
+  constexpr std::size_t kFew = 12;  // guessed: a start needs no precision
   if (views.size() <= kFew) return views;
   std::vector<BoardView> few;
   for (std::size_t i = 0; i < kFew; ++i) few.push_back(views[i * (views.size() - 1) / (kFew - 1)]);
@@ -72,12 +63,12 @@ std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::v
 }
 
 // Drops views that repeat another; the reports say which.
-std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, int width,
+std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, double least_shift_px,
                                        std::vector<ViewReport>& reports) {
   std::vector<std::size_t> kept;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto same = std::find_if(kept.begin(), kept.end(), [&](std::size_t other) {
-      return MeanShiftPx(views[v], views[other]) < kSameplaceShare * width;
+      return MeanShiftPx(views[v], views[other]) < least_shift_px;
     });
     if (same != kept.end())
       reports[v].left_out = fmt::format("the board stands as in {}", views[*same].name);
@@ -87,15 +78,17 @@ std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, int 
   return kept;
 }
 
-// Takes outlying corners out of the views and drops views that do not fit; returns the indices of those kept.
-void TakeOutOutliers(const std::vector<Vector3d>& points, const CameraModel& start, CalibrationResult& result,
-                     std::vector<std::size_t>& indices) {
-  constexpr double kGateSigmas = 4.5, kViewFactor = 3, kRayleighMedian = 1.1774;
-  for (int round = 0; round < 3; ++round) {
+// Removes outlying corners from the views and drops views that do not fit; `indices` are those of the views
+// kept.
+void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& start,
+                    const CalibrationOptions& options, CalibrationResult& result,
+                    std::vector<std::size_t>& indices) {
+  constexpr double kRayleighMedian = 1.1774;  // sqrt(2 ln 2): median length of a 2D Gaussian of sigma 1
+  for (int round = 0; round < options.outlier_rounds; ++round) {
     const auto fit = RichFit(points, result.views, start);
     if (!fit) return;
     const double sigma = TypicalErrorPx(points, result.views, *fit) / kRayleighMedian;
-    const double gate = std::max(0.1, kGateSigmas * sigma);
+    const double gate = std::max(options.least_gate_px, options.gate_sigmas * sigma);
     std::vector<double> view_errors;
     std::vector<std::vector<Vector2d>> residuals;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
@@ -110,7 +103,7 @@ void TakeOutOutliers(const std::vector<Vector3d>& points, const CameraModel& sta
     std::size_t taken_out = 0;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
       ViewReport& report = result.reports[indices[v]];
-      if (view_errors[v] > std::max(0.3, kViewFactor * usual)) {
+      if (view_errors[v] > std::max(options.least_view_error_px, options.view_factor * usual)) {
         report.left_out = fmt::format("its error of {:.2f} px is {:.1f} times the usual", view_errors[v],
                                       view_errors[v] / usual);
         ++taken_out;
@@ -134,11 +127,12 @@ void TakeOutOutliers(const std::vector<Vector3d>& points, const CameraModel& sta
     }
     result.views = std::move(views);
     indices = std::move(kept_indices);
-    if (taken_out == 0 || result.views.size() < kLeastViews) return;
+    if (taken_out == 0 || result.views.size() < options.least_views) return;
   }
 }
 
-std::string SeenTooRarely(const CalibrationResult& result, std::size_t given, std::size_t distinct) {
+std::string TooFewViewsReason(const CalibrationResult& result, std::size_t given, std::size_t distinct,
+                              std::size_t least_views) {
   if (given == 0)
     return fmt::format(
         "the board {} was not found in any image; check its kind, counts (squares, not inner corners) and "
@@ -149,85 +143,87 @@ std::string SeenTooRarely(const CalibrationResult& result, std::size_t given, st
         "the board stands at the same place in all {} images: one view says nothing about the lens; move and "
         "tilt it between images",
         given);
-  if (given >= kLeastViews)
+  if (given >= least_views)
     return fmt::format(
         "the board stands at the same place in most of the {} images: {} different views, at least {} are "
         "needed; move and tilt it between images",
-        given, distinct, kLeastViews);
+        given, distinct, least_views);
   return fmt::format("only {} of the board ({}), at least {} are needed; move and tilt it between images",
-                     Counted(distinct, "different view"), Counted(given, "image"), kLeastViews);
+                     Counted(distinct, "different view"), Counted(given, "image"), least_views);
 }
 
-std::string Undetermined(const CalibrationResult& result) {
+std::string UndeterminedReason(const CalibrationResult& result, const CalibrationOptions& options) {
   const CameraModel& camera = result.camera;
-  const double spread_deg = result.coverage.orientation_spread / kDeg;
-  if (result.coverage.orientation_spread < kLeastOrientationSpread)
+  const double spread_deg = Degrees(result.coverage.orientation_spread);
+  if (result.coverage.orientation_spread < options.least_orientation_spread)
     return fmt::format(
         "the board has nearly the same orientation in all {} views (within {:.1f} degrees): focal length and "
         "distance cannot be told apart; tilt it to all sides, by 20 to 40 degrees",
         result.views.size(), spread_deg);
   const double focal_sigma = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
-  if (!(focal_sigma < 0.05))
+  if (!(focal_sigma < options.most_relative_sigma))
     return fmt::format(
         "the views do not determine the focal length ({:.0f} px +- {:.0f} %; orientations within {:.0f} "
         "degrees); take more, with the board tilted to all sides by 20 to 40 degrees",
         camera.MeanFocalPx(), 100 * focal_sigma, spread_deg);
   const double center_sigma = std::max(result.sigma[2], result.sigma[3]) / camera.width;
-  if (!(center_sigma < 0.05))
+  if (!(center_sigma < options.most_relative_sigma))
     return fmt::format(
         "the views do not determine the principal point (+- {:.0f} % of the image's width); take more, with "
         "the board in all parts of the image and tilted to all sides",
         100 * center_sigma);
-  if (camera.MeanFocalPx() < 0.05 * camera.width || camera.MeanFocalPx() > 50 * camera.width)
+  if (camera.MeanFocalPx() < options.shortest_focal * camera.width ||
+      camera.MeanFocalPx() > options.longest_focal * camera.width)
     return fmt::format(
         "a focal length of {:.0f} px for an image {} px wide is no lens; check the board's text",
         camera.MeanFocalPx(), camera.width);
   return {};
 }
 
-void Judge(CalibrationResult& result) {
+void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
   const CameraModel& camera = result.camera;
   const BoardCoverage& coverage = result.coverage;
   const auto warn = [&](std::string_view text) { result.warnings.emplace_back(text); };
   // First what makes the result wrong, then what makes it uncertain.
   const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
-  if (off.norm() > 0.1 * camera.width)
+  if (off.norm() > options.warn_off_center * camera.width)
     warn(fmt::format(
         "the principal point lies {:.0f} px ({:.0f} % of the width) from the image's middle, where hardly "
         "any "
         "lens has it: do not use this calibration unless the images were cropped; take more views, "
         "with the board in all parts of the image and tilted to all sides",
         off.norm(), 100 * off.norm() / camera.width));
-  if (result.views.size() < 10)
+  if (result.views.size() < options.warn_views)
     warn(fmt::format("only {}: take 15 or more", Counted(result.views.size(), "view")));
-  if (coverage.CellShare() < 0.7)
+  if (coverage.CellShare() < options.warn_cells)
     warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
                      100 * coverage.CellShare()));
-  if (coverage.reach < 0.75)
+  if (coverage.reach < options.warn_reach)
     warn(
         fmt::format("no corner farther out than {:.0f} % of the half diagonal: beyond that the distortion is "
                     "extrapolated",
                     100 * coverage.reach));
-  constexpr double kTilted = 12 * kDeg;
   std::string missing;
   for (const auto& [tilt, name] : {std::pair{coverage.left, "left"}, std::pair{coverage.right, "right"},
                                    std::pair{coverage.upper, "upper"}, std::pair{coverage.lower, "lower"}})
-    if (tilt < kTilted) missing += (missing.empty() ? "" : ", ") + std::string(name);
-  if (!missing.empty()) warn("the board was never tilted with this edge away by 12 degrees: " + missing);
+    if (tilt < options.warn_tilt) missing += (missing.empty() ? "" : ", ") + std::string(name);
+  if (!missing.empty())
+    warn(fmt::format("the board was never tilted with this edge away by {:.0f} degrees: {}",
+                     Degrees(options.warn_tilt), missing));
   const double focal = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
-  if (focal > 0.005)
+  if (focal > options.warn_relative_sigma)
     warn(fmt::format("the focal length is uncertain by {:.1f} % (+- {:.1f} px)", 100 * focal,
                      focal * camera.MeanFocalPx()));
   const double center = std::max(result.sigma[2], result.sigma[3]);
-  if (center > 0.005 * camera.width)
+  if (center > options.warn_relative_sigma * camera.width)
     warn(fmt::format("the principal point is uncertain by +- {:.1f} px", center));
-  if (result.rms_px > 1)
+  if (result.rms_px > options.warn_rms_px)
     warn(
         fmt::format("the error of {:.2f} px is large: is the board flat and true to its text, are the images "
                     "sharp?",
                     result.rms_px));
   const std::size_t all = result.corners + result.outliers;
-  if (result.outliers > all / 10)
+  if (static_cast<double>(result.outliers) > options.warn_outliers * static_cast<double>(all))
     warn(fmt::format("corners that did not fit and were left out: {} of {}", result.outliers, all));
   if (result.choice.table[result.choice.chosen].folds_inside_image)
     warn("the distortion cannot be inverted in part of the image");
@@ -278,8 +274,7 @@ BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& vi
     coverage.upper = std::max(coverage.upper, along);
     coverage.lower = std::max(coverage.lower, -along);
     for (const Vector3d& other : normals)
-      coverage.orientation_spread =
-          std::max(coverage.orientation_spread, std::acos(std::clamp(n.dot(other), -1.0, 1.0)));
+      coverage.orientation_spread = std::max(coverage.orientation_spread, AngleBetween(n, other));
     normals.push_back(n);
   }
   return coverage;
@@ -288,7 +283,7 @@ BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& vi
 std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector<BoardView>& views, int width,
                                            int height) {
   const std::vector<Vector3d> points = board.Points();
-  const std::vector<BoardView> few = AFew(views);
+  const std::vector<BoardView> few = Subset(views);
   std::optional<CameraModel> best;
   double best_error = std::numeric_limits<double>::infinity();
   for (const double focal_in_widths : {0.35, 0.6, 1.0, 1.8, 4.0})
@@ -298,8 +293,9 @@ std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector
                                   {.huber_px = 2, .max_iterations = 40, .with_sigma = false});
       if (!fit.usable) continue;
       const double error = TypicalErrorPx(points, few, fit);
-      // The families are nearly the same for a narrow lens: a hair's difference is none.
-      if (error < 0.98 * best_error) {
+      // For a narrow lens the families are nearly the same: the later one must be better by 2 %. Guessed.
+      constexpr double kClearlyLess = 0.98;
+      if (error < kClearlyLess * best_error) {
         best_error = error;
         best = fit.camera;
       }
@@ -308,7 +304,7 @@ std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector
 }
 
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
-                                     int height) {
+                                     int height, const CalibrationOptions& options) {
   CalibrationResult result{.board = board};
   std::vector<BoardView> seen;
   for (const BoardView& view : views) {
@@ -316,10 +312,10 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
         {view.name, view.ids.size(), 0, 0, view.ids.empty() ? "the board was not found" : ""});
     if (!view.ids.empty()) seen.push_back(view);
   }
-  std::vector<std::size_t> indices = DistinctViews(views, width, result.reports);
+  std::vector<std::size_t> indices = DistinctViews(views, options.same_place_share * width, result.reports);
   std::erase_if(indices, [&](std::size_t v) { return views[v].ids.empty(); });
-  if (indices.size() < kLeastViews) {
-    result.refusal = SeenTooRarely(result, seen.size(), indices.size());
+  if (indices.size() < options.least_views) {
+    result.refusal = TooFewViewsReason(result, seen.size(), indices.size(), options.least_views);
     return result;
   }
   for (const std::size_t v : indices) result.views.push_back(views[v]);
@@ -329,9 +325,9 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
     result.refusal = "no lens explains these views; check the board's text and that it is flat";
     return result;
   }
-  TakeOutOutliers(points, *rough, result, indices);
-  if (result.views.size() < kLeastViews) {
-    result.refusal = SeenTooRarely(result, seen.size(), result.views.size());
+  RemoveOutliers(points, *rough, options, result, indices);
+  if (result.views.size() < options.least_views) {
+    result.refusal = TooFewViewsReason(result, seen.size(), result.views.size(), options.least_views);
     return result;
   }
   result.choice = ChooseLens(points, result.views, *rough);
@@ -358,8 +354,8 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
   }
   for (const ViewReport& report : result.reports) result.outliers += report.outliers;
   result.coverage = CoverageOf(width, height, result.views, result.cam_from_board);
-  result.refusal = Undetermined(result);
-  if (result.ok()) Judge(result);
+  result.refusal = UndeterminedReason(result, options);
+  if (result.ok()) AddWarnings(options, result);
   return result;
 }
 

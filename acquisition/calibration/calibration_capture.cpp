@@ -1,7 +1,6 @@
 #include "acquisition/calibration/calibration_capture.h"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <filesystem>
 
@@ -68,14 +67,6 @@ bool WantsStills(const Device& device, const CalibrationCaptureOptions& options)
     throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
                      device.Info().uri);
   return true;
-}
-
-bool IsImageName(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  static const std::vector<std::string> known = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
-                                                 ".bmp", ".webp", ".ppm",  ".pgm", ".exr"};
-  return std::find(known.begin(), known.end(), extension) != known.end();
 }
 
 }  // namespace
@@ -191,7 +182,8 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
     if (!fs::is_directory(path)) throw Error("{}: there is no such file or folder", path);
     std::vector<std::string> inside;
     for (const auto& entry : fs::directory_iterator(path))
-      if (entry.is_regular_file() && IsImageName(entry.path()) && entry.path().filename().string()[0] != '.')
+      if (entry.is_regular_file() && HasImageEnding(entry.path()) &&
+          entry.path().filename().string()[0] != '.')
         inside.push_back(entry.path().string());
     if (inside.empty()) throw Error("{}: holds no images", path);
     std::sort(inside.begin(), inside.end(), NameOrder);

@@ -1,4 +1,4 @@
-// Views of a board from a device or from image files, and frames of a card.
+// Collects views of a board from a device or from image files, and frames of a card for the flat field.
 #pragma once
 
 #include <functional>
@@ -14,9 +14,9 @@ namespace ulf::acquisition {
 struct CollectedViews {
   int width = 0, height = 0;
   std::vector<BoardView> views =
-      {};  // by a device: those taken; of files: one each, empty where it was not found
-  std::vector<cv::Mat> pictures = {};  // of a device: the taken frames, for the report
-  std::string ended = {};              // why it ended, for people; empty when there was enough
+      {};  // of a device: those taken; of files: one each, empty when no board was found
+  std::vector<cv::Mat> pictures = {};  // of a device: the frames of the views
+  std::string ended = {};              // message why it ended early; empty: the views suffice
 };
 
 struct CaptureProgress {
@@ -25,27 +25,27 @@ struct CaptureProgress {
 };
 
 struct CalibrationCaptureOptions {
-  std::string mode = "live";  // or "still": photographs are released and used instead of the live frames
+  std::string mode = "live";  // or "still": uses photographs, which it releases, instead of live frames
   GuideOptions guide;
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
   std::function<bool()> stop = [] { return false; };
-  double still_timeout_s = 30;  // from asking for a photograph to having it
+  double still_timeout_s = 30;  // from the request for a photograph to its arrival; guessed
 };
 
-// Until there is enough, the device ends, or `stop`. Throws Error when the device is lost, UsageError for
-// stills of a device that takes none.
+// Collects views until they suffice, the device ends, or `stop`. Throws Error when the device is lost,
+// UsageError for mode "still" on a device that takes no photographs.
 CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options);
 
-// Throws Error where the files have different sizes, or there are none.
+// Throws Error when there are no files or their sizes differ.
 CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
                             const CalibrationCaptureOptions& options);
 
-// The next `count` complete frames of the mode: live ones, or photographs, each asked for. Fewer when the
-// device ends or `stop`. Throws Error when the device is lost or a photograph does not come, UsageError for
-// stills of a device that takes none.
+// The next `count` complete frames of the mode: live frames, or photographs, which it requests. Fewer when
+// the device ends, or after `stop`. Throws Error when the device is lost or a photograph does not arrive,
+// UsageError for mode "still" on a device that takes no photographs.
 std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options);
 
-// The images among files and folders, each folder in the order of names as people count.
+// The image files in a list of files and folders; those of a folder in natural order of their names.
 std::vector<std::string> ImagesIn(const std::vector<std::string>& paths);
 
 }  // namespace ulf::acquisition

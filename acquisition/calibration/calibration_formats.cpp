@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/light_field/exchange/colmap_model.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -157,29 +158,6 @@ CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
   return FromOpenCvCoefficients(width, height, matrix, coefficients, fisheye != 0, where);
 }
 
-struct ColmapModel {
-  const char* name;
-  bool one_focal;
-  Distortion distortion;
-  std::vector<int> coefficients;  // where each further parameter goes; -1: must be 0
-};
-
-const std::vector<ColmapModel>& ColmapModels() {
-  constexpr Distortion kNone = Distortion::kNone, kRadial = Distortion::kRadialTangential,
-                       kFish = Distortion::kFisheye;
-  static const std::vector<ColmapModel> models = {
-      {"SIMPLE_PINHOLE", true, kNone, {}},
-      {"PINHOLE", false, kNone, {}},
-      {"SIMPLE_RADIAL", true, kRadial, {0}},
-      {"RADIAL", true, kRadial, {0, 1}},
-      {"OPENCV", false, kRadial, {0, 1, 2, 3}},
-      {"FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
-      {"SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
-      {"RADIAL_FISHEYE", true, kFish, {0, 1}},
-      {"OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}}};
-  return models;
-}
-
 std::map<std::string, std::string> ColmapLines(const std::string& text) {
   std::map<std::string, std::string> lines;
   std::istringstream in(text);
@@ -196,38 +174,10 @@ CameraModel ReadColmap(const std::string& text, const std::string& where, const 
   std::vector<std::string> ids;
   for (const auto& [id, line] : lines) ids.push_back(id);
   const std::string id = Pick(ids, wanted, where), place = where + ", camera " + id;
-  std::istringstream words(lines.at(id));
-  std::string skipped, name;
-  CameraModel camera;
-  words >> skipped >> name >> camera.width >> camera.height;
-  std::vector<double> p;
-  for (double value; words >> value;) p.push_back(value);
-  const auto model = std::find_if(ColmapModels().begin(), ColmapModels().end(),
-                                  [&](const ColmapModel& known) { return known.name == name; });
-  if (model == ColmapModels().end()) {
-    std::string known;
-    for (const ColmapModel& entry : ColmapModels())
-      known += (known.empty() ? "" : ", ") + std::string(entry.name);
-    throw Error("{}: camera model '{}' is not known here; known are {}", place, name, known);
-  }
-  const std::size_t first = model->one_focal ? 3 : 4;
-  if (p.size() != first + model->coefficients.size())
-    throw Error("{}: {} has {} parameters, not {}", place, name, first + model->coefficients.size(),
-                p.size());
-  camera.fx = p[0];
-  camera.fy = model->one_focal ? p[0] : p[1];
-  camera.cx = p[first - 2];
-  camera.cy = p[first - 1];
-  camera.distortion = model->distortion;
-  for (std::size_t i = 0; i < model->coefficients.size(); ++i) {
-    const int slot = model->coefficients[i];
-    if (slot >= 0)
-      camera.coefficients[static_cast<std::size_t>(slot)] = p[first + i];
-    else if (p[first + i] != 0)
-      throw Error("{}: {} with k4 k5 k6 is a rational model, which is not known here", place, name);
-  }
-  camera.Validate(place);
-  return camera;
+  std::istringstream row(lines.at(id));
+  std::string number;
+  row >> number;
+  return ReadColmapCamera(row, place);
 }
 
 std::string JoinedCoefficients(const CameraModel& camera, std::size_t count) {

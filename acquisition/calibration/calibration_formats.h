@@ -1,4 +1,4 @@
-// Intrinsics in other programs' files.
+// Reads and writes intrinsics in the files of other programs.
 //
 //   kalibr  camchain YAML: camera_model pinhole with radtan, equidistant or none
 //   ros     camera_info YAML: plumb_bob, equidistant, rational_polynomial without its denominator
@@ -7,9 +7,9 @@
 //   colmap  cameras.txt: (SIMPLE_)PINHOLE, (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without its denominator,
 //           (SIMPLE_RADIAL_, RADIAL_, OPENCV_)FISHEYE
 //
-// Kalibr, ROS and OpenCV count pixels from integer centres: their principal point is half a pixel less than
-// ours in each axis. COLMAP's and ours are the same. What a format cannot say, and what cannot be said here
-// (omni, double sphere, field-of-view, rational, thin prism, ...), is an Error that names the model.
+// Kalibr, ROS and OpenCV have pixel centres at integers: their principal point is half a pixel less than
+// ulf's in each axis. COLMAP has the same convention as ulf. A lens model that the format or ulf does not
+// support (omni, double sphere, field-of-view, rational, thin prism, ...) is an Error that names it.
 #pragma once
 
 #include <optional>
@@ -23,11 +23,11 @@ enum class CalibrationFormat { kKalibr, kRos, kOpenCv, kColmap };
 const char* Name(CalibrationFormat format);
 std::optional<CalibrationFormat> CalibrationFormatByName(const std::string& name);
 
-// By content; none: neither of these.
+// The format of a file's content; none: unknown.
 std::optional<CalibrationFormat> DetectCalibrationFormat(const std::string& text);
 
-// `camera` picks one of several by name or number ("cam1", "2"); empty: there must be only one. `where` names
-// the file in errors.
+// `camera` selects one of several by name or number ("cam1", "2"); empty: the file must contain only one.
+// Errors name `where`.
 CameraModel ReadCalibrationText(CalibrationFormat format, const std::string& text, const std::string& where,
                                 const std::string& camera = "");
 

@@ -7,11 +7,6 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kTilted = 18 * M_PI / 180;
-constexpr double kStillShare = 0.004, kNewShare = 0.08;  // of the image's width
-constexpr double kBlurFactor = 1.5;
-constexpr int kEnoughCornersInACell = 2;
-
 std::size_t Count(const std::vector<bool>& flags) {
   return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), true));
 }
@@ -39,7 +34,7 @@ CalibrationGuide::CalibrationGuide(const Board& board, int width, int height, co
       cells_(kColumns * kRows),
       tilts_(kTilts) {}
 
-CalibrationGuide::Seen CalibrationGuide::Shows(const BoardView& view) const {
+CalibrationGuide::Seen CalibrationGuide::SeenIn(const BoardView& view) const {
   Seen seen{std::vector<bool>(kColumns * kRows), std::vector<bool>(kTilts)};
   std::array<int, kColumns * kRows> corners{};
   for (const Eigen::Vector2d& img : view.img) {
@@ -47,11 +42,11 @@ CalibrationGuide::Seen CalibrationGuide::Shows(const BoardView& view) const {
     const int row = std::clamp(static_cast<int>(img.y() / height_ * kRows), 0, kRows - 1);
     ++corners[static_cast<std::size_t>(row * kColumns + column)];
   }
-  for (std::size_t i = 0; i < corners.size(); ++i) seen.cells[i] = corners[i] >= kEnoughCornersInACell;
+  for (std::size_t i = 0; i < corners.size(); ++i) seen.cells[i] = corners[i] >= options_.corners_in_cell;
   if (const auto pose = PoseOfBoard(points_, view, rough_)) {
     const BoardCoverage one = CoverageOf(width_, height_, {view}, {*pose});
     const double tilts[kTilts] = {one.left, one.right, one.upper, one.lower};
-    for (std::size_t i = 0; i < kTilts; ++i) seen.tilts[i] = tilts[i] > kTilted;
+    for (std::size_t i = 0; i < kTilts; ++i) seen.tilts[i] = tilts[i] > options_.tilted;
   }
   return seen;
 }
@@ -64,7 +59,7 @@ void CalibrationGuide::Take(BoardView view) {
   std::fill(cells_.begin(), cells_.end(), false);
   std::fill(tilts_.begin(), tilts_.end(), false);
   for (const BoardView& taken : views_) {
-    const Seen seen = Shows(taken);
+    const Seen seen = SeenIn(taken);
     for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i] = cells_[i] || seen.cells[i];
     for (std::size_t i = 0; i < tilts_.size(); ++i) tilts_[i] = tilts_[i] || seen.tilts[i];
   }
@@ -77,19 +72,19 @@ ViewVerdict CalibrationGuide::Look(const cv::Mat& gray, const std::string& name)
     return ViewVerdict::kNotSeen;
   }
   view.name = name;
-  const bool still = last_ && MeanShiftPx(view, *last_) < kStillShare * width_;
+  const bool still = last_ && MeanShiftPx(view, *last_) < options_.still_share * width_;
   last_ = view;
   if (!still) return ViewVerdict::kMoving;
   const double blur_px = EdgeBlurPx(view, gray);
   least_blur_px_ = std::min(least_blur_px_, blur_px);
-  if (blur_px > kBlurFactor * least_blur_px_) return ViewVerdict::kBlurred;
-  const Seen seen = Shows(view);
+  if (blur_px > options_.blur_factor * least_blur_px_) return ViewVerdict::kBlurred;
+  const Seen seen = SeenIn(view);
   const bool elsewhere = std::all_of(views_.begin(), views_.end(), [&](const BoardView& taken) {
-    return MeanShiftPx(view, taken) > kNewShare * width_;
+    return MeanShiftPx(view, taken) > options_.new_share * width_;
   });
-  // A missing part or tilt does not excuse the same place again.
+  // A view of the same place adds nothing, even where it covers a missing part.
   const bool moved = std::all_of(views_.begin(), views_.end(), [&](const BoardView& taken) {
-    return MeanShiftPx(view, taken) > 0.25 * kNewShare * width_;
+    return MeanShiftPx(view, taken) > options_.moved_share * width_;
   });
   const bool adds = AddsTo(cells_, seen.cells) || AddsTo(tilts_, seen.tilts);
   if (!elsewhere && !(adds && moved)) return ViewVerdict::kNothingNew;

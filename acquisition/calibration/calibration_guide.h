@@ -1,13 +1,12 @@
-// Which views of the board a live calibration still wants, and which frames it takes by itself.
+// Chooses frames during a live calibration and tells the operator which views of the board are still missing.
 //
-// Wanted: corners in every part of the image (a grid of 5 x 4), and each of the board's four edges once
-// tilted away by at least 18 degrees. A frame is taken when the board is seen sharp (edges as steep as the
-// best seen, to within half), still (it moved less than 0.4 % of the width since the last frame, and that was
-// a detection) and new (it shows an uncovered part, a missing tilt, or stands 8 % of the width away from
-// every taken view).
+// Needed are corners in every part of the image (a grid of 5 x 4), and each of the board's four edges tilted
+// away from the camera once. A frame is taken when the board is sharp, still (also against the frame before
+// it) and new: it covers another part of the image, shows a missing tilt, or stands elsewhere than in every
+// taken view.
 //
-// Poses come from rough intrinsics that are estimated anew as views are taken. One thread; the caller owns
-// the loop.
+// Poses come from rough intrinsics that are estimated again as views are taken. For one thread; the caller
+// owns the loop.
 #pragma once
 
 #include <optional>
@@ -15,30 +14,38 @@
 #include <vector>
 
 #include "acquisition/calibration/calibrate.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::acquisition {
 
 enum class ViewVerdict { kTaken, kNotSeen, kMoving, kBlurred, kNothingNew };
 const char* Name(ViewVerdict verdict);
 
+// All thresholds are guessed. Shares are of the image's width.
 struct GuideOptions {
-  int least_views = 14;  // enough coverage before that goes on
-  int most_views = 60;
+  int least_views = 14;         // fewer are not enough, even when they cover everything
+  int most_views = 60;          // so many are enough in any case
+  double tilted = Radians(18);  // radians; a board that leans more counts as tilted
+  double still_share = 0.004;   // a board that moved less since the last frame is still
+  double new_share = 0.08;      // a board that is farther from every taken view is new
+  double moved_share = 0.02;    // one that adds a part or a tilt must have moved this far
+  double blur_factor = 1.5;     // a view is sharp up to this multiple of the least blur so far
+  int corners_in_cell = 2;      // a part of the image is covered by so many corners
 };
 
 class CalibrationGuide {
  public:
   CalibrationGuide(const Board& board, int width, int height, const GuideOptions& options = {});
 
-  // Looks at the next frame of the stream; a taken view carries `name`.
+  // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
   ViewVerdict Look(const cv::Mat& gray, const std::string& name);
 
   const std::vector<BoardView>& views() const { return views_; }
   bool Enough() const;
-  double Share() const;  // of what is wanted, 0 to 1
-  // What to do next, for people: "tilt the board's left edge away", "bring the board to the upper right".
+  double Share() const;  // of what is needed, 0 to 1
+  // The next instruction to the operator: "bring the board to the image's upper right part".
   std::string NextMove() const;
-  // The parts of the image as rows of text, '#' covered and '.' not, top row first, '/' between rows.
+  // The parts of the image as text, '#' for covered and '.' for not, top row first, '/' between rows.
   std::string Map() const;
 
  private:
@@ -48,7 +55,7 @@ class CalibrationGuide {
     std::vector<bool> cells;
     std::vector<bool> tilts;
   };
-  Seen Shows(const BoardView& view) const;
+  Seen SeenIn(const BoardView& view) const;
   void Take(BoardView view);
 
   Board board_;

@@ -4,16 +4,16 @@
 //    "modes": {"live": {"width": 640, "height": 480, "fx": ..., "fy": ..., "cx": ..., "cy": ...,
 //                       "distortion": "radial-tangential|fisheye|none", "coefficients": [...],
 //                       "pixel_centers": "half",
-//                       "sensor": {"sensor_width": ..., "sensor_height": ..., "x": ..., "y": ..., "width":
-//                       ...,
-//                                  "height": ..., "binning_x": ..., "binning_y": ...},
-//                       "sigma": [fx fy cx cy and the coefficients'], "rms_px": ...,
+//                       "sensor": {"sensor_width": ..., "sensor_height": ..., "x": ..., "y": ...,
+//                                  "width": ..., "height": ..., "binning_x": ..., "binning_y": ...},
+//                       "sigma": [standard deviations of fx fy cx cy and the coefficients],
+//                       "rms_px": ...,
 //                       "flat_field": {...}}}}
 //
-// All but the modes' intrinsics may be missing. Read as well: Kalibr, ROS, OpenCV and COLMAP files
-// (calibration_formats.h), and a text file with one line of numbers, `fx fy cx cy k1 k2 p1 p2 width height
-// [fps]`, comments behind '#', whose principal point counts from integer pixel centres as OpenCV does (0.5 is
-// added on reading).
+// Everything except the modes' intrinsics may be missing. ReadCalibrationFile() also reads files of Kalibr,
+// ROS, OpenCV and COLMAP (calibration_formats.h), and text files with one line `fx fy cx cy k1 k2 p1 p2 width
+// height [fps]` and comments after '#'; their principal point has pixel centres at integers, as in OpenCV, so
+// 0.5 is added.
 #pragma once
 
 #include <array>
@@ -28,7 +28,8 @@
 
 namespace ulf::acquisition {
 
-// Which camera a calibration is of. A webcam often has no serial; then model and bus path have to do.
+// The camera that a calibration belongs to. A webcam often has no serial number; then model and bus path
+// identify it.
 struct CameraIdentity {
   std::string serial = {}, maker = {}, model = {}, bus = {};
   static CameraIdentity Of(const DeviceInfo& info) { return {info.serial, info.maker, info.model, info.bus}; }
@@ -37,7 +38,7 @@ struct CameraIdentity {
 
 struct ModeCalibration {
   CameraModel camera = {};
-  std::optional<SensorWindow> window = {};          // none: the whole image is what there is
+  std::optional<SensorWindow> window = {};          // none: unknown
   std::optional<std::array<double, 9>> sigma = {};  // of fx fy cx cy and the coefficients
   std::optional<double> rms_px = {};
   std::optional<FlatField> flat_field = {};
@@ -49,15 +50,15 @@ struct CalibrationFile {
   std::map<std::string, ModeCalibration> modes = {};  // "live", "still"
 };
 
-// Throws Error naming the file and the key that is missing or wrong.
+// Throws Error that names the file and the missing or invalid key.
 CalibrationFile ReadCalibrationFile(const std::filesystem::path& path);
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file);
 
-// One mode of a file, with what the file says about the camera. Throws Error that lists the modes there are.
+// One mode of a file. Throws Error that lists the modes of the file.
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where);
 
-// Writes one mode; other modes that the file already holds for the same camera are kept, and of the mode's
-// own entry the flat field where the new one has none and is for the same window.
+// Writes one mode. Other modes that the file contains for the same camera are kept; so is this mode's flat
+// field when the new calibration has none and is for the same window.
 void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& identity,
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);

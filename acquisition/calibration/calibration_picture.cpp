@@ -1,10 +1,12 @@
 #include "acquisition/calibration/calibration_picture.h"
-#include "core/base/counted.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+
+#include "core/base/counted.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -209,8 +211,8 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
         {2 * kMargin + width, kMargin + 14});
   Write(canvas,
         fmt::format("tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} degrees away",
-                    result.coverage.left * 180 / M_PI, result.coverage.right * 180 / M_PI,
-                    result.coverage.upper * 180 / M_PI, result.coverage.lower * 180 / M_PI),
+                    Degrees(result.coverage.left), Degrees(result.coverage.right),
+                    Degrees(result.coverage.upper), Degrees(result.coverage.lower)),
         {2 * kMargin + width, kMargin + 14 + kTextLine});
 
   return canvas;

@@ -1,4 +1,4 @@
-// A calibration to look at: what its residuals look like over the image, and what was covered.
+// Pictures of a calibration: residuals over the image, and coverage.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,12 +8,13 @@
 
 namespace ulf::acquisition {
 
-// Left: every corner's residual as an arrow from where it was predicted, magnified as written, over contours
-// of the lens's distortion in pixels. Right: where corners were seen. Good residuals point everywhere; a
-// pattern (all inwards at the rim) is a lens that the model does not follow. CV_8UC3.
+// Left: the residual of every corner as an arrow from its predicted position, magnified as labelled, over
+// contours of the distortion in pixels. Right: positions of the corners. Good residuals have random
+// directions; a pattern (all inwards at the rim) means that the model does not fit the lens. CV_8UC3.
 cv::Mat DrawCalibration(const CalibrationResult& result);
 
-// Left: the light over the image with lines of equal share; right: along the diagonal, B, G and R. CV_8UC3.
+// Left: the light over the image with contour lines; right: the profile along the diagonal in B, G and R.
+// CV_8UC3.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
 
 }  // namespace ulf::acquisition

@@ -26,7 +26,7 @@ CameraModel ForSize(const CameraModel& camera, int width, int height, const std:
   if (camera.width == width && camera.height == height) return camera;
   const double wide = static_cast<double>(width) / camera.width,
                high = static_cast<double>(height) / camera.height;
-  constexpr double kSameShape = 0.005;
+  constexpr double kSameShape = 0.005;  // relative difference of aspect ratios; guessed: rounding of sizes
   if (std::abs(wide / high - 1) > kSameShape)
     throw Error(
         "{}: made for {}x{}, but the frames are {}x{}, another shape: cropped, and where is not known; "
@@ -44,7 +44,7 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
         fmt::format("{}: calibrated with {} '{}', this camera has '{}'", owner, what, theirs, ours);
     if (!force)
       throw Error(
-          "{}; calibrate this camera (ulf calibrate), or take the file all the same (--force-calibration)",
+          "{}; calibrate this camera (ulf calibrate), or accept the file (--force-calibration)",
           text);
     warnings.push_back(text + ": taken because it was forced");
   };

@@ -1,24 +1,24 @@
-// Which intrinsics a device's frames are used with. The first of:
+// Selects the intrinsics for a device's frames, the first of:
 //   1. the calibration file that the command names;
 //   2. the one stored for this camera in the user's configuration folder,
 //      $XDG_CONFIG_HOME (else ~/.config)/ulf/calibrations/SERIAL.json (for a camera without a serial,
 //      MODEL_BUS.json);
-//   3. what the device itself knows (the simulator);
+//   3. the intrinsics that the device itself knows (the simulator);
 //   4. a focal length in pixels, with the principal point in the middle and no distortion;
-// else an Error that says how to calibrate. A recording that brings intrinsics itself has them before the
-// stored ones: it was made with them, and is to give the same whatever is calibrated later.
+// If there is none: an Error that tells how to calibrate. For a recording that contains intrinsics these take
+// precedence over the stored file, so that later calibrations do not change its result.
 //
-// A calibration belongs to a camera: a file of another serial is an Error unless forced, also for what the
-// camera recorded. Without a serial the model must be the same, and another bus path is a warning: nobody can
-// tell two such cameras apart. A file that names no camera (one from another program) is taken with a warning
-// that says how to bind it.
+// A calibration belongs to a camera. A file for another serial number is an Error unless forced, for
+// recordings of a camera too. Without a serial number the model must be the same, and another bus path is a
+// warning, because two such cameras cannot be distinguished. A file that names no camera (from another
+// program) is used with a warning that tells how to bind it.
 //
-// Another part of the sensor or other binning than calibrated: recomputed exactly (sensor_window.h) where
-// both are known. Where the device knows its part and the file does not, a file of the sensor's own size is
-// of all of it, one of the images' size is taken for the same part with a warning, and any other is an Error.
-// Where the device does not know, a calibration of another size is scaled when it has the same shape (within
-// half a percent), as a video that was scaled; otherwise the picture was cropped, nobody knows where, and it
-// is an Error. A calibration that names its part of the sensor brings a warning then.
+// For another part of the sensor or another binning the intrinsics are recomputed exactly (sensor_window.h)
+// if both parts are known. If only the device's part is known: a file of the sensor's size is assumed to
+// cover the whole sensor, one of the image's size to cover the same part (with a warning), any other is an
+// Error. If the device's part is unknown: a calibration of the same aspect ratio (within half a percent) is
+// scaled, as for a scaled video; otherwise the image was cropped at an unknown place, which is an Error. A
+// calibration that contains its part of the sensor gives a warning then.
 #pragma once
 
 #include <filesystem>
@@ -34,11 +34,11 @@ namespace ulf::acquisition {
 
 struct IntrinsicsArgs {
   std::string calibration_path = {};    // empty: not named
-  std::optional<double> focal_px = {};  // of the frames as they come
-  bool force = false;                   // take a file of another camera all the same
+  std::optional<double> focal_px = {};  // of the frames in their own size
+  bool force = false;                   // accept a file of another camera
 };
 
-// The source where there is nothing but --focal-px.
+// ResolvedCalibration::source for --focal-px.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 
 struct ResolvedCalibration {
@@ -48,7 +48,7 @@ struct ResolvedCalibration {
   std::vector<std::string> warnings = {};  // for the user
 };
 
-// `width` and `height` are the frames', 0 for those of the calibration; `mode` is "live" or "still".
+// `width` and `height`: of the frames, 0: of the calibration; `mode`: "live" or "still".
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode = "live");
 
@@ -56,8 +56,8 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
                               std::string* source = nullptr);
 
-// Where a calibration for this serial, or this camera, is stored. Empty for one with neither serial nor
-// model.
+// The file for the stored calibration of a serial number or camera. Empty for a camera with neither serial
+// number nor model.
 std::filesystem::path StoredCalibrationPath(const std::string& serial);
 std::filesystem::path StoredCalibrationPath(const CameraIdentity& identity);
 

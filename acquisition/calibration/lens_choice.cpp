@@ -74,9 +74,9 @@ void LeaveOut(const std::vector<Vector3d>& board_points, const std::vector<Board
   }
 }
 
-bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than) {
-  constexpr double kBicMargin = 10, kStandardErrors = 2;
-  if (other.bic > than.bic - kBicMargin) return false;
+bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than,
+                     const LensChoiceOptions& options) {
+  if (other.bic > than.bic - options.bic_margin) return false;
   const auto count = static_cast<double>(than.left_out_px2.size());
   double mean = 0, squares = 0;
   for (std::size_t v = 0; v < than.left_out_px2.size(); ++v)
@@ -84,7 +84,7 @@ bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than) 
   for (std::size_t v = 0; v < than.left_out_px2.size(); ++v)
     squares += std::pow(than.left_out_px2[v] - other.left_out_px2[v] - mean, 2);
   const double standard_error = std::sqrt(squares / (count - 1) / count);
-  return mean > kStandardErrors * standard_error;
+  return mean > options.standard_errors * standard_error;
 }
 
 }  // namespace
@@ -96,10 +96,10 @@ double CandidateResult::LeftOutRmsPx() const {
 }
 
 LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vector<BoardView>& views,
-                      const CameraModel& start) {
+                      const CameraModel& start, const LensChoiceOptions& options) {
   LensChoice choice;
   const int count = static_cast<int>(views.size());
-  choice.folds = count <= 8 ? count : 5;
+  choice.folds = count <= options.most_single_folds ? count : options.folds;
   for (const LensCandidate& candidate : LensCandidates()) {
     // The nearest relation fitted so far is the best start; the given one is tried as well.
     std::optional<LensFit> best;
@@ -126,7 +126,7 @@ LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vect
   for (CandidateResult& result : choice.table)
     result.explains =
         std::none_of(choice.table.begin(), choice.table.end(), [&](const CandidateResult& other) {
-          return !other.folds_inside_image && IsClearlyBetter(other, result);
+          return !other.folds_inside_image && IsClearlyBetter(other, result, options);
         });
   const auto rank = [&](const CandidateResult& result) {
     const LensCandidate& candidate = result.fit.candidate;

@@ -1,4 +1,4 @@
-// How much lens model a set of views supports: no more than the lens needs.
+// Chooses the simplest lens model that explains a set of views.
 //
 // Every candidate (lens_fit.h) is fitted to all views and, for comparison, to the views without one fold at a
 // time; the left-out views are then predicted with only their poses adjusted. The rule:
@@ -9,8 +9,8 @@
 //   that explains the data; of equals, a perspective lens before a fisheye, then the lower BIC. One that
 //   cannot be inverted somewhere in the image is neither a rival nor, where there is another, chosen.
 //
-// BIC alone would take every trace that frames share (a bent board) for a property of the lens, since it
-// counts corners as independent; left-out frames alone would miss small but certain distortions.
+// BIC alone would attribute everything that frames share (a bent board) to the lens, because it treats
+// corners as independent; left-out frames alone would miss small but certain distortions.
 #pragma once
 
 #include <array>
@@ -38,9 +38,19 @@ struct LensChoice {
   int folds = 0;
 };
 
+struct LensChoiceOptions {
+  // A better candidate has a BIC lower by more than this: "very strong" evidence (Kass and Raftery 1995) ...
+  double bic_margin = 10;
+  // ... and a squared error on left-out views lower by more than so many standard errors. Guessed.
+  double standard_errors = 2;
+  // With up to so many views each view is a fold of its own, else there are `folds`. Guessed.
+  int most_single_folds = 8;
+  int folds = 5;
+};
+
 // `start`: any camera near the truth. Views must have been cleaned of outliers. The table is empty when no
 // candidate could be fitted.
 LensChoice ChooseLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
-                      const CameraModel& start);
+                      const CameraModel& start, const LensChoiceOptions& options = {});
 
 }  // namespace ulf::acquisition

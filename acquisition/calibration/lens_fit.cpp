@@ -218,7 +218,7 @@ std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points
   return sigma;
 }
 
-constexpr double kNotImagedPx = 1e3;
+constexpr double kNotImagedPx = 1e3;  // residual of a corner that the model cannot project; guessed
 
 }  // namespace
 

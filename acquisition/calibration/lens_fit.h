@@ -1,9 +1,9 @@
-// One lens model fitted to views of a board (Zhang 2000), all parameters and poses at once, by least squares.
+// Fits one lens model to views of a board by least squares over all parameters and poses (Zhang 2000).
 //
-// Lengths: image points in pixels with centres at integer + 0.5, board points in millimetres. Standard
-// deviations are those of the least-squares estimate: the residuals' own variance times the inverse of the
-// normal matrix, poses eliminated. They hold for independent errors; what frames share (a bent board) shows
-// in the spread over left-out frames instead (lens_choice.h).
+// Image points are in pixels with centres at integer + 0.5, board points in millimetres. Standard deviations
+// are those of the least-squares estimate: the variance of the residuals times the inverse of the normal
+// matrix with poses eliminated. They assume independent errors; errors common to all frames (a bent board)
+// appear in the spread over left-out frames (lens_choice.h).
 #pragma once
 
 #include <array>
@@ -17,13 +17,13 @@
 
 namespace ulf::acquisition {
 
-// A lens model that may be all that a lens needs.
+// A lens model with its free parameters.
 struct LensCandidate {
   const char* name = "";
   Distortion distortion = Distortion::kNone;
   bool one_focal = true;            // fx = fy
   std::array<bool, 5> estimated{};  // which coefficients; the others are 0
-  // Focal lengths, principal point, coefficients.
+  // The number of free parameters: focal lengths, principal point, coefficients.
   int Parameters() const;
 };
 
@@ -37,8 +37,8 @@ struct LensFit {
   std::vector<Rigid3> cam_from_board = {};  // per view
   double squared_px = 0;                    // sum over corners of squared distances
   std::size_t corners = 0;
-  // Standard deviations of fx fy cx cy and the coefficients; 0 where not estimated, infinite where the views
-  // do not determine them.
+  // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined by
+  // the views.
   std::array<double, 9> sigma{};
 
   double RmsPx() const;
@@ -50,16 +50,16 @@ struct LensFitOptions {
   bool with_sigma = true;
 };
 
-// From `start` and poses found with it. Not usable where it does not converge.
+// Starts from `start` and the poses that it gives. Not `usable` when it does not converge.
 LensFit FitLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                 const LensCandidate& candidate, const CameraModel& start, const LensFitOptions& options = {});
 
-// The pose of one view under known intrinsics, by least squares; none where there is none.
+// The pose of one view for known intrinsics by least squares; none: not found.
 std::optional<Rigid3> PoseOfBoard(const std::vector<Eigen::Vector3d>& board_points, const BoardView& view,
                                   const CameraModel& camera);
 
-// The residuals of a view's corners, seen minus predicted, in pixels; a corner that the model cannot image
-// gets a large one.
+// The residuals of a view's corners, observed minus predicted, in pixels; large for a corner that the model
+// cannot project.
 std::vector<Eigen::Vector2d> Residuals(const std::vector<Eigen::Vector3d>& board_points,
                                        const BoardView& view, const CameraModel& camera,
                                        const Rigid3& cam_from_board);

@@ -15,39 +15,37 @@ struct Work {
   int under_way ULF_GUARDED_BY(mutex) = 0;
 };
 
-// Shared with the threads: one that outlives the wait at the end still finds its counter.
+// Shared with the threads, so that a thread that outlives the wait at exit still has its counter.
 std::shared_ptr<Work> SharedWork() {
   static const auto work = std::make_shared<Work>();
   return work;
 }
 
-struct WaitAtTheEnd {
+// Guessed: longer than a library's retries last, short enough for a person at a terminal.
+constexpr std::chrono::seconds kLongestWait(10);
+
+struct WaitAtExit {
   std::shared_ptr<Work> work = SharedWork();
-  ~WaitAtTheEnd() {
+  ~WaitAtExit() {
     MutexLock lock(work->mutex);
-    work->done.wait_for(lock, std::chrono::seconds(10),
+    work->done.wait_for(lock, kLongestWait,
                         [this]() ULF_REQUIRES(work->mutex) { return work->under_way == 0; });
   }
 };
 
 }  // namespace
 
-BackgroundCloser& BackgroundCloser::Instance() {
-  static BackgroundCloser background_closer;
-  static WaitAtTheEnd wait;
-  return background_closer;
-}
-
-void BackgroundCloser::CloseInBackground(std::function<void()> work) {
+void CloseInBackground(std::function<void()> work) {
+  static const WaitAtExit wait;
   const auto shared = SharedWork();
   {
     const MutexLock lock(shared->mutex);
     ++shared->under_way;
   }
   std::thread([shared, work = std::move(work)]() mutable {
-    HaveSignalStack();
+    InstallSignalStack();
     work();
-    work = nullptr;  // what it holds goes before it counts as done
+    work = nullptr;  // destroys what it holds before it counts as done
     const MutexLock lock(shared->mutex);
     --shared->under_way;
     shared->done.notify_all();

@@ -1,5 +1,5 @@
-// Lets go of what is gone: closing a camera whose cable was pulled waits out every retry, seconds in all, and
-// nobody should have to wait with it. What is given away here is closed in a thread of its own.
+// Closes lost cameras in threads of their own: the library's call that closes a camera whose cable was pulled
+// blocks for seconds, until its last retry.
 #pragma once
 
 #include <functional>
@@ -9,24 +9,15 @@
 
 namespace ulf::acquisition {
 
-class BackgroundCloser {
- public:
-  static BackgroundCloser& Instance();
-
-  // Runs `work` soon, in another thread. At the end of the process it is waited for, but no longer than ten
-  // seconds.
-  void CloseInBackground(std::function<void()> work);
-  // As CloseInBackground, for what is let go of by being destroyed: a unique_ptr, a shared_ptr.
-  template <typename Owner>
-  void CloseInBackground(Owner owner) requires(!std::is_invocable_v<Owner>) {
-    if (!owner) return;
-    // A std::function must be copyable, its owner need not be.
-    auto held = std::make_shared<Owner>(std::move(owner));
-    CloseInBackground(std::function<void()>([held] { held->reset(); }));
-  }
-
- private:
-  BackgroundCloser() = default;
-};
+// Runs `work` in another thread. The end of the process waits for it, up to ten seconds.
+void CloseInBackground(std::function<void()> work);
+// Destroys what `owner` (a unique_ptr or shared_ptr) holds in the same way.
+template <typename Owner>
+void CloseInBackground(Owner owner) requires(!std::is_invocable_v<Owner>) {
+  if (!owner) return;
+  // A std::function must be copyable; a unique_ptr is not.
+  auto held = std::make_shared<Owner>(std::move(owner));
+  CloseInBackground(std::function<void()>([held] { held->reset(); }));
+}
 
 }  // namespace ulf::acquisition

@@ -1,20 +1,18 @@
-// The one door to every camera: machine-vision, webcam, tethered, simulated, replayed.
+// The interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
 //
-// A device is opened by URI (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`, `sim:studio?seed=7`,
-// `replay:PATH`), started, and asked for frames one by one. The caller owns the loop; devices that have
-// threads of their own hide them. Faults that belong to the work (a frame that did not come, an incomplete
-// frame, the cable pulled) are values; a device that cannot be opened throws Error with the reason and the
-// way out.
+// OpenDevice() opens a device by its URI (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`,
+// `sim:studio?seed=7`, `replay:PATH`). The caller starts it and asks for frames one by one; threads inside a
+// device are hidden. Faults during operation (a frame that did not arrive, an incomplete frame, a pulled
+// cable) are values. A device that cannot be opened throws Error with the reason and the remedy.
 //
-// What OpenDevice() returns for a live camera goes round one state machine, whatever the camera (see
-// reconnecting_device.h):
+// Every live camera that OpenDevice() returns follows one state machine (reconnecting_device.h):
 //
 //   kConnected --Start()--> kStreaming --no frames, control lost--> kFaulted --> kReconnecting --> kStreaming
 //                                                                                     |
-//                                                                       patience over: kLost
+//                                                             not found within patience_s: kLost
 //
-// A driver (the device behind it) knows kConnected, kStreaming, kEnded and kLost only: it reports the loss
-// and is opened anew.
+// A driver (the device that it wraps) has the states kConnected, kStreaming, kEnded and kLost only: it
+// reports the loss, and a new driver is opened.
 #pragma once
 
 #include <chrono>
@@ -40,7 +38,7 @@ struct DeviceInfo {
   std::string maker;
   std::string model;
   std::string serial;
-  std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" where nobody knows the camera
+  std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" when the camera is unknown
   bool available = true;
   std::string problem;  // why it cannot be opened and what to do; empty when available
 };
@@ -48,32 +46,32 @@ struct DeviceInfo {
 enum class DeviceState {
   kConnected,  // opened, not started, or stopped
   kStreaming,
-  kFaulted,       // no longer answers: Info().problem says what is known
-  kReconnecting,  // being looked for and opened again with the same settings
-  kEnded,         // replay came to its end: nothing is wrong
-  kLost,          // given up; of a driver: to be opened anew
+  kFaulted,       // no longer answers; the reason is in Info().problem
+  kReconnecting,  // being searched for and opened again with the same settings
+  kEnded,         // a replay reached its end; no error
+  kLost,          // given up; a driver must be opened again
 };
 const char* Name(DeviceState state);
 // No frame will come any more.
 inline bool IsOver(DeviceState state) { return state == DeviceState::kEnded || state == DeviceState::kLost; }
 
-// What a device has to say between frames, each said once, in order.
+// What a device reports between frames: each event once, in order.
 enum class DeviceEventKind {
   kStalled,  // no frame for longer than normal; nothing lost yet
   kFaulted,  // frames are being lost from here on
   kReconnecting,
   kRestored,  // streaming again; the gap is from the last frame before kFaulted to the next frame
-  kNotice,    // worth a word: battery low, card full, busy, a setting that the camera changed itself
+  kNotice,    // for information: battery low, card full, busy, a setting that the camera changed itself
 };
 struct DeviceEvent {
   DeviceEventKind kind = DeviceEventKind::kNotice;
   double host_time_s = 0;  // since the epoch
-  std::string text;        // for people, with the way out
+  std::string text;        // for people, with the remedy
 };
 const char* Name(DeviceEventKind kind);
 
 struct DeviceStatistics {
-  std::uint64_t delivered = 0;     // handed out complete
+  std::uint64_t delivered = 0;     // complete frames that Next() returned
   std::uint64_t incomplete = 0;    // arrived with pixels missing
   std::uint64_t dropped = 0;       // complete, but the reader was too slow
   std::uint64_t missing = 0;       // gaps in the device's frame ids
@@ -82,15 +80,14 @@ struct DeviceStatistics {
   std::uint64_t reconnects = 0;
   double seconds = 0;       // of streaming
   std::uint64_t bytes = 0;  // of pixels delivered in that time
-  // host clock - device clock, the least delay seen, and the spread of the delay (standard deviation) round
-  // it; none for a device without a clock.
+  // Host clock minus device clock in seconds at the least delay seen, and the standard deviation of the
+  // delay; none for a device without a clock.
   std::optional<double> clock_offset_s, clock_jitter_s;
-  // The transport's own counters (packets missing, resent, ...), named for people, in the order to be shown.
+  // The transport's own counters (packets missing, resent, ...): names for people, in display order.
   std::vector<std::pair<std::string, double>> transport;
 };
 
-// Which of a camera's automatics leave the pictures alone from one to the next; none: the camera does not
-// tell, or is not known to.
+// Whether exposure, white balance and focus stay the same from picture to picture; none: unknown.
 struct HeldAutomatics {
   std::optional<bool> exposure, white_balance, focus;
 };
@@ -101,40 +98,40 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual DeviceInfo Info() const = 0;
-  // Intrinsics that the device itself knows (simulator, replayed light field); none for real cameras.
+  // Intrinsics of the live frames that the device itself knows (simulator, replay); none for real cameras.
   virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
-  // The same of its photographs, where they are known apart.
+  // Intrinsics of its photographs, if they differ.
   virtual std::optional<CameraModel> StillCamera() const { return std::nullopt; }
-  // What a recording knows of its camera's light; null: nothing.
+  // The flat field that a recording contains; null: none.
   virtual std::shared_ptr<const FlatField> KnownFlatField(FrameKind /*kind*/) const { return nullptr; }
-  // True when time passes whether or not frames are taken; false for replay, whose frames wait.
+  // True when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
   virtual bool IsLive() const = 0;
-  // None: unknown; then an image is taken for the whole sensor.
+  // The part of the sensor that the image shows. None: unknown; callers then assume the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
-  // May change while frames come: automatics may settle first.
+  // May change while frames arrive, because automatics may settle first.
   virtual HeldAutomatics Held() const { return {}; }
   virtual void Start() = 0;
-  // The next frame, or none within the timeout; then State() says whether to go on asking. Its pixels may be
-  // shared and kept: no device writes into them again.
+  // The next frame; none: no frame within the timeout (State() tells whether more can come). The caller may
+  // keep and share its pixels: no device writes into them again.
   virtual std::optional<Frame> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
   virtual DeviceState State() const = 0;
   virtual DeviceStatistics Statistics() const = 0;
   virtual std::vector<DeviceEvent> TakeEvents() { return {}; }
-  // How much of a recording has been played, 0 to 1; none for what has no end.
+  // The part of a recording that has been played, 0 to 1; none for a device without an end.
   virtual std::optional<double> ShareDone() const { return std::nullopt; }
 
-  // Photographs besides the live frames (tethered cameras): asked for here, they come through Next() as
-  // FrameKind::kStill when they have been downloaded, also those that the photographer releases on the body.
+  // Photographs besides the live frames (tethered cameras). Next() returns them as FrameKind::kStill after
+  // their download, including those that the photographer releases on the camera body.
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 };
 
-// Opens by scheme; an empty URI means the first real camera found. Throws UsageError for a URI that means
-// nothing, Error for a device that cannot be opened.
+// Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws UsageError for
+// an invalid URI, Error for a device that cannot be opened.
 std::unique_ptr<Device> OpenDevice(const std::string& uri);
 
-// Every camera in reach, real ones first, then the simulated one that is always there. Takes about a second.
+// Every camera that can be found: real ones first, then the simulated one. Takes about a second.
 std::vector<DeviceInfo> ListDevices();
 
 }  // namespace ulf::acquisition

@@ -14,9 +14,10 @@ namespace {
 
 constexpr const char* kFormat = "ulf-features";
 constexpr int kVersion = 1;
+// Bounds on saved tables, guessed: a look-up table of thousands of entries would take minutes to read.
 constexpr std::size_t kLongestIntegerSelector = 16;
 constexpr std::size_t kMostCombinations = 256;
-constexpr int kMostRounds = 20;
+constexpr int kMostRounds = 20;  // guessed: dependencies between settings are a few levels deep
 
 using Selection = std::vector<std::pair<std::string, std::string>>;
 

@@ -1,14 +1,14 @@
-// A camera's settings kept in a file and put back, on the same camera or its twin.
+// Saves a camera's settings in a file and restores them, on the same camera or another of its model.
 //
 // The file is JSON: {"format": "ulf-features", "version": 1, "device": {...}, "features": [{"name", "value",
-// "selectors": {NAME: VALUE}}, ...]}, in the camera's own order. It holds what can be written and what the
-// camera's maker calls persistent (GenICam: Streamable; where a description marks nothing, everything
-// writable), never commands. A feature that has one value for each value of a selector is kept once for each
-// of them (enumerations, and integers of up to 16 values; of a longer table only the line that is selected).
+// "selectors": {NAME: VALUE}}, ...]}, in the camera's own order. It contains the writable features that the
+// camera's maker marks as persistent (GenICam SFNC: Streamable; if the description marks none, all writable
+// ones), never commands. A feature with one value per value of a selector is saved for each of them
+// (enumerations, and integers of up to 16 values; of a longer table only the selected entry).
 //
-// Putting back: a camera refuses a value that another setting forbids just now (an offset beside a width, an
-// exposure beside a frame rate). So all that still differ are written in the file's order, again and again,
-// until all are as in the file or a round changes nothing; then everything is read back.
+// A camera refuses a value that another setting forbids at that moment (an offset because of a width, an
+// exposure because of a frame rate). ApplyFeatures() therefore writes all features that still differ in the
+// file's order, and repeats this until all match or a round changes nothing; then it reads everything back.
 #pragma once
 
 #include <filesystem>
@@ -22,16 +22,16 @@ namespace ulf::acquisition {
 struct SavedFeature {
   std::string name, value;
   std::vector<std::pair<std::string, std::string>>
-      selectors;             // set, in this order, before it is read or written
+      selectors;             // to be set in this order before the feature is read or written
   std::string Text() const;  // "TriggerMode[TriggerSelector=FrameStart]"
 };
 
 struct FeatureFile {
-  DeviceInfo device;  // the one that it was taken from
+  DeviceInfo device;  // whose settings these are
   std::vector<SavedFeature> features;
 };
 
-// Moves selectors meanwhile and puts them back.
+// Reads all persistent features. Changes selectors meanwhile and restores them.
 FeatureFile CollectFeatures(FeatureAccess& access);
 
 void WriteFeatureFile(const std::filesystem::path& path, const FeatureFile& file);
@@ -44,8 +44,8 @@ struct FeatureRefusal {
   std::string reason;  // the camera's own, where it gave one
 };
 struct FeatureLoadSummary {
-  std::size_t taken = 0;    // as in the file in the end
-  std::size_t changed = 0;  // of those, different before
+  std::size_t taken = 0;    // features that have the file's value at the end
+  std::size_t changed = 0;  // of those, features that differed before
   int rounds = 0;
   std::vector<FeatureRefusal> refused;
 };

@@ -4,20 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 
 namespace ulf::acquisition {
 namespace {
-
-std::string Lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 // Levenshtein's distance.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
@@ -54,7 +49,7 @@ std::optional<long long> ParseInteger(const std::string& text) {
 }
 
 std::optional<bool> ParseBoolean(const std::string& text) {
-  const std::string lower = Lower(text);
+  const std::string lower = Lowercase(text);
   for (const char* yes : {"true", "1", "on", "yes"})
     if (lower == yes) return true;
   for (const char* no : {"false", "0", "off", "no"})
@@ -106,10 +101,10 @@ std::string RangeText(const CameraFeature& feature) {
 
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count) {
-  const std::string sought = Lower(wrong);
+  const std::string sought = Lowercase(wrong);
   // A name that holds the word, or is held by it, is nearer than any spelling mistake.
   const auto rank = [&](const std::string& name) {
-    const std::string lower = Lower(name);
+    const std::string lower = Lowercase(name);
     const std::size_t distance = EditDistance(sought, lower);
     const bool holds = sought.size() > 2 && (lower.find(sought) != std::string::npos ||
                                              (lower.size() > 2 && sought.find(lower) != std::string::npos));

@@ -14,7 +14,7 @@ namespace ulf::acquisition {
 enum class FeatureType { kInteger, kFloat, kBoolean, kEnumeration, kString, kCommand };
 const char* Name(FeatureType type);
 
-// For whom a feature is meant, as its maker says.
+// The users that a feature is meant for (GenICam: Visibility).
 enum class FeatureVisibility { kBeginner, kExpert, kGuru, kInvisible };
 const char* Name(FeatureVisibility visibility);
 
@@ -22,27 +22,27 @@ struct CameraFeature {
   std::string name;
   std::string category;  // "AcquisitionControl"; nested ones with '/'
   FeatureType type = FeatureType::kString;
-  std::string value;                       // as text; empty for commands and what cannot be read
-  bool readable = true, writable = false;  // now: another feature may lock it
-  bool read_only = false;                  // never writable, whatever else is set
+  std::string value;                       // as text; empty for commands and unreadable features
+  bool readable = true, writable = false;  // at this moment: another feature may lock it
+  bool read_only = false;                  // never writable
   std::optional<double> min, max, step;
   std::string unit;
-  std::vector<std::string> choices;  // of an enumeration, those available now
+  std::vector<std::string> choices;  // of an enumeration: those available at this moment
   std::string description;
   FeatureVisibility visibility = FeatureVisibility::kBeginner;
   bool streamable = true;            // belongs in a feature file
   std::vector<std::string> selects;  // features that have one value for each value of this one
 };
 
-// What a camera can send: a pixel format in one size, or up to it.
+// An image format that a camera offers: a pixel format in one size, or in any size up to it.
 struct OfferedFormat {
-  std::string name = {};         // "YUYV", "BayerRG8"; of one not read here the device's own name
-  std::string code = {};         // the kernel's four letters; empty on other buses
-  int width = 0, height = 0;     // the largest where `any_size`; 0: not told
-  bool any_size = false;         // any part of the sensor, in steps of the camera's own
-  std::vector<double> fps = {};  // frames a second, or the two ends where `any_fps`; empty: not told
+  std::string name = {};         // "YUYV", "BayerRG8"; the device's own name if ulf cannot read it
+  std::string code = {};         // V4L2 four-character code; empty for other cameras
+  int width = 0, height = 0;     // pixels, the largest if `any_size`; 0: unknown
+  bool any_size = false;         // any part of the sensor, in the camera's steps
+  std::vector<double> fps = {};  // frames per second, or both limits if `any_fps`; empty: unknown
   bool any_fps = false;
-  bool supported = true;  // this program reads it
+  bool supported = true;  // ulf reads it
 };
 
 // An open device's features. Throws Error naming the device and the feature.
@@ -50,30 +50,30 @@ class FeatureAccess {
  public:
   virtual ~FeatureAccess() = default;
   virtual DeviceInfo Info() const = 0;
-  // Empty where the device does not tell.
+  // Empty: unknown.
   virtual std::vector<OfferedFormat> Formats() { return {}; }
-  // In the device's own order, categories together.
+  // In the device's own order, grouped by category.
   virtual std::vector<CameraFeature> List() = 0;
   // None: there is no such feature.
   virtual std::optional<CameraFeature> Find(const std::string& name) = 0;
-  // Writes and runs (a command takes the value "" or "execute"). Throws UsageError for what is unknown,
-  // read-only or out of range, with the range or the choices.
+  // Writes a value, or runs a command (value "" or "execute"). Throws UsageError for an unknown or read-only
+  // feature and for a value out of range, naming the range or the choices.
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
 
-// "integer", "0 to 10 step 2", "Off, On", ...: what a feature takes, for people.
+// The values that a feature accepts, for people: "integer", "0 to 10 step 2", "Off, On".
 std::string RangeText(const CameraFeature& feature);
-// The names most alike `wrong`, best first: for errors.
+// The `count` names most similar to `wrong`, best first; for error messages.
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count = 3);
 
-// What `feature` would read back after being set to `value`. Throws UsageError, beginning with `who`, for
-// what does not parse or is out of range.
+// The text that `feature` reads back after it was set to `value`. Throws UsageError, beginning with `who`,
+// for a value that does not parse or is out of range.
 std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value);
-// Whether two values of a feature are the same but for how they are written.
+// Whether two texts are the same value of a feature ("1" and "1.0").
 bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b);
 
-// By scheme, as OpenDevice. Throws UsageError for a device without features (replay, sim).
+// Opens the features of a camera by its URI. Throws UsageError for a device without features (replay, sim).
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);
 
 }  // namespace ulf::acquisition

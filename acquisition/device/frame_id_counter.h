@@ -1,8 +1,9 @@
 // Counts the frames that a camera numbered but that never arrived.
 //
 // GigE Vision 1.x numbers frames with 16 bits from 1 to 65535 and wraps to 1 (0 is not a frame number); GigE
-// Vision 2 and USB3 Vision count with 64 bits. Frames may arrive out of order after a loss, and a frame whose
-// first packet was lost arrives without its number: it did arrive, so its gap is not counted again.
+// Vision 2 and USB3 Vision count with 64 bits. After a loss frames may arrive out of order. A frame whose
+// first packet was lost arrives without its number; it fills one gap, so that this gap does not count as
+// missing.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +16,12 @@ class FrameIdCounter {
   void Arrived(std::uint64_t id);
   void ArrivedWithoutId() { ++without_id_; }
   std::uint64_t Missing() const { return missing_; }
-  // Frames that arrived behind a later one.
+  // Frames that arrived after a later one.
   std::uint64_t OutOfOrder() const { return out_of_order_; }
 
  private:
   std::optional<std::uint64_t> newest_;
-  std::uint64_t without_id_ = 0;  // arrived nameless: each fills one gap
+  std::uint64_t without_id_ = 0;  // each fills one gap
   std::uint64_t missing_ = 0;
   std::uint64_t out_of_order_ = 0;
 };

@@ -1,7 +1,7 @@
-// A bounded hand-off between threads. What happens when it is full is said when it is made:
-//   kDropOldest  a live camera does not wait: the oldest waiting item makes room, and the loss is counted;
-//   kBlock       the producer waits for room: nothing is lost (recorded views on their way to disk).
-// Any number of threads may push and pop. After Close() pushing fails, and popping drains what is left.
+// A bounded queue between threads. When it is full:
+//   kDropOldest  Push() drops the oldest item and counts it (a live camera does not wait);
+//   kBlock       Push() waits for room; nothing is lost (views on their way to disk).
+// Any number of threads may push and pop. After Close() Push() fails and Pop() returns what is left.
 #pragma once
 
 #include <chrono>
@@ -27,8 +27,8 @@ class BoundedQueue {
   BoundedQueue(const BoundedQueue&) = delete;
   BoundedQueue& operator=(const BoundedQueue&) = delete;
 
-  // False when the queue is closed, also while waiting for room; that is not counted as a drop. What made
-  // room is handed back through `dropped` where that is given.
+  // False when the queue is closed or closes while Push() waits for room; the item then does not count as
+  // dropped. `dropped` receives the item that was dropped, if any.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
     if (when_full_ == WhenFull::kBlock)
@@ -45,18 +45,7 @@ class BoundedQueue {
     return true;
   }
 
-  // As Push, but never waits: false when there is no room (kBlock) or the queue is closed.
-  bool TryPush(T& item) {
-    {
-      const MutexLock lock(mutex_);
-      if (closed_ || items_.size() == capacity_) return false;
-      items_.push_back(std::move(item));
-    }
-    arrived_.notify_one();
-    return true;
-  }
-
-  // The oldest item, or none within the timeout or when the queue is closed and drained.
+  // The oldest item; none: no item within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
     MutexLock lock(mutex_);
     arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });
@@ -85,8 +74,7 @@ class BoundedQueue {
     const MutexLock lock(mutex_);
     return items_.size();
   }
-  std::size_t Capacity() const { return capacity_; }
-  // Items that made room for newer ones.
+  // Items that were dropped for newer ones.
   std::uint64_t Dropped() const {
     const MutexLock lock(mutex_);
     return dropped_;

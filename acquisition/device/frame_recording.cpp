@@ -30,10 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
-constexpr std::size_t kBatchBytes = 64 << 20;
-constexpr double kBatchSeconds = 0.5;
-// Frames that were written shall also be named.
-constexpr std::uint64_t kIndexReserve = 1 << 20;
 
 // A file being written, closed whatever happens.
 class OpenFile {
@@ -91,10 +87,10 @@ std::size_t BytesOf(const Frame& frame) {
 }  // namespace
 
 struct FrameRecorder::State {
-  State(const fs::path& folder, std::size_t bytes) : dir(folder), waiting_bytes(bytes) {}
+  State(const fs::path& folder, const FrameRecorderOptions& o) : dir(folder), options(o) {}
 
   const fs::path dir;
-  const std::size_t waiting_bytes;
+  const FrameRecorderOptions options;
   std::optional<OpenFile> index;
 
   mutable Mutex mutex;
@@ -136,9 +132,9 @@ void FrameRecorder::State::Loop() {
       lock.lock();
       bytes -= item_bytes;
     }
-    const bool due = !lines.empty() && (bytes_in_batch >= kBatchBytes ||
-                                        SecondsSince(batch_began) >= kBatchSeconds || finishing);
-    if (due && (!finishing || waiting.empty() || bytes_in_batch >= kBatchBytes)) {
+    const bool due = !lines.empty() && (bytes_in_batch >= options.batch_bytes ||
+                                        SecondsSince(batch_began) >= options.batch_s || finishing);
+    if (due && (!finishing || waiting.empty() || bytes_in_batch >= options.batch_bytes)) {
       lock.unlock();
       EndBatch();
       lock.lock();
@@ -167,7 +163,7 @@ void FrameRecorder::State::Write(Item item) {
     };
     if (auto image = ImageFile(frame)) image_name = want(image->extension, std::move(image->content));
     if (frame.raw) raw_name = want(frame.raw->extension, ContentOf(*frame.raw->bytes));
-    if (FreeBytes(dir) < needed + kIndexReserve)
+    if (FreeBytes(dir) < needed + options.index_reserve_bytes)
       ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
     files.Write(wanted);
     const MutexLock lock(mutex);
@@ -232,8 +228,9 @@ RecordingHeader RecordingHeader::Of(const Device& device) {
           .still_flat_field = copy_of(device.KnownFlatField(FrameKind::kStill))};
 }
 
-FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header, std::size_t waiting_bytes)
-    : state_(std::make_unique<State>(dir, waiting_bytes)) {
+FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header,
+                             const FrameRecorderOptions& options)
+    : state_(std::make_unique<State>(dir, options)) {
   RequireNewRecording(dir);
   MakeFolder(dir / kFolder);
   state_->index.emplace(dir / kIndex, O_WRONLY | O_CREAT | O_APPEND);
@@ -258,7 +255,7 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
     const MutexLock lock(state_->mutex);
     // One frame may always wait, however large it is, and every photograph.
     if (frame.kind == FrameKind::kLive && !state_->waiting.empty() &&
-        state_->bytes + bytes > state_->waiting_bytes) {
+        state_->bytes + bytes > state_->options.waiting_bytes) {
       ++state_->summary.left_out;
       if (state_->pause.empty()) {
         state_->pause = fmt::format("{}: disk slow ({} to be written)", state_->dir.string(),

@@ -1,22 +1,22 @@
-// Every frame of a session, so that it can be run again: recorded views alone are what the session came to,
-// not what it saw. Written by `ulf record` and `ulf capture --keep-frames`, read by `replay:`.
+// Records every frame of a session, so that the session can be run again (`replay:`). `ulf record` and `ulf
+// capture --keep-frames` write recordings.
 //
-//   DIR/frames.jsonl      {"event": "header", version, device, sensor, camera, flat_field, and the same of
-//                         photographs: takes_stills, still_camera, still_flat_field}, then a line per frame
-//                         in the order in which they came: {"event": "frame", id, file, times, exposure,
-//                         gain,
-//                         ...}; of a photograph also still, requested_s, raw, and incomplete where its file
-//                         is no whole picture; and {"event": "note", text}
-//   DIR/frames/00000001.tif  what the camera gave, not compressed; its own JPEG byte for byte; a
-//                         photograph's raw file beside it (00000001.nef)
+//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, takes_stills,
+//                             still_camera, still_flat_field}
+//                            then one line per frame, in the order of arrival:
+//                            {"event": "frame", id, file, times, exposure, gain, ...}
+//                            of a photograph also still, requested_s, raw, and incomplete where its file
+//                            is not a whole picture
+//                            {"event": "note", text}
+//   DIR/frames/00000001.tif  the pixels of the camera, not compressed; or its own JPEG byte for byte; a
+//                            photograph's raw file stands beside it (00000001.nef)
 //
-// The header says which camera it was, so that a calibration is held against it as against the camera itself,
-// and what the session was run with, so that it can be run again with the same. Incomplete live frames are
-// not kept.
+// The header identifies the camera, so that a calibration is checked against it, and holds the intrinsics
+// that the session was run with. Incomplete live frames are not kept.
 //
-// Files are synced in batches and named in frames.jsonl only then: a process killed at any moment loses at
-// most the last batch (half a second or 64 MB), and what is named is whole. Frames that the disk has no time
-// or room for are counted and left out, never waited for; photographs only when there is no room.
+// Files are synced in batches and then named in frames.jsonl: a process killed at any moment loses at most
+// the last batch, and a file that is named is whole. Frames that the disk has no time or room for are counted
+// and left out; photographs only when there is no room.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,7 @@
 
 namespace ulf::acquisition {
 
-// Where the frames came from, and the intrinsics that the session was run with; none: it had none, or they
-// were not asked for.
+// Where the frames come from, and the intrinsics of the session; none: it had none.
 struct RecordingHeader {
   DeviceInfo device = {};
   std::optional<SensorWindow> window = {};  // of the live frames
@@ -40,7 +39,7 @@ struct RecordingHeader {
   std::optional<CameraModel> camera = {}, still_camera = {};
   std::optional<FlatField> flat_field = {}, still_flat_field = {};
 
-  // What the device itself says.
+  // From what the device itself knows.
   static RecordingHeader Of(const Device& device);
 };
 
@@ -48,29 +47,40 @@ struct FrameRecorderSummary {
   std::uint64_t written = 0;
   std::uint64_t left_out = 0;  // the disk was behind or full
   std::uint64_t bytes = 0;     // of files
-  double disk_s = 0;           // the writing thread was at work
-  std::string problem;         // what the disk said last; empty: nothing
+  double disk_s = 0;           // seconds in which the writing thread worked
+  std::string problem;         // the last problem of the disk; empty: none
 };
 
-// Throws Error when DIR holds something already: to be asked before the work begins.
+// Throws Error when DIR is not empty. Commands call it before the work begins.
 void RequireNewRecording(const std::filesystem::path& dir);
+
+// All guessed.
+struct FrameRecorderOptions {
+  // Of frames that wait for the disk; with more, live frames are left out.
+  std::size_t waiting_bytes = 512 << 20;
+  // A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the
+  // disk.
+  std::size_t batch_bytes = 64 << 20;
+  double batch_s = 0.5;
+  std::uint64_t index_reserve_bytes = 1 << 20;  // left free on the disk, so that written frames can be named
+};
 
 class FrameRecorder {
  public:
-  // DIR must not exist or be empty. `waiting_bytes`: of frames that may wait for the disk.
+  // DIR must not exist or be empty. Throws DiskFullError, Error.
   FrameRecorder(const std::filesystem::path& dir, const RecordingHeader& header,
-                std::size_t waiting_bytes = 512 << 20);
+                const FrameRecorderOptions& options = {});
   ~FrameRecorder();
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
 
   // The pixels are shared, not copied. False when the frame was left out.
   bool TryAdd(const Frame& frame);
-  // A line for whoever reads the recording: a fault, a gap.
+  // Adds a line of text for readers of the recording: a fault, a gap.
   void Note(const std::string& text);
-  // Why frames are left out at the moment; none: they are not.
+  // Why frames are left out at this moment; none: they are kept.
   std::optional<std::string> Pause() const;
-  // Writes what waits.
+  // Writes the frames that wait and ends.
   FrameRecorderSummary Finish();
 
  private:
@@ -89,9 +99,9 @@ struct FrameRecording {
 };
 
 bool IsFrameRecording(const std::filesystem::path& dir);
-// Throws Error naming file, line and key; a torn last line is left out.
+// Throws Error naming file, line and key; ignores a truncated last line.
 FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
-// With its pixels, and a photograph's raw file. Throws Error when a file is missing or damaged.
+// The frame with its pixels, and a photograph's raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);
 
 }  // namespace ulf::acquisition

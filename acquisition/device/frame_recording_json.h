@@ -10,7 +10,7 @@ nlohmann::json RecordingHeaderToJson(const RecordingHeader& header);
 // Throws Error for a recording of a newer version.
 RecordingHeader RecordingHeaderFromJson(const JsonPlace& line);
 
-// Files relative to the recording; empty: there is none.
+// `file` and `raw_file` are relative to the recording; empty: there is none.
 nlohmann::json FrameToJson(const Frame& frame, const std::string& file, const std::string& raw_file);
 Frame FrameFromJson(const JsonPlace& line);  // without pixels
 

@@ -38,10 +38,10 @@ std::string FirstRealCamera() {
       refused);
 }
 
-// Seconds to look for a camera that went away: `reconnect_s`, which no driver knows.
-double TakePatience(DeviceUri& uri) {
-  constexpr double kPatience_s = 300;
-  const double patience_s = uri.Number("reconnect_s").value_or(kPatience_s);
+// Removes the option `reconnect_s`, which no driver knows, and returns it: seconds to search for a lost
+// camera.
+double ExtractPatience(DeviceUri& uri) {
+  const double patience_s = uri.Number("reconnect_s").value_or(Reconnection{}.patience_s);
   if (patience_s < 0) throw UsageError("'{}': reconnect_s is 0 (do not) or the seconds to try", uri.Text());
   std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
   return patience_s;
@@ -84,7 +84,7 @@ std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
 std::unique_ptr<Device> OpenDevice(const std::string& text) {
   DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
-  const double patience_s = TakePatience(uri);
+  const double patience_s = ExtractPatience(uri);
   return MakeReconnectingDevice(
       OpenDriver(uri),
       {.where_it_was = [](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri)); },

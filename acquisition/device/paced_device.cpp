@@ -15,6 +15,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
+constexpr std::size_t kWaitingFrames = 4;  // as the default `queue` of the cameras
+
 class PacedDevice : public Device {
  public:
   PacedDevice(std::unique_ptr<Device> recording, double speed)
@@ -39,7 +41,7 @@ class PacedDevice : public Device {
   void Start() override {
     if (thread_.joinable()) return;
     recording_->Start();
-    queue_ = std::make_unique<PhotographInbox>(4);
+    queue_ = std::make_unique<PhotographInbox>(kWaitingFrames);
     delivered_ = bytes_ = 0;
     {
       const MutexLock lock(mutex_);
@@ -94,7 +96,7 @@ class PacedDevice : public Device {
 
  private:
   void Play() {
-    HaveSignalStack();
+    InstallSignalStack();
     try {
       std::optional<double> first_s;
       Clock::time_point began;

@@ -1,6 +1,7 @@
-// A recording played in time, as a live camera would be: frames come when they were taken, `speed` times as
-// fast, whether or not they are asked for. Four wait for a slow reader; then the oldest goes, and is counted.
-// Photographs come where they came, and are never dropped.
+// Plays a recording in time, as a live camera: frames arrive at the intervals at which they were taken,
+// `speed` times as fast, whether or not Next() is called. Up to four frames wait for a slow reader (as the
+// cameras' default `queue`); then the oldest is dropped and counted. Photographs keep their place and are
+// never dropped.
 #pragma once
 
 #include <memory>
@@ -9,7 +10,7 @@
 
 namespace ulf::acquisition {
 
-// `recording` is a device whose frames wait (IsLive() false), not started.
+// `recording`: a device whose IsLive() is false, not started.
 std::unique_ptr<Device> MakePacedDevice(std::unique_ptr<Device> recording, double speed);
 
 }  // namespace ulf::acquisition

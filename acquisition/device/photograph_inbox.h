@@ -1,6 +1,6 @@
-// What a camera's thread hands to the reader: the newest live frames, older ones dropped and counted, and
-// every photograph. Photographs go first. A tethered camera's are still encoded: decoding is the reader's
-// work, so that a dropped frame costs nothing.
+// Frames between a camera's thread and the reader: the newest live frames (older ones are dropped and
+// counted) and every photograph, photographs first. A tethered camera's frames are still encoded; the reader
+// decodes them, so that a dropped frame costs no decoding.
 #pragma once
 
 #include <chrono>
@@ -41,7 +41,7 @@ class PhotographInbox {
     }
     arrived_.notify_one();
   }
-  // Nothing more comes; what is there can still be taken.
+  // No more frames will be pushed; Pop() still returns those that wait.
   void Close() {
     {
       const MutexLock lock(mutex_);

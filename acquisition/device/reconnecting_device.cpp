@@ -91,8 +91,8 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
   }
 }
 
-// Of a transport's figures some are counters, some settings and rates: of those the latest counts.
-bool CountsUp(const std::string& name) {
+// Whether a figure of a transport is a counter, which adds up; of settings and rates the latest value counts.
+bool IsCounter(const std::string& name) {
   for (const char* word :
        {"packet size", "/s", "rate", "buffer", " ms", "(ms)", "(ns)", "priority", "resend on"})
     if (name.find(word) != std::string::npos) return false;
@@ -117,7 +117,7 @@ void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
     if (same == sum.transport.end())
       sum.transport.emplace_back(name, value);
     else
-      same->second = CountsUp(name) ? same->second + value : value;
+      same->second = IsCounter(name) ? same->second + value : value;
   }
 }
 
@@ -148,8 +148,7 @@ class ReconnectingDevice : public Device {
 
   ~ReconnectingDevice() override {
     Stop();
-    if (driver_ && IsOver(driver_->State()))
-      BackgroundCloser::Instance().CloseInBackground(std::move(driver_));
+    if (driver_ && IsOver(driver_->State())) CloseInBackground(std::move(driver_));
   }
 
   DeviceInfo Info() const override {
@@ -219,7 +218,7 @@ class ReconnectingDevice : public Device {
   void GiveUp(const std::string& problem);
   bool PickUp(milliseconds timeout);
   std::optional<Frame> Deliver(Frame frame);
-  std::string TakeUpTime(const Frame& frame);
+  std::string AlignClock(const Frame& frame);
 
   const Reconnection how_;
   const std::optional<CameraModel> camera_;
@@ -246,7 +245,7 @@ class ReconnectingDevice : public Device {
   Clock::time_point last_frame_at_;
 };
 
-// How it stands with the connection is for this class to say.
+// Passes on the driver's events, except those about the connection, which this class reports itself.
 void ReconnectingDevice::TakeEventsOf(Device& driver) {
   std::vector<DeviceEvent> events = driver.TakeEvents();
   const MutexLock lock(mutex_);
@@ -284,7 +283,7 @@ void ReconnectingDevice::Stop() {
     const MutexLock lock(search_->mutex);
     search_->stop = true;
     search_->changed.notify_all();
-    BackgroundCloser::Instance().CloseInBackground(std::move(search_->found));
+    CloseInBackground(std::move(search_->found));
   }
   search_.reset();
   const bool running = state_ != DeviceState::kConnected && state_ != DeviceState::kLost;
@@ -298,7 +297,7 @@ void ReconnectingDevice::Stop() {
   state_ = DeviceState::kConnected;
 }
 
-// The driver is dead: its figures are kept, it is closed where nobody waits.
+// Keeps the statistics of the lost driver and closes it in the background.
 void ReconnectingDevice::Retire() {
   std::shared_ptr<Device> dead = Driver();
   TakeEventsOf(*dead);
@@ -311,7 +310,7 @@ void ReconnectingDevice::Retire() {
     driver_.reset();
   }
   problem_known_ = true;
-  BackgroundCloser::Instance().CloseInBackground(std::move(dead));
+  CloseInBackground(std::move(dead));
 }
 
 void ReconnectingDevice::Fault(const std::string& problem) {
@@ -333,7 +332,7 @@ void ReconnectingDevice::Fault(const std::string& problem) {
   BeginSearch(fault_began_);
 }
 
-// The same fault goes on: what was found was of no use.
+// Continues the search where the driver that was found is of no use.
 void ReconnectingDevice::SearchAgain(const std::string& problem) {
   if (Clock::now() >= give_up_)
     GiveUp(problem);
@@ -349,13 +348,13 @@ void ReconnectingDevice::GiveUp(const std::string& problem) {
 
 void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
   search_ = std::make_shared<Search>();
-  BackgroundCloser::Instance().CloseInBackground(
+  CloseInBackground(
       std::function<void()>([search = search_, how = how_, known = LastInfo(), begin, until = give_up_] {
         RunSearch(search, how, known, begin, until);
       }));
 }
 
-// True when a driver that was found is in place.
+// Takes over a driver that the search has found; false: there is none yet.
 bool ReconnectingDevice::PickUp(milliseconds timeout) {
   std::unique_ptr<Device> found;
   std::string refused, problem;
@@ -388,21 +387,20 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
   return false;
 }
 
-// The camera's clock goes on, or began anew when it was switched off. Returns words for the event.
-std::string ReconnectingDevice::TakeUpTime(const Frame& frame) {
+// Shifts times where the camera's clock has restarted. Returns text for the event.
+std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   if (!last_device_time_s_) return "";
-  constexpr double kSameClock_s = 1;
   double gap_s = SecondsSince(last_frame_at_);
   if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
     gap_s = frame.host_time_s - *last_host_time_s_;
   const double expected_s = *last_device_time_s_ + std::max(gap_s, 1e-3);
   const double as_it_counts_s = frame.device_time_s + TimeShiftSeconds();
   const bool goes_on = as_it_counts_s > *last_device_time_s_ &&
-                       (!live_ || std::abs(as_it_counts_s - expected_s) < kSameClock_s);
+                       (!live_ || std::abs(as_it_counts_s - expected_s) < how_.same_clock_s);
   if (goes_on) return "";
   const MutexLock lock(mutex_);
   time_shift_s_ = expected_s - frame.device_time_s;
-  return fmt::format("; its clock began anew: {:.3f} s are added to its times", time_shift_s_);
+  return fmt::format("; its clock restarted: {:.3f} s are added to its times", time_shift_s_);
 }
 
 std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
@@ -420,7 +418,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
       return std::nullopt;
     }
     awaiting_first_ = false;
-    const std::string clock = TakeUpTime(frame);
+    const std::string clock = AlignClock(frame);
     {
       const MutexLock lock(mutex_);
       ++past_.reconnects;

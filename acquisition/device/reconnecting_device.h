@@ -1,18 +1,18 @@
-// A live camera that is looked for and opened again when it goes away: the one state machine of device.h,
-// whatever the driver behind it.
+// A live camera that searches for its driver and opens it again when the camera is lost: implements the state
+// machine of device.h for all drivers.
 //
-// A driver reports kLost and why (Info().problem). Frames that wait in it are still handed out; then the
-// device is kFaulted, and from the next Next() on kReconnecting: a thread of its own opens a driver again,
-// alternately where the camera was and wherever it is now (it may come back at another address), until one
-// delivers a frame. Only the same camera will do, with images of the same size and kind; anything else is
-// refused, and that is said. Opening writes all settings again. After the patience the device is kLost.
+// A driver reports kLost and the reason (Info().problem). Frames that wait in it are still delivered; then
+// the device is kFaulted, and from the next Next() on kReconnecting: a thread opens a driver again,
+// alternately where the camera was and wherever it is now (its address may have changed), until one delivers
+// a frame. The camera must be the same one, with images of the same size and kind; any other is refused, with
+// an event. Opening writes all settings again. After the patience the device is kLost.
 //
-// What stays the same over a gap: statistics add up; device_time_s goes on. A camera that was switched off
-// begins to count anew: then its times are moved so that the gap is as long as it was by this computer's
-// clock, and the event says by how much. Frame ids are the camera's own and may begin anew.
+// Across a gap statistics are added up and device_time_s continues. A camera that was switched off restarts
+// its clock: then its times are shifted so that the gap is as long as on this computer's clock, and the event
+// names the shift. Frame ids are the camera's own and may restart.
 //
 // Next(), Start() and Stop() belong to one thread; State(), Info(), Statistics() and TakeEvents() may be
-// called from any. No call waits for a camera that is gone: dead drivers are closed in the background.
+// called from any. No call waits for a camera that is gone: lost drivers are closed in the background.
 #pragma once
 
 #include <functional>
@@ -22,15 +22,22 @@
 
 namespace ulf::acquisition {
 
-// Opens a driver anew, not started; `known` is what Info() said of the one that was lost. Throws Error.
-// Called in another thread.
+// Opens a driver again, not started; `known` is the Info() of the one that was lost. Throws Error. Runs in
+// another thread.
 using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
 
 struct Reconnection {
   ReopenDriver where_it_was;
-  ReopenDriver elsewhere;                            // wherever it is now; none: only where it was
-  double patience_s = 300;                           // 0: not at all
-  double first_wait_s = 0.1, longest_wait_s = 0.75;  // between two attempts, doubling
+  ReopenDriver elsewhere;  // wherever it is now; none: only where it was
+  // The camera is searched for so long, then given up; 0: not at all. Guessed: time to change a cable or a
+  // battery.
+  double patience_s = 300;
+  // Pauses between two attempts double from the first to the longest. Guessed: an attempt takes up to a
+  // second.
+  double first_wait_s = 0.1, longest_wait_s = 0.75;
+  // The camera's clock continues where its times fit this computer's to within this, else it has restarted.
+  // Guessed: much more than jitter, much less than a restart takes.
+  double same_clock_s = 1;
 };
 
 // `driver`: open, not started.

@@ -14,7 +14,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/image/image_header.h"
 #include "core/light_field/light_field_io.h"
@@ -25,6 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDefaultFps = 30;
+// Containers estimate their number of frames. A video with less than this share of it is reported as
+// truncated. Guessed.
+constexpr double kCompleteVideo = 0.98;
 
 struct ReplayOptions {
   std::string uri;
@@ -40,12 +42,12 @@ struct ReplayOptions {
   }
 };
 
-// Where frames come from, one after the other.
+// A source of frames in their order.
 class Source {
  public:
   virtual ~Source() = default;
   virtual std::string Describe() const = 0;
-  // Which camera it was and what is known of it; of its `device` the uri is not used.
+  // The camera and what is known of it; `device.uri` is not used.
   virtual RecordingHeader Header() const {
     RecordingHeader header;
     header.device.bus = "files";
@@ -56,13 +58,6 @@ class Source {
   virtual std::optional<Frame> Next() = 0;
   virtual double Length() const = 0;  // frames; 0: unknown
 };
-
-bool IsImageName(const fs::path& path) {
-  const std::string extension = Lowercase(path.extension().string());
-  static const std::vector<std::string> known = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
-                                                 ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
-  return std::find(known.begin(), known.end(), extension) != known.end();
-}
 
 bool IsJpegName(const fs::path& path) {
   const auto header = ReadImageHeader(path.string());
@@ -80,7 +75,7 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
     if (!entry.is_regular_file()) continue;
     const std::string name = entry.path().filename().string();
     const bool chosen = options.glob ? fnmatch(options.glob->c_str(), name.c_str(), 0) == 0
-                                     : IsImageName(entry.path()) && name[0] != '.';
+                                     : HasImageEnding(entry.path()) && name[0] != '.';
     if (chosen)
       files.push_back(entry.path());
     else
@@ -226,9 +221,8 @@ class VideoSource : public Source {
     return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
   }
 
-  // Containers estimate their number of frames: a small difference is none.
   void NoteShort() {
-    if (announced_ > 0 && static_cast<double>(next_) < 0.98 * announced_ - 1)
+    if (announced_ > 0 && static_cast<double>(next_) < kCompleteVideo * announced_ - 1)
       spdlog::warn("{}: the video ends after {} of {:.0f} frames: it is truncated or damaged there",
                    options_.uri, next_, announced_);
     announced_ = 0;

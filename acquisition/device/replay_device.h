@@ -1,33 +1,33 @@
-// Recorded frames as a device: `replay:PATH?fps=30&glob=*.color.jpg&transfer=linear&speed=1`.
+// Plays recorded frames as a device: `replay:PATH?fps=30&glob=*.color.jpg&transfer=linear&speed=1`.
 //
 //   a folder of images   in name order (numbers by value), the first at time 0, frame k at k/fps; mixed sizes
-//                        or formats, a truncated file and an empty folder are errors when it is opened;
-//   a video file         at the times of its container;
-//   a recorded session   (a folder with frames.jsonl, see frame_recording.h) every frame as it was, with its
-//                        time, exposure, gain and what the device knew of its camera and pose; a tethered
-//                        camera's photographs between the live frames, where they came;
+//                        or formats, a truncated file and an empty folder are errors at opening;
+//   a video file         with the times of its container;
+//   a recorded session   (a folder with frames.jsonl, frame_recording.h) every frame with its time, exposure,
+//                        gain, and the camera and pose that the device knew; a tethered camera's photographs
+//                        at their place between the live frames;
 //   a light field        (a folder with journal.jsonl or transforms.json, and no glob) the photographs of its
 //                        views with their device times, exposures and poses, and its camera; times that do
 //                        not increase, as in imported sets, are replaced by k/fps.
 //
-// Frames wait until they are asked for, none is dropped, and the same path gives the same frames; host_time_s
-// is 0 except in a light field and a recorded session: these frames did not reach this machine now. With
-// `speed` they come in time (1: as they were taken, N: so much faster), as from a live camera, and are
-// dropped and counted when the reader is slow (photographs never are); speed=0 is as without.
+// Without `speed`, or with speed=0, frames wait for Next() and none is dropped: the same path always gives
+// the same frames. With `speed` N they arrive in time, N times as fast as they were taken, and are dropped
+// and counted when the reader is slow (photographs are never dropped). host_time_s is 0 except in a light
+// field and a recorded session.
 //
-// The photographer of a recorded session is the recorded one: its photographs come in their place among the
-// live frames, asked for or not, each with the time of its own request. A request is answered by the next one
-// that was asked for then; none is left: busy. So a session run again sees the same whatever it asks for, and
-// what it would have photographed elsewhere it does without.
+// The photographs of a recorded session keep their place among the live frames and the times of their
+// recorded requests, whether or not RequestStill() is called. RequestStill() returns kAsked while a requested
+// photograph is still to come, else kBusy. A session that runs again therefore sees the same frames, whatever
+// it requests.
 //
-// A recorded session and a light field say whose they are (maker, model, serial, part of the sensor): a
-// calibration is bound to them as to the camera itself, and found for them; of what does not say its part of
-// the sensor (older light fields, photographs) a calibration is scaled by size alone, with a warning.
-// Intrinsics that they bring themselves go before a stored calibration, so that the same comes out of them
-// next year. Of other files nobody knows the camera.
+// A recorded session and a light field contain the camera's maker, model, serial number and part of the
+// sensor, so that the stored calibration of that camera is found for them. If the part of the sensor is
+// missing (older light fields, photographs), the calibration is scaled by image size alone, with a warning.
+// Intrinsics in the recording take precedence over a stored calibration, so that later calibrations do not
+// change the result. The camera of other files is unknown.
 //
-// JPEG files are named in Frame::encoded, so that a recording keeps them byte for byte. 8 and 16 bits are
-// taken as sRGB and float as linear unless `transfer` says otherwise.
+// JPEG files are kept in Frame::encoded, so that a recording keeps them byte for byte. Pixels of 8 and 16
+// bits are assumed to be sRGB and float linear unless `transfer` says otherwise.
 #pragma once
 
 #include <memory>
@@ -40,8 +40,8 @@ namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 
-// The URI with what `--speed` of a command says, where it was given. Throws UsageError when that is not a
-// recording.
+// The URI with the value of a command's option `--speed`, if given. Throws UsageError when the URI is not a
+// replay.
 std::string WithReplaySpeed(const std::string& uri, const std::optional<double>& speed);
 
 }  // namespace ulf::acquisition

@@ -74,7 +74,7 @@ std::optional<double> PhotographicNumber(const std::string& text) {
   return number;
 }
 
-bool MeansTheSame(const std::string& a, const std::string& b) {
+bool IsSameSetting(const std::string& a, const std::string& b) {
   const auto x = PhotographicNumber(a), y = PhotographicNumber(b);
   // Half of the third of a stop in which cameras count, and some for their rounding.
   if (x && y) return std::abs(std::log2(*x / *y)) < 0.12;
@@ -89,7 +89,7 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
   double least = 1e9;
   for (const std::string& choice : choices) {
     const auto other = PhotographicNumber(choice);
-    if (!number || !other || !MeansTheSame(choice, value)) continue;
+    if (!number || !other || !IsSameSetting(choice, value)) continue;
     const double off = std::abs(std::log(*other / *number));
     if (off >= least) continue;
     least = off;
@@ -149,23 +149,23 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                      fmt::join(choices, ", "));
   GphotoResult result;
   std::string kept = now ? now->value : "";
-  // Cameras take a moment, and are busy for another.
+  // A camera may be busy, or report a new value late. Guessed: a second in all.
   constexpr int kTries = 10;
-  for (int i = 0; i < kTries && !MeansTheSame(kept, *wanted); ++i) {
+  for (int i = 0; i < kTries && !IsSameSetting(kept, *wanted); ++i) {
     if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
     if (now && now->read_only) break;
     result = camera_.Set(known->second.name, *wanted);
     if (const auto read = camera_.Setting(known->second.name)) kept = read->value;
   }
   known->second.value = kept;
-  if (MeansTheSame(kept, *wanted)) return;
+  if (IsSameSetting(kept, *wanted)) return;
   throw Error(
       "{}: {}={} could not be set: the camera keeps '{}'{}; set it on the camera (its dial, the lens's "
       "switch)",
       uri_, Name(setting), value, kept, result.ok() ? "" : " (" + result.text + ")");
 }
 
-std::vector<std::string> CameraSettings::LockTheRest(const std::vector<ShotSetting>& given) {
+std::vector<std::string> CameraSettings::LockRemaining(const std::vector<ShotSetting>& given) {
   std::vector<std::string> automatic;
   if (const auto program = known_.find(ShotSetting::kProgram); program != known_.end()) {
     const auto now = camera_.Setting(program->second.name);

@@ -1,10 +1,8 @@
 // The settings of a photograph under the names that different makers' drivers give them: shutter, ISO,
-// aperture, focus, exposure program, file format. Values are compared as what they mean ("1/125" is
-// "0.0080s").
+// aperture, focus, exposure program, file format. Values are compared by meaning ("1/125" equals "0.0080s").
 //
-// Locked: what the URI asks for is written and read back, and everything is watched from then on. A setting
-// that turns by itself (an automatic ISO, a dial that somebody moves) changes the picture in the middle of a
-// capture: it is told.
+// Lock() writes a setting and reads it back; Changes() reports every later change (automatic ISO, a dial that
+// somebody turns), because it changes the pictures in the middle of a capture.
 #pragma once
 
 #include <array>
@@ -24,37 +22,37 @@ const char* Name(ShotSetting setting);  // as in the URI: "shutter", "iso", ...
 
 // "1/125", "0.0080s", "f/5.6", "ISO 200", "2.5"; none for "Auto", "bulb".
 std::optional<double> PhotographicNumber(const std::string& text);
-bool MeansTheSame(const std::string& a, const std::string& b);
-// What to write for a value that a person gave: the choice that means it. None when there is no such choice.
+bool IsSameSetting(const std::string& a, const std::string& b);
+// The choice that equals a value from the user; none: there is no such choice.
 std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, const std::string& value);
-// Of a setting that can be manual or automatic; none when it offers nothing manual.
+// The choice for manual operation; none: the setting has none.
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
 bool IsAutomatic(const std::string& value);
 
-// For people, of an image format without JPEG: what is to be set instead. Empty where there is a JPEG.
+// A message that tells which image format to set when this one has no JPEG; empty when it has one.
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 
 class CameraSettings {
  public:
-  // Finds which settings the camera has. `uri` is for the words of errors.
+  // Finds the settings that the camera has. Errors name `uri`.
   CameraSettings(GphotoCamera& camera, const std::string& uri);
 
-  // Writes and reads back. Throws UsageError for a value that the camera does not offer, with those it does;
-  // Error when the camera does not keep it.
+  // Writes a setting and reads it back. Throws UsageError, with the choices, for a value that the camera does
+  // not offer; Error when the camera does not keep it.
   void Lock(ShotSetting setting, const std::string& value);
-  // Everything else as far as the camera lets itself be told: manual exposure program. What stays automatic
-  // is returned, in words.
-  std::vector<std::string> LockTheRest(const std::vector<ShotSetting>& given);
+  // Sets the exposure program to manual if the camera allows it. Returns one message for each setting that
+  // stays automatic and is not in `given`.
+  std::vector<std::string> LockRemaining(const std::vector<ShotSetting>& given);
 
-  // What has changed since the last call, in words. Asks the camera.
+  // Reads all settings; one message for each change since the last call.
   std::vector<std::string> Changes();
-  // As last read; empty when the camera has no such setting.
+  // The value last read; empty: the camera has no such setting.
   std::string Value(ShotSetting setting) const;
   std::optional<double> Number(ShotSetting setting) const { return PhotographicNumber(Value(setting)); }
 
  private:
   struct Known {
-    std::string name;  // the driver's
+    std::string name;  // in the driver
     std::string value;
   };
   GphotoCamera& camera_;

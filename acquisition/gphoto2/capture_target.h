@@ -1,4 +1,4 @@
-// Where a tethered camera puts its photographs: its card, or memory that forgets.
+// Where a tethered camera stores its photographs: on its card or in volatile memory.
 #pragma once
 
 #include <optional>
@@ -8,11 +8,12 @@
 
 namespace ulf::acquisition {
 
-// To the card or not; without a word to the card, where there is one with room. True when photographs go to
-// memory. Throws UsageError for what the camera does not offer, Error for what it refuses.
+// Selects card or memory; `to_card` none: the card if there is one with free space. True: photographs go to
+// memory. Throws UsageError for a target that the camera does not offer, Error when it refuses one.
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
 
-// The camera's own memory, which forgets: there the file is taken away after its download. Never from a card.
+// Whether a file is in the camera's volatile memory, from which it is deleted after its download. Files on a
+// card are never deleted.
 bool IsInCameraMemory(const std::string& folder, bool target_is_memory);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,6 @@
 #include "acquisition/gphoto2/gphoto_camera.h"
 
+#include <fmt/format.h>
 #include <gphoto2/gphoto2-port-log.h>
 #include <gphoto2/gphoto2.h>
 #include <signal.h>
@@ -8,18 +9,15 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string_view>
 
+#include "acquisition/device/file_holders.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
-
-namespace fs = std::filesystem;
 
 // A write into a broken connection signals the thread that wrote: blocked there, taken back afterwards.
 class WithoutSigpipe {
@@ -450,24 +448,8 @@ GphotoResult GphotoCamera::Storages(std::vector<GphotoStorage>& storages) {
 
 std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::string& proc,
                                             const std::string& usb) {
-  std::vector<std::string> programs;
   const std::string node = UsbNode(port, usb);
-  if (node.empty()) return programs;
-  std::error_code ignored;
-  for (const auto& process : fs::directory_iterator(proc, ignored)) {
-    const std::string id = process.path().filename().string();
-    if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos) continue;
-    if (id == std::to_string(getpid())) continue;
-    std::error_code denied;
-    for (const auto& open : fs::directory_iterator(process.path() / "fd", denied)) {
-      if (fs::read_symlink(open.path(), denied) != node) continue;
-      std::string name;
-      std::getline(std::ifstream(process.path() / "comm"), name);
-      programs.push_back(fmt::format("{} (process {})", name, id));
-      break;
-    }
-  }
-  return programs;
+  return node.empty() ? std::vector<std::string>{} : ProgramsHolding(node, proc);
 }
 
 std::string UsbObstacle(const std::string& port) {
@@ -478,15 +460,11 @@ std::string UsbObstacle(const std::string& port) {
         "this user may not write to {}; install the rules in udev/ (see docs/devices.md) and "
         "plug the camera in again",
         node);
-  std::string holders;
-  bool desktop = false;
-  for (const std::string& program : ProgramsHoldingUsb(port)) {
-    if (!holders.empty()) holders += ", ";
-    holders += program;
-    desktop |= program.starts_with("gvfs");
-  }
-  if (holders.empty()) return {};
-  if (desktop)
+  const std::vector<std::string> programs = ProgramsHolding(node);
+  if (programs.empty()) return {};
+  const std::string holders = fmt::format("{}", fmt::join(programs, ", "));
+  if (std::any_of(programs.begin(), programs.end(),
+                  [](const std::string& program) { return program.starts_with("gvfs"); }))
     return fmt::format(
         "the desktop has mounted it ({} holds it); release it with 'gio mount -s gphoto2' or by "
         "ejecting it in the file manager",

@@ -1,11 +1,11 @@
-// One tethered camera as libgphoto2 drives it, with values instead of that library's handles.
+// One tethered camera through libgphoto2, with values instead of the library's handles.
 //
-// The library is not made for threads: whoever owns a GphotoCamera makes every call to it from one thread at
-// a time (gphoto_device.h gives it a thread of its own). A connection that breaks makes the library write
-// into a closed socket: every call here keeps SIGPIPE from the process, whoever the process belongs to.
+// libgphoto2 is not thread-safe: the owner makes all calls from one thread at a time (GphotoDevice has a
+// thread for them). When a connection breaks the library writes into a closed socket; every call here
+// therefore blocks SIGPIPE.
 //
-// What a camera answers (busy, no card, gone) is a value; what cannot be opened throws Error with the way
-// out.
+// Answers of the camera (busy, no card, disconnected) are values; a camera that cannot be opened throws Error
+// with the remedy.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace ulf::acquisition {
 
 struct GphotoResult {
   int code = 0;
-  std::string text;  // the library's words, with the driver's own behind them
+  std::string text;  // the message of the library, then that of the driver
   bool ok() const { return code >= 0; }
   bool Busy() const;
   bool CardFull() const;
@@ -34,8 +34,7 @@ struct GphotoSetting {
   std::string category;  // "capturesettings"
   std::string label;
   GphotoSettingType type = GphotoSettingType::kText;
-  std::string
-      value;  // toggles: "0", "1", or "2" when the camera does not say; dates: seconds since the epoch
+  std::string value;  // toggles: "0", "1", or "2" if unknown; dates: seconds since the epoch
   std::vector<std::string> choices;
   double min = 0, max = 0, step = 0;  // of a range
   bool read_only = false;
@@ -49,7 +48,7 @@ enum class GphotoEventKind { kNothing, kFileAdded, kOther };
 struct GphotoEvent {
   GphotoEventKind kind = GphotoEventKind::kNothing;
   GphotoFile file;
-  std::string text;  // of kOther: the driver's words, as "PTP Property 500f changed"
+  std::string text;  // of kOther: the message of the driver, such as "PTP Property 500f changed"
 };
 
 struct GphotoStorage {
@@ -57,18 +56,18 @@ struct GphotoStorage {
   bool is_full = false;
 };
 
-// Where a camera is: the driver's name for it and its port ("usb:001,005", "ptpip:192.168.1.9:15740:15740").
+// A camera's model as the driver names it, and its port ("usb:001,005", "ptpip:192.168.1.9:15740:15740").
 struct GphotoAddress {
   std::string model, port;
   bool operator==(const GphotoAddress&) const = default;
 };
 
-// Cameras at the USB ports; network ones do not announce themselves.
+// Cameras at the USB ports; libgphoto2 cannot discover network cameras.
 std::vector<GphotoAddress> DetectGphotoCameras();
 
 class GphotoCamera {
  public:
-  // `uri` is for the words of errors.
+  // Errors name `uri`.
   GphotoCamera(const std::string& uri, const GphotoAddress& address);
   ~GphotoCamera();
   GphotoCamera(const GphotoCamera&) = delete;
@@ -83,20 +82,22 @@ class GphotoCamera {
   GphotoResult WaitForEvent(int timeout_ms, GphotoEvent& event);
   GphotoResult Download(const GphotoFile& file, std::string& bytes);
   GphotoResult Delete(const GphotoFile& file);
-  // Answers of a network camera no longer belong to the questions, whatever results say: to be opened anew.
+  // True when answers of a network camera no longer match the requests (PTP transaction ids): it must be
+  // opened again, whatever the results say.
   bool OutOfStep() const;
-  GphotoResult Storages(std::vector<GphotoStorage>& storages);  // asks the camera itself: also a sign of life
+  GphotoResult Storages(
+      std::vector<GphotoStorage>& storages);  // asks the camera: also shows that it is alive
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// The programs that hold a USB camera open, by name ("gvfsd-gphoto2 (process 812)"), as far as this user may
-// see them; `port` as "usb:001,005".
+// The programs that have a USB camera open ("gvfsd-gphoto2 (process 812)"), as far as this user may see them;
+// `port`: such as "usb:001,005".
 std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::string& proc = "/proc",
                                             const std::string& usb = "/dev/bus/usb");
-// Why a USB camera cannot be opened, with the way out; empty when nothing is known against it.
+// The reason why a USB camera cannot be opened, with the remedy; empty: no reason known.
 std::string UsbObstacle(const std::string& port);
 
 }  // namespace ulf::acquisition

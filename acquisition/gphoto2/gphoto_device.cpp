@@ -19,6 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
+#include "core/base/quantile.h"
 #include "core/base/signal_stack.h"
 #include "core/image/jpeg_file.h"
 
@@ -28,20 +29,7 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPairPatienceS = 3;             // a raw file and its JPEG
-constexpr double kBusyPatienceS = 10;            // of a release that the camera puts off
-constexpr double kPhotographPatienceS = 60;      // from the release on: long exposures, slow cards
-constexpr double kLastPhotographPatienceS = 10;  // of one that was asked for before the end
-constexpr double kWatchEveryS = 5;               // settings, battery, card
-constexpr int kBatteryLow = 15;                  // percent
-
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
-
-double MedianMs(std::vector<double> seconds) {
-  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-  std::nth_element(seconds.begin(), middle, seconds.end());
-  return 1e3 * *middle;
-}
 
 class GphotoDevice : public Device {
  public:
@@ -51,20 +39,11 @@ class GphotoDevice : public Device {
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
         downloads_(*camera_),
-        pairing_(kPairPatienceS) {
-    const auto text = [&](const char* name) {
-      const auto setting = camera_->Setting(name);
-      return setting ? setting->value : std::string();
-    };
-    info_ = {.uri = uri_,
-             .maker = text("manufacturer"),
-             .model = text("cameramodel"),
-             .serial = text("serialnumber"),
-             .bus = uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB",
-             .problem = {}};
+        pairing_(options_.patience.pair_s) {
+    info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
     std::vector<ShotSetting> given;
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
-    const std::vector<std::string> automatic = settings_.LockTheRest(given);
+    const std::vector<std::string> automatic = settings_.LockRemaining(given);
     for (const auto& [setting, value] : options_.settings) settings_.Lock(setting, value);
     target_is_memory_ = ChooseTarget(*camera_, uri_, options_.to_card);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
@@ -103,7 +82,7 @@ class GphotoDevice : public Device {
     DoneWithStill();
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
-      HaveSignalStack();
+      InstallSignalStack();
       try {
         Loop();
       } catch (const std::exception& error) {
@@ -154,7 +133,8 @@ class GphotoDevice : public Device {
                             {"photographs not downloaded", not_downloaded_},
                             {"live view refused", live_view_refused_}};
     if (!release_to_announcement_s_.empty())
-      statistics.transport.emplace_back("release to announcement ms", MedianMs(release_to_announcement_s_));
+      statistics.transport.emplace_back("release to announcement ms",
+                                        1e3 * Median(release_to_announcement_s_));
     return statistics;
   }
 
@@ -168,7 +148,7 @@ class GphotoDevice : public Device {
     const auto period = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
-    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * kWatchEveryS));
+    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.watch_every_s));
     while (!MayStop() && !lost_) {
       if (still_wanted_) Release();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
@@ -187,7 +167,7 @@ class GphotoDevice : public Device {
     }
   }
 
-  // The thread's last act: what is here is handed out, what is not is named, and then only is it lost.
+  // Ends the thread: delivers what is downloaded, names what is not, and only then reports the loss.
   void End() {
     Deliver(true);
     {
@@ -207,15 +187,15 @@ class GphotoDevice : public Device {
     if (!stop_) return false;
     if (!released_at_ && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
-    return SecondsSince(*stopping_since_) > kLastPhotographPatienceS;
+    return SecondsSince(*stopping_since_) > options_.patience.last_photograph_s;
   }
 
   // Asks for a photograph; a busy camera is asked again on the next round, with its events taken meanwhile.
   void Release() {
     if (released_at_) {
-      if (SecondsSince(*released_at_) < kPhotographPatienceS) return;
+      if (SecondsSince(*released_at_) < options_.patience.photograph_s) return;
       Notice(fmt::format("no photograph came within {:.0f} s of its release; asking again is possible",
-                         kPhotographPatienceS));
+                         options_.patience.photograph_s));
       return DoneWithStill();
     }
     if (!asked_since_) asked_since_ = Clock::now();
@@ -229,8 +209,9 @@ class GphotoDevice : public Device {
     }
     if (result.Busy()) {
       if (!std::exchange(said_busy_, true)) Notice("the camera is busy; the photograph waits for it");
-      if (SecondsSince(*asked_since_) < kBusyPatienceS) return;
-      Notice(fmt::format("the camera was busy for {:.0f} s: no photograph was taken", kBusyPatienceS));
+      if (SecondsSince(*asked_since_) < options_.patience.busy_s) return;
+      Notice(
+          fmt::format("the camera was busy for {:.0f} s: no photograph was taken", options_.patience.busy_s));
       said_busy_ = false;
       return DoneWithStill();
     }
@@ -280,18 +261,18 @@ class GphotoDevice : public Device {
     }
     if (result.Busy() || released_at_) return;  // the mirror is up
     if (!result.ok() && Gone(result)) return;
-    // Some refuse for a moment after a photograph; a camera that goes on refusing says why.
-    constexpr double kToldAfterS = 3, kPauseS = 0.3;
+    // Some cameras refuse live view for a moment after a photograph; only a longer refusal is reported.
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
-    live_view_pause_s_ = kPauseS;
-    if (SecondsSince(*live_view_trouble_since_) < kToldAfterS) return;
-    live_view_trouble_since_ = Clock::now() + std::chrono::seconds(30);
+    live_view_pause_s_ = options_.patience.live_view_pause_s;
+    if (SecondsSince(*live_view_trouble_since_) < options_.patience.live_view_trouble_s) return;
+    live_view_trouble_since_ =
+        Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.live_view_repeat_s));
     Event(DeviceEventKind::kStalled,
           fmt::format("no live view: {}; look at the camera's display, its mode dial and its lens",
                       result.text));
   }
 
-  // Everything that the camera has to say, waiting no longer than this for the first word.
+  // Handles all events of the camera; waits up to `timeout_ms` for the first.
   void Drain(int timeout_ms) {
     while (!lost_) {
       GphotoEvent event;
@@ -300,13 +281,13 @@ class GphotoDevice : public Device {
       if (!result.ok()) {
         if (result.Busy() || result.NotSupported()) return;
         if (!Gone(result))
-          std::this_thread::sleep_for(milliseconds(20));  // it may return at once, again and again
+          std::this_thread::sleep_for(milliseconds(20));  // the call may fail without waiting
         return;
       }
       failures_ = 0;
       if (event.kind == GphotoEventKind::kNothing) return;
       if (event.kind == GphotoEventKind::kFileAdded) Announced(event.file);
-      // A property has changed: it may be one of ours.
+      // A property has changed, perhaps one of those that are watched.
       if (event.kind == GphotoEventKind::kOther && event.text.find("ropert") != std::string::npos)
         next_watch_ = std::min(next_watch_, Clock::now() + milliseconds(200));
       timeout_ms = 1;
@@ -319,7 +300,7 @@ class GphotoDevice : public Device {
     DownloadedFile file;
     file.name = announced.name;
     file.announced_s = EpochSeconds();
-    if (auto late = pairing_.LateHalf(announced.name, NowS())) {
+    if (auto late = pairing_.LateFile(announced.name, NowS())) {
       file = std::move(*late);  // of an earlier photograph, and no answer to what was asked for since
     } else {
       if (released_at_ && !answer_stem_) {
@@ -341,7 +322,7 @@ class GphotoDevice : public Device {
     }
     for (const std::string& words : outcome.words) Notice(words);
     for (const DownloadedFile& file : outcome.given_up) {
-      // Its other half may be the answer.
+      // The other file of this photograph may answer the request.
       const std::string stem = StemOf(file.name);
       if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) Answered(file.released_s);
       const MutexLock lock(mutex_);
@@ -379,9 +360,9 @@ class GphotoDevice : public Device {
     }
   }
 
-  // Slow things: settings that the camera or a hand has changed, battery, card.
+  // Checks what changes slowly: settings, battery, card.
   void Watch() {
-    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * kWatchEveryS));
+    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.watch_every_s));
     for (const std::string& change : settings_.Changes()) Notice(change);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     NoticeRawOnly();
@@ -402,7 +383,7 @@ class GphotoDevice : public Device {
   void WatchBatteryAndCard() {
     if (const auto battery = camera_->Setting("batterylevel")) {
       const int percent = std::atoi(battery->value.c_str());
-      const bool low = battery->value.find('%') != std::string::npos ? percent <= kBatteryLow
+      const bool low = battery->value.find('%') != std::string::npos ? percent <= options_.battery_low
                                                                      : battery->value.starts_with("Low");
       if (low && !said_battery_)
         Notice(fmt::format("the battery is low ({}); have another ready", battery->value));
@@ -416,7 +397,7 @@ class GphotoDevice : public Device {
     said_full_ = full;
   }
 
-  // Whether the camera is out of reach after this failure; asks it for a sign of life where the code alone
+  // Whether the camera is disconnected after this failure; asks it for its storage when the error code alone
   // does not tell.
   bool Gone(const GphotoResult& result) {
     if (OutOfStep()) return true;
@@ -426,8 +407,7 @@ class GphotoDevice : public Device {
       const GphotoResult life = camera_->Storages(ignored);
       gone = !life.ok() && !life.Busy();
     }
-    constexpr int kFailuresInARow = 20;  // of a camera that cannot be asked
-    if (!gone && !watches_storage_) gone = ++failures_ >= kFailuresInARow;
+    if (!gone && !watches_storage_) gone = ++failures_ >= options_.failures_in_row;
     if (gone)
       Lose(
           fmt::format("the camera no longer answers ({}); check its cable or network, that it is on and its "
@@ -438,7 +418,7 @@ class GphotoDevice : public Device {
 
   bool OutOfStep() {
     if (camera_->OutOfStep())
-      Lose("an answer of the camera came too late: the connection has to be opened anew");
+      Lose("an answer of the camera came too late: the connection must be opened again");
     return lost_;
   }
 

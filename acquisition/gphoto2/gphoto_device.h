@@ -7,18 +7,17 @@
 //   ?shutter=1/125&iso=200&aperture=8&focus=manual&imageformat=...&target=card|ram&liveview_fps=15
 //    &shutter_lag_ms=120&queue=4
 //
-// Live view comes as frames of FrameKind::kLive; the newest wait in a queue of `queue`, older ones are
-// dropped and counted. A photograph, whoever released the shutter, comes as FrameKind::kStill when it has
-// been downloaded; photographs are never dropped. Its JPEG is kept byte for byte (Frame::encoded), a raw file
-// of the same name beside it (Frame::raw). A camera set to raw only gives stills without pixels, marked
-// incomplete: nothing here decodes raw.
+// Live view is delivered as FrameKind::kLive; the newest `queue` frames (default 4) wait for the reader,
+// older ones are dropped and counted. A photograph is delivered as FrameKind::kStill after its download,
+// whether the program or the photographer released the shutter; photographs are never dropped. Its JPEG is
+// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). ulf does not
+// decode raw files: a camera set to raw only delivers photographs without pixels, as kIncomplete.
 //
-// Times are the host's clock: these cameras have none that can be read to better than a second. A live
-// frame's is its arrival. A photograph's is the moment at which the shutter was asked to open, plus
-// `shutter_lag_ms` where that is given (Frame::requested_s is the request itself); where it was released on
-// the body, the moment at which the camera announced it. A live frame's exposure and gain are unknown (0 and
-// 1): live view has its own. A photograph's come from its Exif, else from the camera's settings; gain 1 is
-// ISO 100.
+// Times are those of the host's clock, because these cameras' clocks are readable to a second only. A live
+// frame has the time of its arrival. A photograph has the time at which the program released the shutter
+// (Frame::requested_s) plus `shutter_lag_ms` (default 0); one released on the body has the time at which the
+// camera announced it. Exposure and gain of a live frame are unknown (0 and 1). Those of a photograph come
+// from its Exif, else from the camera's settings; gain 1 is ISO 100.
 #pragma once
 
 #include <memory>

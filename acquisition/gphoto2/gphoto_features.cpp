@@ -57,16 +57,7 @@ class GphotoFeatures : public FeatureAccess {
  public:
   explicit GphotoFeatures(const DeviceUri& uri) : uri_(uri.Text()), camera_(uri_, ResolveGphotoAddress(uri)) {
     uri.AllowOnly({});
-    const auto text = [&](const char* name) {
-      const auto setting = camera_.Setting(name);
-      return setting ? setting->value : std::string();
-    };
-    info_ = {.uri = uri_,
-             .maker = text("manufacturer"),
-             .model = text("cameramodel"),
-             .serial = text("serialnumber"),
-             .bus = "PTP",
-             .problem = {}};
+    info_ = DescribeGphoto(camera_, uri_, "PTP");
   }
 
   DeviceInfo Info() const override { return info_; }

@@ -13,13 +13,6 @@ namespace {
 constexpr const char* kNetworkDriver = "PTP/IP Camera";
 constexpr int kPtpipPort = 15740;
 
-double NumberWithin(const DeviceUri& uri, const std::string& key, double low, double high, double fallback) {
-  const double number = uri.Number(key).value_or(fallback);
-  if (number < low || number > high)
-    throw UsageError("'{}': {} must be {} to {}", uri.Text(), key, low, high);
-  return number;
-}
-
 // "ptpip:ADDRESS" or "ptpip:ADDRESS:PORT" as the driver wants it, with the port for both connections.
 GphotoAddress NetworkAddress(const DeviceUri& uri) {
   const std::string rest = uri.path.substr(std::string("ptpip:").size());
@@ -73,9 +66,9 @@ GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
       throw UsageError("'{}': target is card or ram, not '{}'", uri.Text(), *target);
     options.to_card = *target == "card";
   }
-  options.live_view_fps = NumberWithin(uri, "liveview_fps", 0.1, 120, options.live_view_fps);
-  options.shutter_lag_s = NumberWithin(uri, "shutter_lag_ms", 0, 10'000, 0) / 1000;
-  options.queue = static_cast<std::size_t>(NumberWithin(uri, "queue", 1, 1000, 4));
+  options.live_view_fps = uri.Number("liveview_fps", options.live_view_fps, 0.1, 120);
+  options.shutter_lag_s = uri.Number("shutter_lag_ms", 0, 0, 10'000) / 1000;
+  options.queue = static_cast<std::size_t>(uri.Number("queue", 4, 1, 1000));
   return options;
 }
 
@@ -101,6 +94,19 @@ GphotoAddress ResolveGphotoAddress(const DeviceUri& uri) {
     throw Error("{}: no camera of this port, model or serial number; there are: {}", uri.Text(),
                 ListOf(found));
   throw Error("{}: names more than one camera; say which by its port: {}", uri.Text(), ListOf(matching));
+}
+
+DeviceInfo DescribeGphoto(GphotoCamera& camera, const std::string& uri, const std::string& bus) {
+  const auto text = [&](const char* name) {
+    const auto setting = camera.Setting(name);
+    return setting ? setting->value : std::string();
+  };
+  return {.uri = uri,
+          .maker = text("manufacturer"),
+          .model = text("cameramodel"),
+          .serial = text("serialnumber"),
+          .bus = bus,
+          .problem = {}};
 }
 
 std::vector<DeviceInfo> ListGphotoDevices() {

@@ -12,8 +12,10 @@
 namespace ulf::acquisition {
 namespace {
 
+// Guessed: the pauses double, so that a file is given up after 6 s; a busy camera writes to its card
+// meanwhile and gets longer.
 constexpr int kTries = 6;
-constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;  // the pauses double: 6 s in all
+constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;
 constexpr double kBusyPatienceS = 20;
 
 std::string PathOf(const GphotoFile& file) { return file.folder + "/" + file.name; }
@@ -52,7 +54,8 @@ PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
     else
       ++i;
-    if (!result.ok() && !result.Busy()) break;  // first of all: is it still there?
+    if (!result.ok() && !result.Busy())
+      break;  // the caller checks first whether the camera is still connected
   }
   return outcome;
 }

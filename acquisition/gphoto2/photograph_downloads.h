@@ -1,6 +1,6 @@
-// Files that a camera has announced, until they are here. One that fails is tried again while the camera
-// still holds it, with growing pauses in which live view goes on; what is given up is named, so that it can
-// be fetched from the card by hand. Belongs to the thread that owns the camera.
+// Downloads the files that a camera has announced. A failed download is repeated while the camera still has
+// the file, with growing pauses in which live view continues. Files that are given up are named, so that the
+// user can copy them from the card. Used by the thread that owns the camera.
 #pragma once
 
 #include <string>
@@ -15,21 +15,21 @@ class PhotographDownloads {
  public:
   explicit PhotographDownloads(GphotoCamera& camera) : camera_(camera) {}
 
-  // `file`: its name and times.
+  // `file`: name and times, without bytes.
   void Announced(const GphotoFile& where, DownloadedFile file, double now_s);
 
   struct Outcome {
-    std::vector<std::pair<GphotoFile, DownloadedFile>> here;  // with its bytes
+    std::vector<std::pair<GphotoFile, DownloadedFile>> here;  // downloaded, with bytes
     std::vector<DownloadedFile> given_up;                     // without
-    std::vector<std::string> words;                           // for people: what failed, what was given up
-    GphotoResult failure;  // of the last attempt that failed; the camera may be gone
+    std::vector<std::string> words;                           // messages about failures
+    GphotoResult failure;  // the last failure; the camera may be disconnected
   };
-  // Tries what is due.
+  // Tries the downloads that are due.
   Outcome Work(double now_s);
 
-  std::size_t Count() const { return waiting_.size(); }  // that wait
-  bool Awaits(const std::string& stem) const;            // a file of this photograph
-  // The camera is gone, or time is up: gives up what waits. For people; empty: nothing waits.
+  std::size_t Count() const { return waiting_.size(); }  // files that wait
+  bool Awaits(const std::string& stem) const;            // whether a file of this photograph waits
+  // Gives up all files that wait; a message that names them, empty: none waits.
   std::string GiveUpAll();
 
  private:

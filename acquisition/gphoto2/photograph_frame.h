@@ -1,4 +1,4 @@
-// A downloaded photograph as a frame, its pixels still encoded.
+// Makes a frame of a downloaded photograph; its pixels stay encoded.
 #pragma once
 
 #include "acquisition/gphoto2/camera_settings.h"
@@ -8,8 +8,8 @@
 
 namespace ulf::acquisition {
 
-// What the photograph itself says (`exif`) goes before the camera's settings. Its time is that of the request
-// and the lag; from the body, that of its announcement.
+// Exposure and gain come from `exif`, else from the camera's settings. The time is that of the request plus
+// the lag, or that of the announcement for a photograph released on the body.
 Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
               double shutter_lag_s);
 

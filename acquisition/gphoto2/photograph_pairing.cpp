@@ -7,7 +7,7 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kRememberedS = 60;  // one that was handed out by halves
+constexpr double kRememberedS = 60;  // a photograph delivered without its second file; guessed
 
 struct Files {
   bool raw = false, jpeg = true;
@@ -46,7 +46,7 @@ bool PhotographPairing::IsComplete(const DownloadedPhotograph& photograph) const
   return (jpeg || !expects_jpeg_) && (raw || !expects_raw_);
 }
 
-std::optional<DownloadedFile> PhotographPairing::LateHalf(const std::string& file_name, double now_s) const {
+std::optional<DownloadedFile> PhotographPairing::LateFile(const std::string& file_name, double now_s) const {
   const auto other = incomplete_.find(StemOf(file_name));
   const bool is_jpeg = ExtensionOf(file_name) == ".jpg";
   if (other == incomplete_.end() || other->second.was_jpeg == is_jpeg ||

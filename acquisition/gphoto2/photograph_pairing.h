@@ -1,9 +1,8 @@
-// From files, as a camera announces them, to photographs: a JPEG and the raw file beside it share a stem and
-// may come in either order, seconds apart. Files and times in, photographs out.
+// Pairs downloaded files to photographs: a JPEG and its raw file share a stem and may arrive in either order,
+// seconds apart.
 //
-// A half whose other half is known to be on its way waits for it however long that takes. A half that comes
-// when the other has been handed out already keeps the photograph's times but answers no request: one request
-// has one answer.
+// A file whose partner is known to be on its way waits for it without limit. A file that arrives after its
+// partner was delivered keeps the photograph's times but answers no request: each request has one answer.
 #pragma once
 
 #include <functional>
@@ -15,11 +14,11 @@
 namespace ulf::acquisition {
 
 struct DownloadedFile {
-  std::string name;  // as in the camera
+  std::string name;  // in the camera
   std::string bytes;
   double announced_s = 0;  // host clock
   double released_s = 0;   // when the shutter was asked to open; 0: on the body
-  bool is_late = false;    // the other half of a photograph that has been handed out
+  bool is_late = false;    // its partner was delivered before
 };
 
 struct DownloadedPhotograph {
@@ -30,33 +29,33 @@ struct DownloadedPhotograph {
 
 // The name without its ending, in lower case: the same for a JPEG and its raw file.
 std::string StemOf(const std::string& file_name);
-// ".jpg" for every spelling of JPEG's.
+// The ending in lower case; ".jpg" for every spelling of JPEG.
 std::string ExtensionOf(const std::string& file_name);
 
-// Whether photographs in this image format, in a camera's own words, come with a JPEG.
+// Whether photographs in this image format (as the camera names it) have a JPEG.
 bool ComesWithJpeg(const std::string& image_format);
 
 class PhotographPairing {
  public:
-  // `patience_s`: how long one half waits for the other.
+  // `patience_s`: how long a file waits for its partner.
   explicit PhotographPairing(double patience_s) : patience_s_(patience_s) {}
 
-  // Whether a JPEG is to wait for a raw file, and a raw file for a JPEG: what the camera's format setting
-  // says. Without a word about it a JPEG waits for nothing and a raw file waits.
+  // Tells from the camera's format setting whether a JPEG waits for a raw file, and a raw file for a JPEG.
+  // Without this call only raw files wait.
   void ExpectFormat(const std::string& image_format);
 
-  // Before its download: the times of the photograph that was handed out without this file; none: there was
-  // none of the kind in the last minute.
-  std::optional<DownloadedFile> LateHalf(const std::string& file_name, double now_s) const;
+  // Before a download: name and times for a file whose partner was delivered in the last minute; none: there
+  // is no such partner.
+  std::optional<DownloadedFile> LateFile(const std::string& file_name, double now_s) const;
   void Add(DownloadedFile file, double now_s);
   bool Holds(const std::string& stem) const { return waiting_.contains(stem); }
 
-  // By stem: whether a file is still on its way.
+  // Whether a file with this stem is still to be downloaded.
   using OnItsWay = std::function<bool(const std::string&)>;
-  // Those that are complete, or have waited long enough.
+  // The photographs that are complete or have waited long enough.
   std::vector<DownloadedPhotograph> Take(
       double now_s, const OnItsWay& on_its_way = [](const std::string&) { return false; });
-  // At the end: everything.
+  // All photographs, complete or not.
   std::vector<DownloadedPhotograph> TakeAll();
 
  private:
@@ -65,7 +64,7 @@ class PhotographPairing {
     double since_s = 0;
   };
   struct HandedOut {
-    DownloadedFile times;  // of its one half
+    DownloadedFile times;  // of the delivered file
     bool was_jpeg = false;
     double at_s = 0;
   };

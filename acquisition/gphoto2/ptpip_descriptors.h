@@ -1,7 +1,6 @@
-// Keeps this process's files from a mistake of libgphoto2's (2.5.30): closing a PTP/IP camera, it closes
-// descriptor 0, whatever that is by then (standard input; where that was closed, perhaps a photograph being
-// written), and leaves its own two connections open, so that the camera waits for ever and accepts nobody
-// else.
+// Works around an error of libgphoto2 2.5.30: when it closes a PTP/IP camera, it closes file descriptor 0
+// (standard input, or any file that has this number), and leaves its own two connections open, so that the
+// camera accepts no other client.
 #pragma once
 
 #include <functional>
@@ -10,28 +9,28 @@
 
 namespace ulf::acquisition {
 
-// A descriptor, and what it stood for when it was looked at: numbers are used again.
+// A descriptor and the inode that it had, because descriptor numbers are reused.
 struct Connection {
   int descriptor = -1;
   unsigned long long inode = 0;
   bool operator==(const Connection&) const = default;
 };
 
-// Those of this process that are connected to that address ("192.168.1.9") and TCP port.
+// The connections of this process to this address ("192.168.1.9") and TCP port.
 std::vector<Connection> ConnectionsTo(const std::string& host, int port);
 
-// Runs a function in a thread with descriptors of its own: copies of this process's, whose closing nobody
-// else notices. False, and nothing was run, where the system does not allow that.
+// Runs a function in a thread with a copy of this process's descriptor table (unshare(2)): closing a
+// descriptor there does not close it here. False, without running it, when the system does not allow that.
 bool RunWithOwnDescriptors(const std::function<void()>& function);
 
 class PtpipDescriptors {
  public:
-  // From before the camera is opened. `port` as "ptpip:ADDRESS:PORT:PORT"; with anything else nothing is
-  // done.
+  // To be made before the camera is opened. `port`: "ptpip:ADDRESS:PORT:PORT"; for any other port all
+  // functions do nothing.
   explicit PtpipDescriptors(const std::string& port);
-  // Which connections the library has made since.
+  // To be called when the camera is open: finds the connections that the library has made.
   void Opened();
-  // Runs what closes the camera where it can do no harm, and closes the camera's connections.
+  // Runs `close_camera` with its own descriptors, then closes the camera's connections.
   void Close(const std::function<void()>& close_camera);
 
  private:

@@ -10,11 +10,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kRoundingS = 0.35;     // corners of the path are rounded over twice this
-constexpr double kGlanceS = 1.5;        // a look away, there and back
-constexpr double kPauseRampS = 0.3;     // the hand comes to rest before, and sets off again after
-constexpr double kPlannedS = 3 * 3600;  // afterwards the hand rests where it is
+constexpr double kRoundingS = 0.35;       // corners of the path are rounded over twice this; all guessed
+constexpr double kGlanceS = 1.5;          // duration of a look away
+constexpr double kPauseRampS = 0.3;       // the hand stops and starts over this time
+constexpr double kDistanceChange = 0.05;  // at most, as a share of HandOptions::distance_m
+constexpr double kPlannedS = 3 * 3600;    // afterwards the hand rests
 enum WaveStream {
   kPositionX,
   kPositionY,
@@ -39,24 +39,23 @@ Hand::Hand(const HandOptions& options) : options_(options) {
 
   // Heights are the sum of all waves' heights: the most that can occur. Positions in metres, angles in
   // radians.
-  const double still = options.trembles ? 1 : 0;
   waves_.resize(kStreams);
   const auto draw = [&](int stream, int count, double low_hz, double high_hz, double height) {
     return Waves(options.seed, stream, count, low_hz, high_hz, height);
   };
   const auto at = [this](int stream) -> Waves& { return waves_[static_cast<std::size_t>(stream)]; };
   for (const int stream : {kPositionX, kPositionY, kPositionZ}) {
-    at(stream) = draw(stream, 3, 0.15, 0.8, 0.008 * still);
-    at(stream).Add(draw(stream + 100, 4, 4, 9, 0.0007 * still));
+    at(stream) = draw(stream, 3, 0.15, 0.8, 0.008);
+    at(stream).Add(draw(stream + 100, 4, 4, 9, 0.0007));
   }
   for (const int stream : {kYaw, kPitch, kRoll}) {
     const double drift = stream == kRoll ? 2.5 : 1.6;
-    at(stream) = draw(stream, 3, 0.1, 0.5, drift * kDegree * still);
-    at(stream).Add(draw(stream + 100, 4, 4, 9, 0.12 * kDegree * still));
+    at(stream) = draw(stream, 3, 0.1, 0.5, Radians(drift));
+    at(stream).Add(draw(stream + 100, 4, 4, 9, Radians(0.12)));
   }
-  at(kDistance) = draw(kDistance, 3, 0.02, 0.12, options.distance_change);
-  at(kRowWobble) = draw(kRowWobble, 3, 0.1, 0.4, 0.35 * kDegree * still);
-  at(kSpeed) = draw(kSpeed, 2, 0.08, 0.2, 0.15 * still);
+  at(kDistance) = draw(kDistance, 3, 0.02, 0.12, kDistanceChange);
+  at(kRowWobble) = draw(kRowWobble, 3, 0.1, 0.4, Radians(0.35));
+  at(kSpeed) = draw(kSpeed, 2, 0.08, 0.2, 0.15);
   PlanPath();
   PlanGlances();
 }
@@ -79,8 +78,8 @@ void Hand::PlanPath() {
   // Sideways first: translation, which looking around alone would not give.
   AddStop(0, {0, 0});
   AddStop(0.3, {0, 0});
-  go_to({3.5 * kDegree, 0}, 0.6);
-  go_to({-3.5 * kDegree, 1.5 * kDegree}, 0.6);
+  go_to({Radians(3.5), 0}, 0.6);
+  go_to({Radians(-3.5), Radians(1.5)}, 0.6);
   go_to({0, 0}, 0.6);
   const int rows = static_cast<int>(std::ceil(2 * half_elevation / options_.row_spacing)) + 1;
   double shift = 0;
@@ -111,8 +110,7 @@ void Hand::PlanGlances() {
   while (start < 2 * kPlannedS) {
     start += 6 + 22 * Uniform(random);
     const double side = Uniform(random) < 0.5 ? -1 : 1;
-    glances_.push_back(
-        {start, side * (40 + 8 * Uniform(random)) * kDegree, (10 * Uniform(random) - 2) * kDegree});
+    glances_.push_back({start, side * Radians(40 + 8 * Uniform(random)), Radians(10 * Uniform(random) - 2)});
     start += kGlanceS;
   }
 }

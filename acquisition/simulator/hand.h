@@ -1,12 +1,12 @@
-// A hand that scans: where the camera is at every moment, smooth (once continuously differentiable) and the
-// same for the same seed.
+// The planned motion of a hand that scans a subject: the camera pose as a function of time, continuously
+// differentiable and determined by the seed.
 //
-// It starts before the subject, moves sideways so that a tracker with one camera can initialise, then sweeps
-// rows over a cap, azimuth +-H/2 and elevation +-V/2 about the first direction (and `margin` beyond, because
-// what a capture counts as its first direction is known only once it has begun). When the rows are done it
-// comes back with rows shifted by half a spacing, then a quarter, and so on: every pass fills what the
-// earlier ones left. On the way the hand trembles, drifts, comes nearer and goes farther, and now and then
-// looks away for about a second, during which it stays where it is.
+// The hand starts in front of the subject, moves sideways so that a monocular tracker can initialise, then
+// sweeps rows over a cap: azimuth +-H/2 and elevation +-V/2 about the first direction, and `margin` beyond,
+// because the first direction of a capture is known only after it has begun. Later passes have rows shifted
+// by half a spacing, then a quarter, and so on, so that they fill the gaps of earlier passes. The hand
+// trembles and drifts, varies its distance, and sometimes looks away for about a second, during which its
+// position stays the same.
 //
 // World frame metres, time in seconds from the start. Cap angles are those of docs/architecture.md: longitude
 // and latitude about the first direction, with the scene's up straightened to be perpendicular to it.
@@ -18,6 +18,7 @@
 
 #include "acquisition/simulator/hand_motion.h"
 #include "acquisition/simulator/waves.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 
 namespace ulf::acquisition {
@@ -27,13 +28,11 @@ struct HandOptions {
   Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();  // from the subject to the camera, unit
   double distance_m = 1;
-  double cap_azimuth = 60 * M_PI / 180;
-  double cap_elevation = 40 * M_PI / 180;
-  double row_spacing = 2.2 * M_PI / 180;
-  double margin = 3 * M_PI / 180;
-  double speed = 13 * M_PI / 180;  // of azimuth, per second, along a row
-  double distance_change = 0.05;   // at most, as a share of distance_m
-  bool trembles = true;            // tremor and drift
+  double cap_azimuth = Radians(60);
+  double cap_elevation = Radians(40);
+  double row_spacing = Radians(2.2);
+  double margin = Radians(3);
+  double speed = Radians(13);  // of azimuth, per second, along a row
   bool looks_away = true;
   std::uint64_t seed = 7;
 };
@@ -47,7 +46,7 @@ class Hand : public HandMotion {
   // Direction from the subject towards the camera as (azimuth, elevation) about the first direction, radians.
   Eigen::Vector2d CapAngles(const Eigen::Vector3d& center_in_world) const;
 
-  // When the first pass over the cap is complete (not counting time spent looking away afterwards).
+  // Seconds after which the first pass over the cap is complete.
   double FirstPassEndS() const;
   // True while the hand looks away from the subject.
   bool LooksAway(double time_s) const;

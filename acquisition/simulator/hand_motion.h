@@ -1,4 +1,4 @@
-// Whatever moves a simulated camera: a plan (hand.h), or somebody who looks at what comes of it.
+// The motion of a simulated camera: planned (hand.h) or reacting to what is displayed.
 #pragma once
 
 #include "core/geometry/rigid3.h"
@@ -8,8 +8,8 @@ namespace ulf::acquisition {
 class HandMotion {
  public:
   virtual ~HandMotion() = default;
-  // Smooth in time. World frame metres, seconds from the start. Moments may be asked for in any order, but
-  // of somebody who reacts only up to a moment after the last that was shown.
+  // The pose at a time, smooth in time. World frame in metres, seconds from the start. Times may come in any
+  // order; for a motion that reacts they may not lie far after the last displayed frame.
   virtual Rigid3 CamFromWorld(double time_s) const = 0;
 };
 

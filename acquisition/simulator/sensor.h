@@ -1,7 +1,7 @@
-// From light to numbers, as an industrial image sensor does it: photo-electrons proportional to radiance,
-// exposure and the pixel's area; shot noise (Gaussian of the signal's variance, which Poisson's law is at
-// these counts), read noise, gain, a linear converter of 8 to 16 bits that clips. Left out: dark current,
-// fixed pattern, blooming, black level.
+// A model of an industrial image sensor: photo-electrons proportional to radiance and exposure; shot noise
+// (Gaussian with the variance of the Poisson distribution), read noise, gain, and a linear converter of 8 to
+// 16 bits that clips (compare EMVA Standard 1288). Not modelled: dark current, fixed pattern, blooming, black
+// level.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace ulf::acquisition {
 
-// What the converter gives and how it is sent, by GenICam's names: all that `ulf simulate` offers. `sim:` has
-// no wire, so there Mono12 and Mono12p are the same.
+// The pixel formats that `ulf simulate` offers, named as in GenICam PFNC. For `sim:`, which sends no packets,
+// Mono12 and Mono12p are the same.
 enum class SensorFormat {
   kMono8,
   kMono10,
@@ -44,7 +44,7 @@ const PixelFormat& PixelsOf(SensorFormat format);
 std::string SensorFormatNames();  // "Mono8, Mono10, ..."
 
 struct SensorOptions {
-  double reference_exposure_s = 0.005;  // radiance 1 for this long fills the well
+  double reference_exposure_s = 0.005;  // radiance 1 fills the well in this time
   double full_well_electrons = 10000;   // full scale at gain 1
   double read_noise_electrons = 8;
   bool noise = true;
@@ -57,8 +57,8 @@ struct SensorShot {
   std::uint64_t noise_seed = 0;
 };
 
-// `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise. More than 8 bits are spread over
-// 16 as pixel_format.h says.
+// `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise. Values of more than 8 bits are
+// scaled to 16 bits (pixel_format.h).
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
 
 }  // namespace ulf::acquisition

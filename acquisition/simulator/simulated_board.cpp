@@ -9,6 +9,7 @@
 #include "acquisition/simulator/scene/noise.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
 
 namespace ulf::acquisition {
@@ -187,7 +188,7 @@ Rigid3 BoardScene::Place(std::uint64_t stop) const {
   const Vector3d ray = camera.RayFromImg(img).value_or(Vector3d::UnitZ());
   const double distance = camera.MeanFocalPx() * options_.board->WidthMm() / (share * camera.width);
 
-  const double tilt = (8 + 34 * UnitNumber(options_.seed, stop, 4)) * M_PI / 180;
+  const double tilt = Radians(8 + 34 * UnitNumber(options_.seed, stop, 4));
   const double about =
       2 * M_PI * (0.25 * static_cast<double>(stop % 4) + 0.15 * UnitNumber(options_.seed, stop, 5));
   const double roll = 0.7 * (UnitNumber(options_.seed, stop, 6) - 0.5);
@@ -263,16 +264,9 @@ class SimulatedBoardDevice : public Device {
   DeviceStatistics statistics_;
 };
 
-double InRange(const DeviceUri& uri, const char* key, double otherwise, double least, double most) {
-  const double value = uri.Number(key).value_or(otherwise);
-  if (value < least || value > most)
-    throw UsageError("{}: {}={:g} is not within {:g} to {:g}", uri.Text(), key, value, least, most);
-  return value;
-}
-
 SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
   SensorWindow window{width, height, 0, 0, width, height};
-  window.binning_x = window.binning_y = static_cast<int>(InRange(uri, "binning", 1, 1, 8));
+  window.binning_x = window.binning_y = static_cast<int>(uri.Number("binning", 1, 1, 8));
   if (const auto roi = uri.Option("roi")) {
     const bool read =
         std::sscanf(roi->c_str(), "%d,%d,%d,%d", &window.x, &window.y, &window.width, &window.height) == 4;
@@ -288,21 +282,20 @@ SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
 std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
   uri.AllowOnly({"board", "lens", "seed", "width", "height", "fps", "noise", "vignetting", "gradient", "dust",
                  "stops", "roi", "binning"});
-  const int width = static_cast<int>(InRange(uri, "width", 640, 64, 8192));
-  const int height = static_cast<int>(InRange(uri, "height", 480, 64, 8192));
+  const int width = static_cast<int>(uri.Number("width", 640, 64, 8192));
+  const int height = static_cast<int>(uri.Number("height", 480, 64, 8192));
   const SensorWindow window = WindowOf(uri, width, height);
   BoardSceneOptions options;
   if (uri.path == "board") options.board = Board::Parse(uri.Option("board").value_or(Board().Text()));
   options.camera = ForWindow(SimulatedLens(uri.Option("lens").value_or("barrel"), width, height),
                              {width, height, 0, 0, width, height}, window);
-  options.seed = static_cast<std::uint64_t>(InRange(uri, "seed", 7, 0, 1e9));
-  options.noise_levels = InRange(uri, "noise", 1, 0, 50);
-  options.vignetting = InRange(uri, "vignetting", uri.path == "card" ? 0.4 : 0, 0, 0.95);
-  options.gradient = InRange(uri, "gradient", 0, 0, 1);
-  options.dust = static_cast<int>(InRange(uri, "dust", 0, 0, 1000));
-  return std::make_unique<SimulatedBoardDevice>(
-      uri, options, window, InRange(uri, "fps", 15, 1, 1000),
-      static_cast<std::uint64_t>(InRange(uri, "stops", 40, 1, 1e6)));
+  options.seed = static_cast<std::uint64_t>(uri.Number("seed", 7, 0, 1e9));
+  options.noise_levels = uri.Number("noise", 1, 0, 50);
+  options.vignetting = uri.Number("vignetting", uri.path == "card" ? 0.4 : 0, 0, 0.95);
+  options.gradient = uri.Number("gradient", 0, 0, 1);
+  options.dust = static_cast<int>(uri.Number("dust", 0, 0, 1000));
+  return std::make_unique<SimulatedBoardDevice>(uri, options, window, uri.Number("fps", 15, 1, 1000),
+                                                static_cast<std::uint64_t>(uri.Number("stops", 40, 1, 1e6)));
 }
 
 }  // namespace ulf::acquisition

@@ -1,12 +1,12 @@
-// `sim:board` and `sim:card`: what a calibration is tried on without a camera, and checked against its truth.
+// `sim:board` and `sim:card`: simulated calibration with known ground truth.
 //
-//   sim:board  a calibration target in a simulated hand: held still before a part of the image, tilted, then
-//              carried to the next, until every part has been seen with every tilt;
+//   sim:board  a calibration target in a simulated hand: held still in a part of the image, tilted, moved
+//              to the next, until every part has been seen with every tilt;
 //   sim:card   an evenly lit plain card behind a lens that darkens towards the corners, for the flat field.
 //
-// The image is found by area: where the corners of each pixel meet the board, 4 x 4 samples between them;
-// then the lens's blur, its vignetting and the sensor's noise. Linear 8-bit grey, as machine-vision cameras
-// give. Everything is a pure function of the options and the frame's number.
+// The image is sampled by area: 4 x 4 samples between the points at which the rays of a pixel's corners meet
+// the board; then lens blur, vignetting and sensor noise. Pixels are linear 8-bit grey. Everything is a pure
+// function of the options and the frame number.
 #pragma once
 
 #include <memory>
@@ -24,10 +24,10 @@ struct BoardSceneOptions {
   std::uint64_t seed = 7;
   double noise_levels = 1;  // standard deviation, of 255
   double blur_px = 0.6;     // of the lens
-  double vignetting = 0;    // share of the light lost in the image's corner, as cos^4 of an angle
-  double gradient = 0;      // of the card's lighting from edge to edge, in another direction each frame
+  double vignetting = 0;    // share of the light lost in the image's corner (cos^4 law)
+  double gradient = 0;      // of the card's lighting from edge to edge; its direction changes with each frame
   int dust = 0;             // dark spots on the sensor
-  double card_level = 0.6;  // of full scale, in the middle
+  double card_level = 0.6;  // share of full scale, in the middle
 };
 
 // "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees); throws UsageError.
@@ -40,7 +40,7 @@ class BoardScene {
 
   // CV_8UC1, linear. `noise_seed` picks the noise and, of a card, its lighting.
   cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
-  // The hand's pose: still before the `stop`-th place for share 0, on the way to the next after that.
+  // The board's pose: at rest at the `stop`-th place for share 0, on the way to the next one for more.
   Rigid3 HeldAt(std::uint64_t stop, double share) const;
   // Light that reaches the sensor, 1 in the middle, without dust: CV_32FC1.
   const cv::Mat& Vignetting() const { return vignetting_; }

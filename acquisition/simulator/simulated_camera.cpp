@@ -1,79 +1,35 @@
 #include "acquisition/simulator/simulated_camera.h"
 
 #include <charconv>
-#include <functional>
+#include <cstdio>
 
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr int kMostInstants = 64;
-constexpr int kRowsPerPose = 8;  // of a rolling shutter
+constexpr int kMostInstants = 64;  // of an exposure; guessed
+constexpr int kRowsPerPose = 8;    // of a rolling shutter
 
-// One option of a URI as a number; the whole text must be one.
-double NumberFrom(const std::string& key, const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw UsageError("sim: option {}: '{}' is not a number", key, text);
-  return value;
+std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
+  const auto text = uri.Option("seed");
+  if (!text) return otherwise;
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
+  if (error != std::errc() || end != text->data() + text->size())
+    throw UsageError("'{}': seed must be a whole number from 0 on, not '{}'", uri.Text(), *text);
+  return seed;
 }
 
-std::uint64_t WholeFrom(const std::string& key, const std::string& text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw UsageError("sim: option {}: '{}' is not a whole number from 0 on", key, text);
-  return value;
-}
-
-bool SwitchFrom(const std::string& key, const std::string& text) {
-  if (text != "0" && text != "1") throw UsageError("sim: option {}: '{}' must be 0 or 1", key, text);
-  return text == "1";
-}
-
-void ReadCap(const std::string& text, SimulationOptions& options) {
-  const std::size_t cross = text.find('x');
-  if (cross == std::string::npos)
-    throw UsageError("sim: option cap: '{}' must be degrees HxV, for example 60x40", text);
-  options.cap_azimuth = NumberFrom("cap", text.substr(0, cross)) * kDegree;
-  options.cap_elevation = NumberFrom("cap", text.substr(cross + 1)) * kDegree;
-}
-
-SensorFormat FormatFrom(const std::string& text) {
-  const auto format = SensorFormatByName(text);
-  if (!format)
-    throw UsageError("sim: option format: '{}' is unknown; there are {}", text, SensorFormatNames());
-  return *format;
-}
-
-using Setter = std::function<void(SimulationOptions&, const std::string& key, const std::string& text)>;
-const std::vector<std::pair<std::string, Setter>>& Setters() {
-  using O = SimulationOptions;
-  using S = const std::string&;
-  static const std::vector<std::pair<std::string, Setter>> setters = {
-      {"seed", [](O& o, S k, S t) { o.seed = WholeFrom(k, t); }},
-      {"fps", [](O& o, S k, S t) { o.fps = NumberFrom(k, t); }},
-      {"width", [](O& o, S k,
-                   S t) { o.width = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20)); }},
-      {"height",
-       [](O& o, S k, S t) {
-         o.height = static_cast<int>(std::min<std::uint64_t>(WholeFrom(k, t), 1u << 20));
-       }},
-      {"format", [](O& o, S, S t) { o.format = FormatFrom(t); }},
-      {"exposure_us", [](O& o, S k, S t) { o.exposure_s = 1e-6 * NumberFrom(k, t); }},
-      {"readout_ms", [](O& o, S k, S t) { o.readout_s = 1e-3 * NumberFrom(k, t); }},
-      {"gain_db", [](O& o, S k, S t) { o.gain_db = NumberFrom(k, t); }},
-      {"noise", [](O& o, S k, S t) { o.noise = SwitchFrom(k, t); }},
-      {"cap", [](O& o, S, S t) { ReadCap(t, o); }},
-      {"row_deg", [](O& o, S k, S t) { o.row_spacing = NumberFrom(k, t) * kDegree; }},
-      {"speed_deg_s", [](O& o, S k, S t) { o.speed = NumberFrom(k, t) * kDegree; }},
-      {"look_away", [](O& o, S k, S t) { o.looks_away = SwitchFrom(k, t); }},
-      {"duration_s", [](O& o, S k, S t) { o.duration_s = NumberFrom(k, t); }},
-  };
-  return setters;
+void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
+  const auto text = uri.Option("cap");
+  if (!text) return;
+  double width_deg = 0, height_deg = 0;
+  char rest = 0;
+  if (std::sscanf(text->c_str(), "%lfx%lf%c", &width_deg, &height_deg, &rest) != 2)
+    throw UsageError("'{}': cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", uri.Text(), *text);
+  options.cap_azimuth = Radians(width_deg);
+  options.cap_elevation = Radians(height_deg);
 }
 
 void RequireRange(const char* what, double value, double low, double high) {
@@ -105,14 +61,36 @@ const SimulationOptions& Validated(const SimulationOptions& options) {
 }  // namespace
 
 SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
+  uri.AllowOnly({"seed", "fps", "width", "height", "format", "exposure_us", "readout_ms", "gain_db", "noise",
+                 "cap", "row_deg", "speed_deg_s", "look_away", "duration_s", "fault"});
   SimulationOptions options;
+  const auto read = [&](const char* key, double scale, double& value) {
+    if (const auto number = uri.Number(key)) value = scale * *number;
+  };
+  const auto is_on = [&](const char* key, bool otherwise) {
+    return uri.Whole(key, 0, 1).value_or(otherwise ? 1 : 0) == 1;
+  };
   if (!uri.path.empty()) options.scene = uri.path;
-  std::vector<std::string> known;
-  for (const auto& [key, setter] : Setters()) known.push_back(key);
-  known.push_back("fault");
-  uri.AllowOnly(known);
-  for (const auto& [key, setter] : Setters())
-    if (const auto text = uri.Option(key)) setter(options, key, *text);
+  options.seed = SeedOf(uri, options.seed);
+  options.width = uri.Whole("width", 0, 1 << 20).value_or(options.width);
+  options.height = uri.Whole("height", 0, 1 << 20).value_or(options.height);
+  if (const auto format = uri.Option("format")) {
+    const auto known = SensorFormatByName(*format);
+    if (!known)
+      throw UsageError("'{}': there is no format '{}'; there are {}", uri.Text(), *format,
+                       SensorFormatNames());
+    options.format = *known;
+  }
+  read("fps", 1, options.fps);
+  read("exposure_us", 1e-6, options.exposure_s);
+  read("readout_ms", 1e-3, options.readout_s);
+  read("gain_db", 1, options.gain_db);
+  read("duration_s", 1, options.duration_s);
+  if (const auto degrees = uri.Number("row_deg")) options.row_spacing = Radians(*degrees);
+  if (const auto degrees = uri.Number("speed_deg_s")) options.speed = Radians(*degrees);
+  ReadCap(uri, options);
+  options.noise = is_on("noise", options.noise);
+  options.looks_away = is_on("look_away", options.looks_away);
   for (const auto& [key, text] : uri.options)
     if (key == "fault") options.faults.Add(text);
   options.Validate();
@@ -126,10 +104,10 @@ void SimulationOptions::Validate() const {
   RequireRange("exposure in microseconds", exposure_s * 1e6, 10, 1e6);
   RequireRange("readout in milliseconds (at most a frame's time)", readout_s * 1e3, 0, 1e3 / fps);
   RequireRange("gain in dB", gain_db, 0, 36);
-  RequireRange("cap's width in degrees", cap_azimuth / kDegree, 1, 120);
-  RequireRange("cap's height in degrees", cap_elevation / kDegree, 1, 50);
-  RequireRange("row spacing in degrees", row_spacing / kDegree, 0.1, 20);
-  RequireRange("speed in degrees per second", speed / kDegree, 0.1, 90);
+  RequireRange("cap's width in degrees", Degrees(cap_azimuth), 1, 120);
+  RequireRange("cap's height in degrees", Degrees(cap_elevation), 1, 50);
+  RequireRange("row spacing in degrees", Degrees(row_spacing), 0.1, 20);
+  RequireRange("speed in degrees per second", Degrees(speed), 0.1, 90);
   if (!(duration_s > 0))
     throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
 }

@@ -1,14 +1,12 @@
-// A camera held by a simulated hand before a simulated scene: frames exactly as asked for, with exact poses.
-// The hand follows its plan (hand.h), or is whatever else moves it.
+// A camera in a simulated hand (hand.h or another motion) in front of a simulated scene, with exact poses.
 //
-// Motion blur: radiance is collected at as many instants of the exposure as the blur is long in pixels (the
-// largest displacement of a grid of image points between opening and closing, rounded; one when nearly
-// still). Everything is a
+// Motion blur: radiance is averaged over as many instants of the exposure as the blur is long in pixels (the
+// largest displacement of a grid of image points during the exposure, rounded; at least one). Everything is a
 // pure function of the options, the shot and the frame's id.
 //
-// Rolling shutter (`readout_ms=20`): the first row is exposed first, every further one later by the readout's
-// share, each for the whole exposure; rows are cast in bands of eight. The frame's time and pose are those of
-// the middle row, in the middle of its exposure.
+// Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
+// the first, each for the whole exposure; bands of eight rows share one pose. The frame's time and pose are
+// those of the middle row, in the middle of its exposure.
 #pragma once
 
 #include <memory>
@@ -20,6 +18,7 @@
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_faults.h"
+#include "core/geometry/angles.h"
 #include "core/image/frame.h"
 
 namespace ulf::acquisition {
@@ -34,17 +33,17 @@ struct SimulationOptions {
   double readout_s = 0;  // of a rolling shutter, from the first row to the last; 0: global
   double gain_db = 0;
   bool noise = true;
-  double cap_azimuth = 60 * M_PI / 180, cap_elevation = 40 * M_PI / 180;
-  double row_spacing = 2.2 * M_PI / 180;
-  double speed = 13 * M_PI / 180;  // of azimuth, per second
+  double cap_azimuth = Radians(60), cap_elevation = Radians(40);
+  double row_spacing = Radians(2.2);
+  double speed = Radians(13);  // of azimuth, per second
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
-  SimulatedFaults faults;  // `fault=drift=0.5`, as often as wanted; see there
+  SimulatedFaults faults;  // `fault=drift=0.5`, may be repeated (simulated_faults.h)
 
-  // From
-  // `sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0&noise=1&cap=60x40
-  // &row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20`. Throws UsageError naming what is unknown or out
-  // of range.
+  // Parses a URI such as
+  //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
+  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20
+  // Throws UsageError that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws UsageError
 };
@@ -54,17 +53,17 @@ struct SimulationOptions {
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {
-  double open_s = 0;  // when the (first row's) exposure begins, on the hand's clock
+  double open_s = 0;  // start of the (first row's) exposure on the hand's clock
   double exposure_s = 0.005;
   double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
-  std::uint64_t id = 0;  // also picks the noise
-  double light = 1;      // what really reaches the sensor, against what the settings promise
+  std::uint64_t id = 0;  // also the seed of the noise
+  double light = 1;      // factor on the light that reaches the sensor (fault `drift`)
 };
 
 class SimulatedCamera {
  public:
-  // `hand`: none for the one that the options describe.
+  // `hand`: null for the hand that the options describe.
   explicit SimulatedCamera(const SimulationOptions& options,
                            std::shared_ptr<const HandMotion> hand = nullptr);
 
@@ -82,12 +81,12 @@ class SimulatedCamera {
   // Without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
   // and gain.
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
-  // The same for people: 8-bit sRGB.
+  // The same as 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;
-  // That scale, of radiance as RayCaster gives it.
+  // The factor from RayCaster's radiance to that scale.
   double LightScale() const;
 
-  // How long the blur of such an exposure is, in pixels.
+  // The length of the motion blur of such an exposure in pixels.
   double BlurPx(double open_s, double exposure_s) const;
 
  private:

@@ -1,12 +1,12 @@
-// `sim:SCENE`: the simulated camera as a device. Frames wait to be taken and simulated time advances by one
-// period each, so that whoever reads it sees the same sequence however slow it is. For a camera that does not
-// wait, serve it with `ulf simulate` and open it by `aravis:`.
+// `sim:SCENE`: the simulated camera as a device. Frames wait for Next(), and each advances simulated time by
+// one period, so that a slow reader sees the same sequence as a fast one. For a camera that does not wait,
+// run `ulf simulate` and open it by `aravis:`.
 //
-// Faults (`fault=disconnect=5:2&fault=incomplete=0.1`, see simulated_faults.h) strike at simulated moments,
-// and what comes after them is the same in every run. How long a freeze or a disconnection lasts is real
-// time: nobody takes frames meanwhile that could advance the simulated one. A camera whose cable is out is
-// lost (kLost) and cannot be opened by the same URI in this process until it is back; then it goes on as if
-// the hand had moved on for as long, so that its frame numbers show the gap.
+// Faults (`fault=disconnect=5:2&fault=incomplete=0.1`, simulated_faults.h) begin at simulated times, and the
+// frames after them are the same in every run. A freeze or a disconnection lasts for real time, because no
+// frame advances simulated time meanwhile. A disconnected camera is lost (kLost) and cannot be opened by the
+// same URI in this process until the disconnection ends; then the hand has moved on for the same time, and
+// the frame numbers show the gap.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for an unknown scene, option or fault, Error while the cable is out. `hand`: who holds
-// the camera; none for the hand that scans by a plan, as the URI describes it.
+// Throws UsageError for an unknown scene, option or fault, Error while the camera is disconnected. `hand`:
+// the motion of the camera; null for the planned hand that the URI describes.
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri,
                                             std::shared_ptr<const HandMotion> hand = nullptr);
 

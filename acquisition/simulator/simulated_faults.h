@@ -1,16 +1,16 @@
-// What may go wrong with a simulated camera on request, each as `name=value`, any number at once:
+// Faults of a simulated camera, each given as `name=value`; several may be combined:
 //
 //   lost=0.005         share of stream packets lost on the way               network only
 //   doubled=0.01       ... that arrive twice                                 network only
 //   swapped=0.01       ... that arrive after their successor                 network only
-//   resend=0           the camera does not send again what was lost          network only
-//   late=80:0.1        milliseconds and share of frames that leave so late   network only
+//   resend=0           the camera does not resend lost packets               network only
+//   late=80:0.1        delay in milliseconds, and share of delayed frames    network only
 //   incomplete=0.05    share of frames whose lower part is missing           sim: only
 //   freeze=5:2         no frames from second 5 on, for 2 s; the camera still answers
-//   disconnect=5:2     the cable is out from second 5 on, for 2 s
-//   drift=0.5          the light that reaches the sensor grows by so many stops a minute, unreported
+//   disconnect=5:2     the camera is disconnected from second 5 on, for 2 s
+//   drift=0.5          the light on the sensor grows by so many stops per minute, without being reported
 //
-// Seconds count from the first frame that was taken.
+// Seconds count from the first frame.
 #pragma once
 
 #include <chrono>
@@ -34,14 +34,14 @@ struct SimulatedFaults {
   std::vector<FaultSpan> freezes, disconnects;
   double drift_stops_per_minute = 0;
 
-  // Throws UsageError naming what is unknown or out of range.
+  // Throws UsageError that names an unknown fault or a value out of range.
   void Add(const std::string& text);
-  // Whether packets must pass a relay for these.
+  // Whether these faults need a GigeRelay.
   bool NeedRelay() const;
 
   bool Frozen(double t_s) const { return Any(freezes, t_s); }
   bool Disconnected(double t_s) const { return Any(disconnects, t_s); }
-  // The light at a time as a multiple of what it should be.
+  // The factor on the light at a time.
   double Light(double t_s) const;
 
  private:
@@ -52,7 +52,7 @@ struct SimulatedFaults {
   }
 };
 
-// Every fault's name.
+// The names of all faults.
 std::vector<std::string> SimulatedFaultNames();
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,5 @@
-// Sums of sines with random phases: smooth, bounded, without a period that anyone would notice, and a
-// function of time. What makes a simulated hand tremble and drift.
+// Sums of sines with random phases, for the tremor and drift of a simulated hand: smooth, bounded functions
+// of time without a visible period.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ class Waves {
   };
 
   Waves() = default;
-  // `count` of them with frequencies spread over low to high; `height` is the most that their sum can be. The
-  // same seed and stream give the same waves.
+  // `count` sines with frequencies between `low_hz` and `high_hz`; their sum is at most `height`. The same
+  // seed and stream give the same waves.
   Waves(std::uint64_t seed, int stream, int count, double low_hz, double high_hz, double height);
 
   void Add(const Waves& more);

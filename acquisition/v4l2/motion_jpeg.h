@@ -1,4 +1,4 @@
-// A webcam's Motion JPEG picture as a JPEG file of its own.
+// Converts a webcam's Motion JPEG picture to a JPEG file.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace ulf::acquisition {
 
-// The bytes from the start marker to the end marker, with the standard's Huffman tables put in where the
-// camera left them out to save room (many do; not every program reads such files). None when either marker is
-// missing: then part of the picture never arrived.
+// The bytes from the start marker (SOI) to the end marker (EOI), with the Huffman tables of ITU-T T.81, Annex
+// K inserted if the camera omitted them (many do; not every program reads such files). None when a marker is
+// missing, because part of the picture did not arrive.
 std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes);
 
 }  // namespace ulf::acquisition

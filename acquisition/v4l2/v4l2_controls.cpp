@@ -46,11 +46,6 @@ constexpr std::array kAutomatics = {
     Automatic{V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL, V4L2_CID_ISO_SENSITIVITY},
 };
 
-std::string Text(const unsigned char* field, std::size_t size) {
-  const char* text = reinterpret_cast<const char*>(field);
-  return std::string(text, strnlen(text, size));
-}
-
 // "Exposure Time, Absolute" -> "exposure_time_absolute".
 std::string NameOf(const std::string& title) {
   std::string name;
@@ -71,7 +66,7 @@ void FillMenu(const V4l2Node& node, V4l2Control& control) {
     entry.index = static_cast<std::uint32_t>(i);
     if (node.Call(VIDIOC_QUERYMENU, &entry) != 0) continue;  // menus have holes
     control.menu.emplace_back(i, control.type == V4L2_CTRL_TYPE_MENU
-                                     ? Text(entry.name, sizeof entry.name)
+                                     ? V4l2Text(entry.name, sizeof entry.name)
                                      : fmt::format("{}", static_cast<long long>(entry.value)));
   }
 }
@@ -106,7 +101,7 @@ std::vector<V4l2Control> V4l2Controls(const V4l2Node& node) {
   v4l2_queryctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
   for (int i = 0; i < 1000 && node.Call(VIDIOC_QUERYCTRL, &query) == 0; ++i) {
-    const std::string title = Text(query.name, sizeof query.name);
+    const std::string title = V4l2Text(query.name, sizeof query.name);
     if (query.type == V4L2_CTRL_TYPE_CTRL_CLASS) category = title;
     const bool is_number = query.type == V4L2_CTRL_TYPE_INTEGER || query.type == V4L2_CTRL_TYPE_BOOLEAN ||
                            query.type == V4L2_CTRL_TYPE_MENU || query.type == V4L2_CTRL_TYPE_INTEGER_MENU ||

@@ -1,8 +1,8 @@
-// A webcam's controls by name: exposure, gain, white balance, focus and whatever else its driver has; and the
-// automatics that must not change pictures between two views.
+// A webcam's controls by name (exposure, gain, white balance, focus and all others of its driver), and its
+// automatics, which must not change the picture between two views.
 //
-// Names are the driver's titles in lower case with underscores, as v4l2-ctl shows them; since they differ
-// from kernel to kernel, the usual ones have a short name that stays: exposure (in steps of 100 us), gain,
+// Names are the driver's titles in lower case with underscores, as v4l2-ctl shows them. Because they differ
+// between kernel versions, the common ones also have a fixed short name: exposure (in steps of 100 us), gain,
 // white_balance (kelvin), focus, auto_exposure, auto_gain, auto_white_balance, auto_focus.
 #pragma once
 
@@ -29,33 +29,33 @@ struct V4l2Control {
   bool Answers(const std::string& wanted) const { return wanted == name || wanted == short_name; }
 };
 
-// Those of 32 bits that a person can set, in the driver's order.
+// The controls of up to 32 bits that a user can set, in the driver's order.
 std::vector<V4l2Control> V4l2Controls(const V4l2Node& node);
 
 std::optional<int> GetV4l2Control(const V4l2Node& node, std::uint32_t id);
 // 0, or the error number.
 int SetV4l2Control(const V4l2Node& node, std::uint32_t id, int value);
 
-// "manual", "Manual Mode" or 1, "true" or "on": the number behind it. Throws UsageError, beginning with
-// `who`, with the range or the choices.
+// The number that a text stands for: "manual", "Manual Mode" or "1", "true" or "on". Throws UsageError,
+// beginning with `who`, that names the range or the choices.
 int V4l2ControlValue(const std::string& who, const V4l2Control& control, const std::string& text);
-// A value as it is written: a menu's words, else the number.
+// A value as text: the menu entry, else the number.
 std::string V4l2ControlText(const V4l2Control& control, int value);
 
-// Switches every automatic off that is on and not in `except` (names), writes back the value that it had
-// reached, and says for each what came of it.
+// Switches off every automatic that is on and not in `except` (names), and writes back the value that it had
+// reached.
 struct V4l2Frozen {
   std::vector<std::string> held;                    // "auto_exposure off, exposure_time_absolute held at 156"
-  std::vector<std::pair<std::string, int>> values;  // what was held: {"exposure_time_absolute", 156}
+  std::vector<std::pair<std::string, int>> values;  // the values held: {"exposure_time_absolute", 156}
   std::vector<std::string> refused;                 // "auto_focus stays on: ..."
 };
 V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls,
                                 const std::vector<std::string>& except);
 
-// What is so now.
+// The state of the automatics at this moment.
 HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
-// Exposure in force, read back; 0 when the camera chooses it itself or does not tell.
+// The exposure time in seconds, read back; 0 when it is automatic or unknown.
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
 }  // namespace ulf::acquisition

@@ -81,7 +81,7 @@ class V4l2Device : public Device {
     }
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
-      HaveSignalStack();
+      InstallSignalStack();
       try {
         Capture();
       } catch (const std::exception& error) {
@@ -165,7 +165,7 @@ class V4l2Device : public Device {
                         [&](const V4l2Control& control) { return control.Answers(name); });
   }
 
-  // The automatics end, the URI's controls are written, and what came of it is read back.
+  // Switches the automatics off, writes the URI's controls and reads them back.
   void FreezeAndSet() {
     std::vector<std::string> asked;
     for (const auto& [name, value] : options_.controls) asked.push_back(name);
@@ -190,7 +190,7 @@ class V4l2Device : public Device {
     HoldInUri(frozen.values);
   }
 
-  // From here on the camera's name says what it was held at: opened again by it, it takes the same pictures.
+  // From here on the URI contains the held values: a camera opened again by it takes the same pictures.
   void HoldInUri(const std::vector<std::pair<std::string, int>>& values) {
     if (values.empty()) return;
     const MutexLock lock(mutex_);
@@ -205,10 +205,12 @@ class V4l2Device : public Device {
     info_.uri = uri.Text();
   }
 
-  // The capture thread: from the driver's buffers to the queue, until told to stop or the camera is gone.
+  // The capture thread: moves frames from the driver's buffers to the queue until Stop() or the camera is
+  // lost.
   void Capture() {
-    const double stall_s = std::max(0.5, 3 * configured_.period_s);
-    const double lost_s = std::max(5.5, 10 * configured_.period_s);
+    const V4l2Patience& patience = options_.patience;
+    const double stall_s = std::max(patience.stalled_s, patience.stalled_periods * configured_.period_s);
+    const double lost_s = std::max(patience.lost_s, patience.lost_periods * configured_.period_s);
     const auto begun = Clock::now();
     auto last_frame = begun;
     bool stalled = false, settled = options_.settle_s == 0;
@@ -217,7 +219,7 @@ class V4l2Device : public Device {
       if (!settled && SecondsSince(begun) >= options_.settle_s) {
         settled = true;
         FreezeAndSet();
-        // What was exposed before that is in the buffers still.
+        // The buffers still contain frames that were exposed earlier.
         settled_at_ = Clock::now();
       }
       std::optional<V4l2Stream::Filled> filled;
@@ -231,7 +233,7 @@ class V4l2Device : public Device {
         continue;
       }
       if (error != EAGAIN) return LoseBy(error);
-      // Ready and yet nothing there: some drivers wake their readers early.
+      // Some drivers wake their readers before a buffer is filled.
       if (Pause(milliseconds(2))) return;
       const double silence_s = SecondsSince(last_frame);
       if (silence_s > stall_s && !std::exchange(stalled, silence_s > stall_s))
@@ -267,7 +269,7 @@ class V4l2Device : public Device {
     queue_->Close();
   }
 
-  // Not handed out; a gap among them is a gap all the same.
+  // Discards a frame; gaps between discarded frames count as missing too.
   void CountWhileSettling(const V4l2Stream::Filled& filled) {
     const MutexLock lock(mutex_);
     ids_.Arrived(filled.header.sequence);
@@ -278,7 +280,7 @@ class V4l2Device : public Device {
     const v4l2_buffer& header = filled.header;
     const double stamp_s =
         static_cast<double>(header.timestamp.tv_sec) + 1e-6 * static_cast<double>(header.timestamp.tv_usec);
-    // Some were exposed, at least in part, while the automatics were on.
+    // These frames were exposed, at least in part, while the automatics were on.
     const bool monotonic = (header.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
     if (monotonic && settled_at_ != Clock::time_point() &&
         stamp_s <

@@ -1,28 +1,33 @@
 // Webcams and frame grabbers through Video4Linux2: `v4l2:ID?option=value&...`.
 //
-// ID: a node (/dev/video0), a USB serial number, a bus path (usb-0000:00:14.0-1), the camera's name; empty:
-// the first that can be used.
+// ID: a node (/dev/video0), a USB serial number, a bus path (usb-0000:00:14.0-1) or the camera's name; empty:
+// the first camera that can be opened.
 //
-//   format   YUYV, UYVY, NV12, MJPEG, RGB8, Mono8, BayerRG8, ..., or the kernel's four letters    else:
-//   chosen size     WxH else: chosen fps      frames a second else: the fastest at that size io       mmap,
-//   or userptr: which side owns the buffers               else: mmap settle   seconds that the automatics get
-//   to settle before they are switched off             else: 1 queue    frames that may wait for the reader
-//   else: 4 any control by its name (v4l2_controls.h): exposure, gain, white_balance, focus, sharpness, ...
+//   format   YUYV, UYVY, NV12, MJPEG, RGB8, Mono8, BayerRG8, ..., or a V4L2 four-character code
+//            else: chosen
+//   size     WxH in pixels                                                 else: chosen
+//   fps      frames per second                                             else: the fastest at that size
+//   io       mmap, or userptr: who owns the buffers, the driver or ulf     else: mmap
+//   settle   seconds that the automatics get before they are switched off  else: 1
+//   queue    frames that may wait for the reader                           else: 4
+//   NAME     any control (v4l2_controls.h): exposure, gain, white_balance, focus, sharpness, ...
 //
-// Chosen means: the largest picture up to 1920x1080 at 24 frames a second or more, uncompressed before JPEG.
+// Chosen: the largest picture up to 1920x1080 at 24 frames per second or more; uncompressed preferred to
+// JPEG.
 //
-// A light field needs pictures that differ by viewpoint alone: auto exposure, gain, white balance and focus
-// run until `settle` is over (a camera adapts only while it streams, so its frames until then are thrown
-// away), then they are switched off and hold what they have reached; each is said as a notice, and Info().uri
-// names the values from then on, so that the camera opened again by it goes on as it was. An automatic that
-// is named in the URI stays as it is asked to be. Frame::exposure_s is read back from the driver, 0 while the
-// camera chooses it. Drivers count gain in units of their own: Frame::gain is 1.
+// The pictures of a light field may differ by viewpoint only. Auto exposure, gain, white balance and focus
+// run for `settle` seconds; frames until then are discarded. Then the device switches the automatics off, and
+// they keep the values that they have reached. It reports each as a notice, and Info().uri contains the
+// values from then on, so that a camera opened again by that URI continues with them. An automatic that the
+// URI names stays as the URI sets it. Frame::exposure_s is read back from the driver, 0 while exposure is
+// automatic. Frame::gain is 1, because the unit of a driver's gain is unknown.
 //
-// Frame::device_time_s is the kernel's monotonic clock: the middle of the exposure where the driver stamps
-// its start, that of a picture without readout time where it stamps the end. Gaps in the driver's sequence
-// numbers are counted as missing; buffers that it marks as damaged, and JPEGs cut short, come as kIncomplete.
+// Frame::device_time_s is the kernel's monotonic clock at the middle of the exposure, computed from the
+// driver's time stamp (start of exposure or end of frame; the readout time is unknown and neglected). Gaps in
+// the driver's sequence numbers count as missing. Buffers that the driver marks as damaged, and truncated
+// JPEGs, are delivered as kIncomplete.
 //
-// The device is lost (kLost) when the camera is unplugged, at once, or when no frame has come for 5.5 s or
+// The device is lost (kLost) at once when the camera is unplugged, or when no frame has arrived for 5.5 s or
 // ten periods, whichever is longer; Info().problem says which.
 #pragma once
 
@@ -33,10 +38,11 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for options that make no sense or that the camera does not have, Error for the rest.
+// Throws UsageError for options that are invalid or that the camera does not have, Error for all other
+// failures.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 
-// At once. A camera that this user may not open says so in `problem`.
+// Does not wait. A camera that this user may not open has the reason in `problem`.
 std::vector<DeviceInfo> ListV4l2Devices();
 
 }  // namespace ulf::acquisition

@@ -1,6 +1,6 @@
-// A webcam's controls as features, for `ulf features`: names as v4l2-ctl shows them (the short ones of
-// v4l2_controls.h are understood too), grouped as the driver groups them. A camera that streams elsewhere can
-// be read and set all the same.
+// A webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names of
+// v4l2_controls.h are accepted too) and grouped as in the driver. This works also while another program
+// streams from the camera.
 #pragma once
 
 #include <memory>

@@ -38,8 +38,11 @@ using Size = std::pair<int, int>;
 constexpr std::array<Size, 8> kUsualSizes{
     {{320, 240}, {640, 480}, {800, 600}, {1024, 768}, {1280, 720}, {1280, 960}, {1920, 1080}, {3840, 2160}}};
 
+// Frames per second that the chosen size must reach; slower modes only if there is no other. Guessed: the
+// rate of film, at which a hand moves little between two frames.
 constexpr double kFastEnough = 24;
-constexpr double kSameFps = 0.01;  // of it
+// Relative difference up to which two frame rates are the same: 29.97 is 30.
+constexpr double kSameFps = 0.01;
 
 double FpsOf(const v4l2_fract& interval) {
   return interval.numerator == 0 ? 0 : static_cast<double>(interval.denominator) / interval.numerator;

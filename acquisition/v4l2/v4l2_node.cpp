@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <grp.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
@@ -13,17 +14,13 @@
 #include <fstream>
 #include <optional>
 
+#include "acquisition/device/file_holders.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
 
 constexpr const char* kClass = "/sys/class/video4linux";
-
-std::string Text(const unsigned char* field, std::size_t size) {
-  const char* text = reinterpret_cast<const char*>(field);
-  return std::string(text, strnlen(text, size));
-}
 
 // The first line of a file of the kernel's; empty when it is not there.
 std::string Line(const std::string& path) {
@@ -49,24 +46,6 @@ std::vector<std::string> Names(const std::string& folder) {
     if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
   closedir(entries);
   return names;
-}
-
-// "cheese (process 4711)": what has the node open, as far as this user may see.
-std::string WhoHasItOpen(const std::string& path) {
-  std::string list;
-  for (const std::string& process : Names("/proc")) {
-    if (process.find_first_not_of("0123456789") != std::string::npos) continue;
-    if (std::to_string(getpid()) == process) continue;
-    const std::string descriptors = "/proc/" + process + "/fd";
-    for (const std::string& descriptor : Names(descriptors)) {
-      char target[4096];
-      const ssize_t length = readlink((descriptors + "/" + descriptor).c_str(), target, sizeof target);
-      if (length <= 0 || std::string_view(target, static_cast<std::size_t>(length)) != path) continue;
-      list += (list.empty() ? "" : ", ") + Line("/proc/" + process + "/comm") + " (process " + process + ")";
-      break;
-    }
-  }
-  return list;
 }
 
 std::string PermissionProblem(const std::string& path) {
@@ -116,8 +95,8 @@ std::optional<V4l2Camera> Look(const std::string& name) {
     const std::uint32_t can =
         capability.capabilities & V4L2_CAP_DEVICE_CAPS ? capability.device_caps : capability.capabilities;
     if (!(can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE))) return std::nullopt;
-    camera.bus_info = Text(capability.bus_info, sizeof capability.bus_info);
-    if (camera.info.model.empty()) camera.info.model = Text(capability.card, sizeof capability.card);
+    camera.bus_info = V4l2Text(capability.bus_info, sizeof capability.bus_info);
+    if (camera.info.model.empty()) camera.info.model = V4l2Text(capability.card, sizeof capability.card);
     if (!(can & V4L2_CAP_VIDEO_CAPTURE))
       camera.info.problem =
           "its pictures come in several planes, which this program does not read; use the "
@@ -134,6 +113,11 @@ std::optional<V4l2Camera> Look(const std::string& name) {
 
 }  // namespace
 
+std::string V4l2Text(const unsigned char* field, std::size_t size) {
+  const char* text = reinterpret_cast<const char*>(field);
+  return std::string(text, strnlen(text, size));
+}
+
 std::string V4l2Problem(const std::string& path, int error) {
   switch (error) {
     case ENOENT:
@@ -142,9 +126,10 @@ std::string V4l2Problem(const std::string& path, int error) {
     case EPERM:
       return PermissionProblem(path);
     case EBUSY: {
-      const std::string who = WhoHasItOpen(path);
-      return fmt::format("another program streams from {}{}; close it and try again", path,
-                         who.empty() ? " ('fuser -v " + path + "' tells which)" : ": " + who);
+      const std::vector<std::string> who = ProgramsHolding(path);
+      return fmt::format(
+          "another program streams from {}{}; close it and try again", path,
+          who.empty() ? " ('fuser -v " + path + "' tells which)" : fmt::format(": {}", fmt::join(who, ", ")));
     }
     case ENODEV:
     case ENXIO:

@@ -1,5 +1,5 @@
-// A video node of the kernel (/dev/video0): opening it with a reason when that fails, calling its driver, and
-// who the camera behind it is. Video4Linux2 by its own calls, as linux/videodev2.h has them.
+// A Video4Linux2 node (/dev/video0): opens it with a useful error, calls its driver (linux/videodev2.h), and
+// identifies the camera.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -13,7 +13,8 @@ namespace ulf::acquisition {
 
 class V4l2Node {
  public:
-  // Throws Error naming the node: not there, no permission (which group, which rule), in use (by whom).
+  // Throws Error that names the node and the reason: missing, no permission (group and udev rule), in use (by
+  // which program).
   explicit V4l2Node(const std::string& path);
   ~V4l2Node();
   V4l2Node(const V4l2Node&) = delete;
@@ -21,9 +22,9 @@ class V4l2Node {
 
   const std::string& Path() const { return path_; }
   int Descriptor() const { return descriptor_; }
-  // 0, or the error number. Never waits: the node is open without blocking.
+  // An ioctl: 0, or the error number. Never blocks.
   int Call(unsigned long request, void* argument) const;
-  // Throws Error naming the node and what was being done; for EBUSY, who streams.
+  // Throws Error that names the node and the failed action; for EBUSY also the program that streams.
   [[noreturn]] void Throw(const char* what, int error) const;
   void Must(const char* what, unsigned long request, void* argument) const;
 
@@ -32,23 +33,26 @@ class V4l2Node {
   int descriptor_ = -1;
 };
 
-// What went wrong with the node, and the way out.
+// The text in a field of fixed size, with or without a terminating zero.
+std::string V4l2Text(const unsigned char* field, std::size_t size);
+
+// The problem with the node, and the remedy.
 std::string V4l2Problem(const std::string& path, int error);
 
-// A camera behind a node. `info.serial` is the USB serial number, empty where the camera has none; `info.bus`
-// is the place where it is plugged in.
+// The camera of a node. `info.serial`: the USB serial number, may be empty; `info.bus`: the port to which it
+// is connected.
 struct V4l2Camera {
   DeviceInfo info;
   std::string node;      // "/dev/video0"
   std::string bus_info;  // "usb-0000:00:14.0-1"
 };
 
-// Every node that captures pictures, in order of its number; nodes that cannot be opened are listed with the
-// reason, nodes of metadata and of other kinds are not.
+// Every node that captures pictures, in the order of the numbers; nodes that cannot be opened are included
+// with the reason, nodes for metadata and other purposes are not.
 std::vector<V4l2Camera> FindV4l2Cameras();
 
-// The node for a URI's path: a node, a serial number, a bus path, a card's name; empty: the first that can be
-// opened. Throws Error listing what there is.
+// The camera for a URI's path: a node, a serial number, a bus path or a camera's name; empty: the first that
+// can be opened. Throws Error that lists the cameras.
 V4l2Camera ResolveV4l2Camera(const std::string& uri, const std::string& path);
 
 }  // namespace ulf::acquisition

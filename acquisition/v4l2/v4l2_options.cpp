@@ -1,6 +1,5 @@
 #include "acquisition/v4l2/v4l2_options.h"
 
-#include <cmath>
 #include <cstdio>
 #include <set>
 
@@ -34,14 +33,9 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
         throw UsageError("'{}': io must be mmap or userptr, not '{}'", uri.Text(), value);
       options.io = value == "mmap" ? V4l2Io::kMmap : V4l2Io::kUserPtr;
     } else if (key == "settle") {
-      options.settle_s = *uri.Number(key);
-      if (options.settle_s < 0 || options.settle_s > 60)
-        throw UsageError("'{}': settle must be 0 to 60 seconds", uri.Text());
+      options.settle_s = uri.Number(key, options.settle_s, 0, 60);
     } else if (key == "queue") {
-      const double queue = *uri.Number(key);
-      if (queue < 1 || queue > 1000 || queue != std::floor(queue))
-        throw UsageError("'{}': queue must be a whole number above 0", uri.Text());
-      options.queue = static_cast<std::size_t>(queue);
+      options.queue = static_cast<std::size_t>(*uri.Whole(key, 1, 1000));
     } else {
       options.controls.emplace_back(key, value);
     }

@@ -1,4 +1,4 @@
-// What a `v4l2:` URI asks of a camera (told in v4l2_device.h), before any camera is looked for.
+// The options of a `v4l2:` URI (v4l2_device.h), parsed before any camera is opened.
 #pragma once
 
 #include <string>
@@ -11,15 +11,22 @@
 
 namespace ulf::acquisition {
 
+// How long a camera may send nothing, each the longer of seconds and frame periods. Guessed.
+struct V4l2Patience {
+  double stalled_s = 0.5, stalled_periods = 3;  // then the device reports kStalled
+  double lost_s = 5.5, lost_periods = 10;       // then it is kLost
+};
+
 struct V4l2Options {
   V4l2ModeRequest request;
   V4l2Io io = V4l2Io::kMmap;
-  double settle_s = 1;
-  std::size_t queue = 4;
+  double settle_s = 1;    // the automatics run so long; guessed: webcams adapt within a second
+  std::size_t queue = 4;  // frames that may wait for the reader
+  V4l2Patience patience;
   std::vector<std::pair<std::string, std::string>> controls;  // in the URI's order
 };
 
-// Throws UsageError naming the option that makes no sense; control names are for the camera to know.
+// Throws UsageError that names the invalid option. Names of controls are checked when the camera is open.
 V4l2Options V4l2OptionsOf(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

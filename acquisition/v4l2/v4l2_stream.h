@@ -1,4 +1,4 @@
-// Buffers that a driver fills: its own, mapped into this process, or ours, whose addresses it is given.
+// The buffers that a driver fills: its own, mapped into this process (mmap), or the process's (userptr).
 #pragma once
 
 #include <optional>
@@ -11,10 +11,10 @@ namespace ulf::acquisition {
 
 enum class V4l2Io { kMmap, kUserPtr };
 
-// Streams from its making to its end.
+// Streams from construction to destruction.
 class V4l2Stream {
  public:
-  // `image_bytes` is what the driver said a picture takes. Throws Error.
+  // `image_bytes`: the size of a picture as the driver reports it. Throws Error.
   V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes);
   ~V4l2Stream();
   V4l2Stream(const V4l2Stream&) = delete;
@@ -24,7 +24,8 @@ class V4l2Stream {
     v4l2_buffer header;
     std::span<const std::uint8_t> bytes;
   };
-  // A filled buffer, or the error number: EAGAIN when there is none yet. To be given back with Requeue.
+  // 0 and a filled buffer, to be returned with Requeue(); or the error number, EAGAIN when none is filled
+  // yet.
   int Dequeue(std::optional<Filled>& filled);
   // 0, or the error number.
   int Requeue(const Filled& filled);

@@ -64,9 +64,12 @@ void AddBoardCommand(CLI::App& app, ChosenCommand& chosen) {
                    "aruco:4x5:37.5:5:DICT_6X6_1000 (markers, marker mm, gap mm, dictionary) or "
                    "chessboard:8x6:25 (squares, square mm)")
       ->capture_default_str();
-  command->add_option("--page", args->page, "a4, a3, letter, or board: as large as the board needs")
+  command
+      ->add_option("--page", args->page,
+                   "Size of the page: a4, a3, letter, or board (the size that the board needs)")
       ->capture_default_str();
-  command->add_option("-o,--output", args->outputs, ".pdf or .svg; both may be given")->capture_default_str();
+  command->add_option("-o,--output", args->outputs, "File to write, .pdf or .svg; may be repeated")
+      ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf board -o board.pdf\nThen:    ulf calibrate aravis:192.168.1.20");
   command->callback([args, &chosen] { chosen = [args] { return RunBoard(*args); }; });

@@ -1,4 +1,4 @@
-// `ulf board`: a calibration target to be printed.
+// `ulf board`: draws a calibration target for printing.
 #pragma once
 
 #include "commands/command_line.h"

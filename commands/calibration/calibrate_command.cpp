@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
@@ -19,6 +18,7 @@
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/sensor_window.h"
+#include "core/image/image.h"
 
 namespace ulf::commands {
 namespace {
@@ -92,21 +92,16 @@ void RequireReportFolder(const CalibrateArgs& args) {
   if (!args.report.empty()) RequireWritableFolder(args.report);
 }
 
-std::string Png(const cv::Mat& picture) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", picture, bytes);
-  return {bytes.begin(), bytes.end()};
-}
-
 void WriteReport(const fs::path& folder, const acquisition::CalibrationResult& result,
                  const acquisition::CollectedViews& collected, const std::string& text) {
   WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
-  if (result.ok()) WriteFileAtomically(folder / "residuals.png", Png(acquisition::DrawCalibration(result)));
+  if (result.ok())
+    WriteFileAtomically(folder / "residuals.png", PngBytes(acquisition::DrawCalibration(result)));
   // What a device gave, so that the calibration can be done again from the folder.
   if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
   for (std::size_t i = 0; i < collected.pictures.size(); ++i)
-    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), Png(collected.pictures[i]));
+    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), PngBytes(collected.pictures[i]));
 }
 
 void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
@@ -255,7 +250,8 @@ int RunFlatField(const CalibrateArgs& args) {
     WriteFileAtomically(folder / "flat_field.txt", text);
     WriteFileAtomically(folder / "flat_field.json",
                         FlatFieldJson(result, result.ok() ? output : "").dump(2) + "\n");
-    if (result.ok()) WriteFileAtomically(folder / "flat_field.png", Png(acquisition::DrawFlatField(result)));
+    if (result.ok())
+      WriteFileAtomically(folder / "flat_field.png", PngBytes(acquisition::DrawFlatField(result)));
   }
   if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
   if (!result.ok()) throw Error("no flat field: {}", result.refusal);
@@ -275,21 +271,24 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand(
       "calibrate", "Find a camera's intrinsics from a printed board, or its flat field from a card");
   command->add_option("SOURCE", args->sources, "Device URI, folder of images, or image files")->required();
-  command->add_option("--board", args->board, "The board's text as printed on the sheet (ulf board)")
+  command->add_option("--board", args->board, "Board, as its text is printed on the sheet (ulf board)")
       ->capture_default_str();
-  command->add_option("--mode", args->mode, "live frames, or still photographs of a tethered camera")
+  command
+      ->add_option("--mode", args->mode, "Calibrate live frames, or still: photographs of a tethered camera")
       ->check(CLI::IsMember({"live", "still"}))
       ->capture_default_str();
   command->add_option("-o,--output", args->output,
-                      "Calibration file (else stored for the camera; for images calibration.json)");
-  command->add_option("--report", args->report, "Folder for report, residual picture and the frames taken");
-  command->add_option("--serial", args->serial, "Bind to this serial (for image files)");
-  command->add_option("--views", args->views, "Live: take at least so many views")
+                      "Calibration file (default: stored for the camera; for images: calibration.json)");
+  command->add_option("--report", args->report,
+                      "Folder for report, picture of the residuals, and the frames used (default: none)");
+  command->add_option("--serial", args->serial,
+                      "Serial number of the camera, for image files (default: unknown)");
+  command->add_option("--views", args->views, "Least number of views from a device")
       ->check(CLI::Range(4, 60))
       ->capture_default_str();
-  command->add_flag("--explain", args->explain, "Print every lens model that was tried");
+  command->add_flag("--explain", args->explain, "Print all lens models that were tried");
   command->add_flag("--flat", args->flat, "Estimate the flat field from frames of a plain, evenly lit card");
-  command->add_option("--frames", args->frames, "With --flat: frames to average")
+  command->add_option("--frames", args->frames, "Number of frames to average with --flat")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");

@@ -1,4 +1,4 @@
-// `ulf calibrate`: intrinsics from a board, or the flat field from a card.
+// `ulf calibrate`: estimates intrinsics from a board, or the flat field from a card.
 #pragma once
 
 #include "commands/command_line.h"

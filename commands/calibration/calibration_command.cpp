@@ -200,22 +200,25 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand(
       "calibration",
       "Show a calibration file (ulf, Kalibr, ROS, OpenCV, COLMAP), or write it for another program");
-  command->add_option("FILE", args->path, "The file; its format is recognised")->required();
-  command->add_option(
-      "--to", args->to,
-      "ulf, kalibr, ros, opencv (.yml or .xml) or colmap (cameras.txt); else by the file's name");
+  command->add_option("FILE", args->path, "Calibration file; its format is detected")->required();
+  command->add_option("--to", args->to,
+                      "Format to write: ulf, kalibr, ros, opencv (.yml or .xml) or colmap (cameras.txt) "
+                      "(default: by the name "
+                      "of the output)");
   command->add_option("-o,--output", args->output, "File to write");
-  command->add_option("--camera", args->camera,
-                      "Which camera of a file with several: cam1, or COLMAP's number");
-  command->add_option("--mode", args->mode, "Which mode to write")
+  command->add_option("--camera", args->camera, "Camera of a file with several: cam1, or COLMAP's number");
+  command->add_option("--mode", args->mode, "Mode to write")
       ->check(CLI::IsMember({"live", "still"}))
       ->capture_default_str();
-  command->add_option("--serial", args->serial, "Bind it to the camera with this serial (ulf devices)");
-  command->add_option("--model", args->model, "Bind it to this model, for a camera without a serial");
-  command->add_option("--sensor", args->sensor, "WIDTHxHEIGHT of the camera's whole sensor");
-  command->add_option("--roi", args->roi,
-                      "WIDTHxHEIGHT+X+Y: which part it was made on, as in the device's URI, after binning");
-  command->add_option("--binning", args->binning, "2x2: how it was binned");
+  command->add_option("--serial", args->serial,
+                      "Bind the file to the camera with this serial number (ulf devices)");
+  command->add_option("--model", args->model,
+                      "Bind the file to this camera model, for a camera without a serial number");
+  command->add_option("--sensor", args->sensor, "Size of the whole sensor, WIDTHxHEIGHT pixels");
+  command->add_option(
+      "--roi", args->roi,
+      "Part of the sensor of this calibration, WIDTHxHEIGHT+X+Y after binning, as in the device's URI");
+  command->add_option("--binning", args->binning, "Binning of this calibration, such as 2x2 (default: none)");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf calibration camera.json --to kalibr -o camchain.yaml\n"

@@ -1,4 +1,4 @@
-// `ulf calibration`: what a calibration file says, and the same for other programs.
+// `ulf calibration`: prints a calibration file and converts it to other formats.
 #pragma once
 
 #include "commands/command_line.h"

@@ -1,5 +1,4 @@
 #include "commands/calibration/calibration_report.h"
-#include "core/base/counted.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +8,11 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/base/counted.h"
+#include "core/geometry/angles.h"
+
 namespace ulf::commands {
 namespace {
-
-constexpr double kDeg = M_PI / 180;
 
 std::vector<const char*> CoefficientNames(Distortion distortion) {
   if (distortion == Distortion::kFisheye) return {"k1", "k2", "k3", "k4"};
@@ -87,7 +87,7 @@ std::string ReportText(const acquisition::CalibrationResult& result,
                                [](const acquisition::CandidateResult& row) { return row.explains; }),
                  result.choice.table.size());
   fmt::format_to(out, "image            {} x {} px, {:.1f} degrees across the diagonal\n", camera.width,
-                 camera.height, 2 * camera.MaxRayAngle() / kDeg);
+                 camera.height, Degrees(2 * camera.MaxRayAngle()));
   fmt::format_to(out, "focal length     fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f} px\n", camera.fx,
                  result.sigma[0], camera.fy, result.sigma[1]);
   fmt::format_to(out,
@@ -107,8 +107,8 @@ std::string ReportText(const acquisition::CalibrationResult& result,
       out,
       "coverage         {:.0f} % of the image; tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} "
       "degrees away\n",
-      100 * coverage.CellShare(), coverage.left / kDeg, coverage.right / kDeg, coverage.upper / kDeg,
-      coverage.lower / kDeg);
+      100 * coverage.CellShare(), Degrees(coverage.left), Degrees(coverage.right), Degrees(coverage.upper),
+      Degrees(coverage.lower));
   if (truth)
     fmt::format_to(out,
                    "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by at most "

@@ -1,4 +1,4 @@
-// What a calibration found, for people and for programs.
+// The result of a calibration as text and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,16 +9,16 @@
 
 namespace ulf::commands {
 
-// `truth`: what the device itself knows of its lens (the simulator).
+// `truth`: the intrinsics that the device itself knows (the simulator).
 std::string ReportText(const acquisition::CalibrationResult& result,
                        const std::optional<CameraModel>& truth = {});
-// The candidates, what each explains, and why one was chosen.
+// A table of the lens models with their errors, and the reason for the choice.
 std::string CandidateTable(const acquisition::LensChoice& choice);
 nlohmann::ordered_json ReportJson(const acquisition::CalibrationResult& result);
 
-// The farthest that any point of the image moves when seen through the one instead of the other model, with
-// the one rotation between them that fits best taken out; pixels, over a grid out to `reach` (a share of half
-// the diagonal). What a difference in parameters is worth.
+// The largest difference in pixels between the image points of the same rays in two models, after the
+// rotation that fits best, over a grid out to `reach` (a share of half the diagonal). It tells how much
+// differences between parameters matter.
 double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach = 1);
 
 }  // namespace ulf::commands

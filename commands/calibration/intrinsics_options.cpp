@@ -9,14 +9,13 @@ namespace ulf::commands {
 void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args) {
   command.add_option(
       "--calibration", args.calibration_path,
-      "Calibration file: ulf, Kalibr, ROS, OpenCV or COLMAP (else the one stored for this camera, "
+      "Calibration file of ulf, Kalibr, ROS, OpenCV or COLMAP (default: the one stored for this camera, "
       "else the device's own)");
   command
       .add_option("--focal-px", args.focal_px,
-                  "Focal length in pixels when there is no calibration; the principal point is the middle")
+                  "Focal length in pixels, without a calibration; the principal point is the image centre")
       ->check(Positive());
-  command.add_flag("--force-calibration", args.force,
-                   "Take a calibration file of another camera all the same");
+  command.add_flag("--force-calibration", args.force, "Accept a calibration file of another camera");
 }
 
 }  // namespace ulf::commands

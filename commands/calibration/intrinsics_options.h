@@ -1,4 +1,4 @@
-// The options by which every command that takes frames lets its user say the intrinsics.
+// The options for intrinsics, common to all commands that read frames.
 #pragma once
 
 #include "acquisition/calibration/intrinsics.h"

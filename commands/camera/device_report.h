@@ -1,4 +1,4 @@
-// A device's statistics for people and for programs: the same figures wherever a command ends.
+// A device's statistics as text and as JSON, for all commands that read frames.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,8 +8,7 @@
 
 namespace ulf::commands {
 
-// One line for what the reader got, more for what the transport counted and did, where it tells: what is not
-// zero. No end of line.
+// One line of frame counts, then the transport's counters that are not zero. No newline at the end.
 std::string ToText(const acquisition::DeviceStatistics& statistics);
 // {delivered, incomplete, dropped, missing, out_of_order, late, reconnects, seconds, bytes, fps, bytes_per_s,
 // clock_offset_s, clock_jitter_s (null: no clock), transport: {NAME: value}}

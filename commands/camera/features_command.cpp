@@ -310,10 +310,12 @@ void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("URI", args->uri, "Camera, as 'ulf devices' lists it")->required();
   command->add_option("SETTING", args->settings,
                       "NAME shows one in full, NAME=VALUE sets it (a command: NAME=execute)");
-  command->add_option("--save", args->save, "Write what can be set again to this file");
-  command->add_option("--load", args->load, "Set what the file holds, read it back, tell what did not take");
-  command->add_option("--filter", args->filter, "Show only what holds this text");
-  command->add_option("--visibility", args->visibility, "beginner, expert, guru or invisible")
+  command->add_option("--save", args->save, "Save the settings in this file");
+  command->add_option("--load", args->load,
+                      "Set the values of this file and report those that the camera refuses");
+  command->add_option("--filter", args->filter, "Show only features that contain this text");
+  command
+      ->add_option("--visibility", args->visibility, "Show features for: beginner, expert, guru or invisible")
       ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(

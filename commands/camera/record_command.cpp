@@ -40,12 +40,12 @@ bool Enough(const RecordArgs& args, std::uint64_t frames, double seconds) {
          (args.max_seconds > 0 && seconds >= args.max_seconds);
 }
 
-// Every photograph, also one that only a raw converter reads; incomplete live frames the device counts.
+// Keeps every photograph, also raw files, but no incomplete live frames, which the device counts.
 bool IsKept(const Frame& frame) {
   return frame.kind == FrameKind::kStill || frame.status == FrameStatus::kComplete;
 }
 
-// Says when frames begin and cease to be left out.
+// Reports when the recorder begins and ends to leave frames out.
 void TellPause(const acquisition::FrameRecorder& recorder, Progress& progress, bool& paused) {
   const auto why = recorder.Pause();
   if (why && !paused) progress.Say("frames are left out: " + *why);
@@ -87,7 +87,7 @@ RecordRun Record(const RecordArgs& args) {
   }
   run.lost = device->State() == acquisition::DeviceState::kLost;
   device->Stop();
-  // Photographs that were on their way.
+  // Photographs that arrive after Stop().
   while (const auto frame = device->TakesStills() ? device->Next(std::chrono::milliseconds(0)) : std::nullopt)
     if (frame->kind == FrameKind::kStill) recorder.TryAdd(*frame);
   run.device = device->Statistics();
@@ -130,11 +130,13 @@ int RunRecord(const RecordArgs& args) {
 void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<RecordArgs>();
   CLI::App* command =
-      app.add_subcommand("record", "Every frame of a device to disk, to be run again (replay:FOLDER)");
+      app.add_subcommand("record", "Record every frame of a device (run again by replay:FOLDER)");
   command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
   command->add_option("-o,--output", args->dir, "New folder")->required();
-  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
-  command->add_option("--max-seconds", args->max_seconds, "Stop after so long")->check(Positive());
+  command->add_option("--frames", args->frames, "Stop after so many frames (default: no limit)")
+      ->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after so many seconds (default: no limit)")
+      ->check(Positive());
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf record aravis:192.168.1.20 -o session --max-seconds 60\n"

@@ -1,4 +1,4 @@
-// ulf record: every frame of a device to disk, for a session to be run again.
+// `ulf record`: records every frame of a device, so that a session can be run again.
 #pragma once
 
 #include "commands/command_line.h"

@@ -111,34 +111,39 @@ int RunSimulate(const SimulateArgs& args) {
 void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<SimulateArgs>();
   auto* sub = app.add_subcommand("simulate", "Serves the simulated camera as a real GigE Vision device");
-  sub->add_option("scene", args->scene, "studio, or wall (flat)")->capture_default_str();
+  sub->add_option("scene", args->scene, "Scene: studio, easel, or wall (flat)")->capture_default_str();
   sub->add_option("--interface", args->interfaces,
-                  "IPv4 addresses of this machine to serve at, with commas between; one camera each")
+                  "IPv4 addresses of this machine, separated by commas; one camera each")
       ->delimiter(',')
       ->capture_default_str();
   sub->add_option("--serial", args->serials,
-                  "Serial numbers, up to 15 characters (ULF-SIM-1, ULF-SIM-2, ...)")
+                  "Serial numbers, up to 15 characters (default: ULF-SIM-1, ULF-SIM-2, ...)")
       ->delimiter(',');
-  sub->add_option(
-         "--poses", args->poses,
-         "Write every frame's exact pose here (TUM, frame ids as comments); one file for each camera")
+  sub->add_option("--poses", args->poses,
+                  "Write the exact pose of every frame to this file (TUM format, frame ids as comments); one "
+                  "per camera")
       ->delimiter(',');
   sub->add_option("--calibration-out", args->calibrations,
-                  "Write the exact intrinsics here; one file for each camera")
+                  "Write the exact intrinsics to this file; one per camera")
       ->delimiter(',');
-  sub->add_option("--fps", args->fps, "Frames per second (15)");
-  sub->add_option("--seed", args->seeds, "Seeds of hand and noise (7, 8, ...)")->delimiter(',');
-  sub->add_option("--loop", args->loop,
-                  "Render so many pictures first and play them to and fro: any frame rate, little work");
-  sub->add_option("--line-hz", args->line_hz, "Pulses a second on Line0, the hardware trigger's input")
+  sub->add_option("--fps", args->fps, "Frames per second (default: 15)");
+  sub->add_option("--seed", args->seeds, "Seeds of hand and noise, one per camera (default: 7, 8, ...)")
+      ->delimiter(',');
+  sub->add_option(
+      "--loop", args->loop,
+      "Render so many pictures at the start and play them forwards and backwards, at any frame rate "
+      "(default: render every frame)");
+  sub->add_option("--line-hz", args->line_hz, "Pulses per second on Line0, the input of the hardware trigger")
       ->capture_default_str();
-  sub->add_option("--fault", args->faults,
-                  "What shall go wrong, as often as wanted: lost=SHARE doubled=SHARE swapped=SHARE resend=0 "
-                  "late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
+  sub->add_option(
+         "--fault", args->faults,
+         "Simulate a fault, may be repeated (default: none): lost=SHARE doubled=SHARE swapped=SHARE resend=0 "
+         "late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
       ->delimiter(',');
-  sub->add_option("--duration-s", args->duration_s, "Stop by itself after so long")->check(Positive());
+  sub->add_option("--duration-s", args->duration_s, "Stop after so many seconds (default: no limit)")
+      ->check(Positive());
   sub->add_option("--options", args->options,
-                  "Further options as in sim: URIs, e.g. \"width=1280&height=960&cap=40x30\"");
+                  "Further options of sim: URIs, such as \"width=1280&height=960&cap=40x30\"");
   sub->footer(
       "Example: ulf simulate studio --calibration-out sim.json --poses truth.txt &\n"
       "         ulf capture aravis:ULF-ULF-SIM-1 --calibration sim.json -o studio --until-covered 60x40\n"

@@ -79,7 +79,7 @@ CrashHandler::CrashHandler(const fs::path& dir) {
   const std::string text = fs::absolute(dir).string();
   if (text.size() >= dying_dir.size()) throw Error("{}: the path is too long", text);
   std::copy_n(text.c_str(), text.size() + 1, dying_dir.begin());
-  HaveSignalStack();
+  InstallSignalStack();
   struct sigaction action {};
   action.sa_handler = Become;
   action.sa_flags = SA_ONSTACK | static_cast<int>(SA_RESETHAND);

@@ -1,4 +1,4 @@
-// One picture that shows a light field at a glance: panels with captions under a headline.
+// Draws an overview picture: panels with captions below a headline.
 #pragma once
 
 #include <opencv2/core.hpp>

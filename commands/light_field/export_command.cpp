@@ -131,11 +131,12 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const char* name, const c
   form->add_option("DIR", args->dir, "Light field, or a set with transforms.json")->required();
   form->add_option("-o,--output", args->output, "New folder")->required();
   form->add_flag("--undistort", args->undistort,
-                 "Photographs without distortion, their principal point in the middle (else as they are)");
-  if (is_colmap) form->add_flag("--binary", args->binary, "The binary model in place of the text");
+                 "Undistort photographs, with the principal point in the centre (default: copy them)");
+  if (is_colmap) form->add_flag("--binary", args->binary, "Write the binary model (default: text)");
   form->add_flag("--known-points", args->known_points,
-                 "The points that the light field has (else all that its views share are measured)");
-  form->add_option("--threads", args->threads, "Processors to use")->check(CLI::Range(1, 256));
+                 "Export the light field's own points (default: measure all points that its views share)");
+  form->add_option("--threads", args->threads, "Number of threads (default: all processors)")
+      ->check(CLI::Range(1, 256));
   form->add_flag("--json", args->json, "Print one JSON object");
   form->callback([args, is_colmap, &chosen] {
     const ExportForm to = !is_colmap     ? ExportForm::kNerfstudio

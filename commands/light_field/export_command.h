@@ -1,4 +1,4 @@
-// `ulf export colmap|nerfstudio`: a light field as other programs want it, its points measured anew.
+// `ulf export colmap|nerfstudio`: exports a light field for other programs, with points measured again.
 #pragma once
 
 #include "commands/command_line.h"

@@ -33,9 +33,10 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<ImportArgs>();
   CLI::App* command =
       app.add_subcommand("import", "Take in a set by nerfstudio or instant-ngp (transforms.json)");
-  command->add_option("SOURCE", args->source, "Folder with transforms.json, or the file")->required();
+  command->add_option("SOURCE", args->source, "Folder with transforms.json, or the file itself")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
-  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else from the optical axes)");
+  command->add_option("--subject", args->subject,
+                      "Subject: x,y,z,radius in world units (default: from the optical axes)");
   command->footer("Example: ulf import fox -o fox_light_field");
   command->callback([args, &chosen] { chosen = [args] { return RunImport(*args); }; });
 }

@@ -38,10 +38,13 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_option(
       "--cap", args->cap,
-      "Tell how much of this cap is covered, degrees: 60x40 (else of the one that the capture was to cover)");
-  command->add_option("--threshold-px", args->threshold_px, "For --cap (else the capture's, else 7)");
-  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
-  command->add_flag("--json", args->json, "One JSON object");
+      "Report coverage of this cap, AZIMUTHxELEVATION in degrees such as 60x40 (default: the goal of the "
+      "capture)");
+  command->add_option("--threshold-px", args->threshold_px,
+                      "Largest error in pixels, for --cap (default: that of the capture, else 7)");
+  command->add_option("--subject", args->subject,
+                      "Subject: x,y,z,radius in world units (default: the light field's)");
+  command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf info my_light_field --cap 60x40");
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
 #include "render/fields/viewpoint_mesh.h"
 
@@ -15,8 +16,6 @@ namespace ulf::commands {
 namespace {
 
 using Eigen::Vector3d;
-
-double Degrees(double radians) { return radians * 180 / M_PI; }
 
 // The smallest arc that holds all angles.
 double AngularSpan(std::vector<double> angles) {

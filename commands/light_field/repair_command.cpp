@@ -56,8 +56,8 @@ void AddRepairCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("repair", "Put a light field's folder in order; says first what it would do");
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_flag("--write,--apply,--yes", args->write,
-                    "Do it (else it is only said); what is replaced stays in DIR/kept");
-  command->add_flag("--json", args->json, "One JSON object");
+                    "Repair (default: only report what would be done); replaced files are kept in DIR/kept");
+  command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf repair vase --write");
   command->callback([args, &chosen] { chosen = [args] { return RunRepair(*args); }; });
 }

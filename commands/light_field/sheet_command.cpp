@@ -155,10 +155,13 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand(
       "sheet", "One picture of a light field: coverage map, blending field, rendering beside a photograph");
   command->add_option("DIR", args->dir, "Light field")->required();
-  command->add_option("--live", args->live, "Picture that 'ulf capture --overlay' left, as a first panel");
-  command->add_option("--cap", args->cap,
-                      "Cap to look at, degrees: 60x40 (else the one that the capture was to cover)");
-  command->add_option("--subject", args->subject, "x,y,z,radius in world units (else the light field's)");
+  command->add_option("--live", args->live,
+                      "Picture of 'ulf capture --overlay' for the first panel (default: none)");
+  command->add_option(
+      "--cap", args->cap,
+      "Cap to show, AZIMUTHxELEVATION in degrees such as 60x40 (default: the goal of the capture)");
+  command->add_option("--subject", args->subject,
+                      "Subject: x,y,z,radius in world units (default: the light field's)");
   command->add_option("-o,--output", args->out, "Picture to write")->capture_default_str();
   command->footer("Example: ulf sheet light_field --cap 60x40 -o contact_sheet.png");
   command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });

@@ -268,7 +268,7 @@ int RunRefine(const RefineArgs& args) {
   std::string dir = args.dir;
   const std::vector<TimedPose> truth = args.truth.empty() ? std::vector<TimedPose>{} : ReadTum(args.truth);
   if (args.output.empty() && fs::exists(fs::path(dir) / "transforms.json") &&
-      !fs::exists(fs::path(dir) / "journal.jsonl") && !HasLostItsJournal(dir))
+      !fs::exists(fs::path(dir) / "journal.jsonl") && !IsJournalMissing(dir))
     throw UsageError("{}: a set by another program, which is never written to; give a new folder with -o",
                      dir);
   if (!args.output.empty()) {

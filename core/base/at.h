@@ -1,4 +1,4 @@
-// Indices are ints where they stand in files and triangles; containers want theirs.
+// An index as containers want it. Files and triangles keep indices as int.
 #pragma once
 
 #include <cstddef>

@@ -25,11 +25,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;          // what writing past the page cache must be a multiple of
+constexpr std::size_t kBlock = 4096;          // unit of writes that bypass the page cache (O_DIRECT)
 constexpr std::size_t kStaged = 4 << 20;      // copied, then written, at a time
-constexpr std::size_t kDirectFrom = 1 << 18;  // smaller files gain nothing
+constexpr std::size_t kDirectFrom = 1 << 18;  // smaller files gain nothing; guessed
 
-// One a thread, kept: memory that is new costs more than the copy into it.
+// One per thread, reused: new memory costs more than the copy into it.
 std::span<char> Staging() {
   struct Free {
     void operator()(char* memory) const { std::free(memory); }
@@ -49,7 +49,7 @@ struct Temporary {
   int descriptor = -1;  // -1: the disk refused, errno says why
 };
 
-// A name that nobody else writes to: other threads and other programs may be about to make the same file.
+// A unique name, because other threads and programs may write the same file.
 Temporary OpenTemporary(const fs::path& beside, bool direct) {
   static std::atomic<unsigned> next{1};
   Temporary temporary;
@@ -68,7 +68,7 @@ int OpenFolder(const fs::path& folder) {
   return descriptor;
 }
 
-// Opened before anything is renamed, so that nothing can be refused after it.
+// Opened before any rename, so that no later step can fail.
 class FoldersToSync {
  public:
   FoldersToSync() = default;
@@ -111,7 +111,7 @@ bool WriteAll(int descriptor, const char* bytes, std::size_t size) {
   while (size > 0) {
     const ssize_t written = write(descriptor, bytes, size);
     if (written < 0 && errno == EINTR) continue;
-    // A file system that opens files this way may still not write them so.
+    // Some file systems open files with O_DIRECT but cannot write them.
     if (written < 0 && errno == EINVAL && LeaveDirect(descriptor)) continue;
     if (written <= 0) return false;
     if (static_cast<std::size_t>(written) % kBlock != 0) LeaveDirect(descriptor);
@@ -168,7 +168,7 @@ void FileBatch::TakeBackFrom(std::size_t first) {
   for (; files_.size() > first; files_.pop_back()) {
     const File& file = files_.back();
     if (file.descriptor >= 0) close(file.descriptor);
-    // What took the place of an older file is all that is left of it.
+    // A file that replaced an older one cannot be taken back.
     if (!file.renamed) unlink(file.temporary.c_str());
     if (file.renamed && !file.replaced) unlink(file.path.c_str());
   }
@@ -211,7 +211,7 @@ void FileBatch::Write(const fs::path& path, const FileContent& content) {
 
 void FileBatch::Commit() {
   if (std::exchange(committed_, false))
-    files_.clear();  // nothing was written since: those are not ours any more
+    files_.clear();  // nothing was written since; they belong to others now
   const auto fail = [&](const File& file, const char* what) {
     const int reason = errno;
     const std::string path = file.path.string();

@@ -1,4 +1,4 @@
-// Files that are either whole or absent, whatever kills the process.
+// Writing files so that each is whole or absent, even when the process is killed at any moment.
 #pragma once
 
 #include <cstdint>
@@ -12,42 +12,41 @@
 
 namespace ulf {
 
-// Writes to a temporary name beside `path`, syncs it, renames it, syncs the folder. Throws DiskFullError or
-// Error (no permission); then what was at `path` is there as it was.
+// Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError, or
+// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
-// What a file is to hold: bytes that are there, or that are made while they are written, so that a large
-// picture need not be in memory twice.
+// The bytes of a file to be written. They may exist already, or be made while they are written, so that a
+// large picture does not have to be in memory twice.
 struct FileContent {
   std::uint64_t size = 0;
-  // Copies what stands from `offset` on; `out` never reaches past the end.
+  // Fills `out` with the bytes from `offset` on; FileBatch never asks for bytes past the end.
   std::function<void(std::uint64_t offset, std::span<char> out)> copy;
 };
-// The bytes are not copied: they must stay where they are.
+// Refers to `bytes`, which must outlive the result.
 FileContent ContentOf(std::string_view bytes);
 
-// Files that come to the disk together: a disk takes one wait for many files in the time of one wait for one.
-// Large ones go past the page cache where the file system allows it (twice as fast, and a day of capture
-// does not push everything else out of memory).
+// Writes several files together: one wait for the disk serves all of them. Large files bypass the page cache
+// where the file system allows it, which is twice as fast and leaves the cache to other programs.
 class FileBatch {
  public:
-  // What Commit() does where a file of that name is there already: kKeep throws Error.
+  // What Commit() does where a file of that name exists: kReplace replaces it, kKeep throws Error.
   enum class Existing { kReplace, kKeep };
   explicit FileBatch(Existing existing = Existing::kReplace) : existing_(existing) {}
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
-  ~FileBatch();  // removes what was not committed
+  ~FileBatch();  // removes the files that were not committed
 
-  // Under a temporary name of this batch's own. Throws DiskFullError or Error; then nothing of this file
-  // stays.
+  // Writes the file under a temporary name of this batch's own. Throws DiskFullError or Error; then nothing
+  // of this file is left on the disk.
   void Write(const std::filesystem::path& path, const FileContent& content);
-  // The same for files that belong together: all, or none of them stays.
+  // The same for files that belong together: either all of them stay or none.
   void Write(std::span<const std::pair<std::filesystem::path, FileContent>> files);
-  // Syncs all files, gives them their names, syncs their folders; the next Write() begins a new batch. Throws
-  // as Write() does; then nothing of the whole batch stays, except what took an older file's place already.
+  // Syncs all files, renames them and syncs their folders; the next Write() begins a new batch. Throws as
+  // Write() does; then nothing of the batch is left, except files that have already replaced older ones.
   void Commit();
-  // Removes the files, committed or not: for when what was to name them could not be written. Never what has
-  // replaced an older file: both would be lost.
+  // Removes the files, committed or not: for a caller that could not write the index that names them. Leaves
+  // files that have replaced older ones: removing them would lose both.
   void TakeBack();
 
  private:
@@ -64,23 +63,23 @@ class FileBatch {
 
 void SyncFolder(const std::filesystem::path& folder);
 
-// Moves a file or folder to `to` or, where something is there already, to the first free name beside it
-// (a-2.png for a.png); never over what is there. Returns the name. Throws Error.
+// Moves a file or folder to `to` or, where that name is taken, to the first free name beside it (a-2.png for
+// a.png); never replaces anything. Returns the name. Throws Error.
 std::filesystem::path MoveWithoutReplacing(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 
-// With all folders above it. Throws Error naming what stands in the way.
+// Makes the folder and all folders above it. Throws Error naming what stands in the way.
 void MakeFolder(const std::filesystem::path& folder);
 
-// What this user may still write there; the largest number where the system does not say.
+// The bytes that this user may still write there; the largest number where the system does not tell.
 std::uint64_t FreeBytes(const std::filesystem::path& folder);
 
-// Throws what fits an errno: DiskFullError when there is no room, else Error.
+// Throws DiskFullError where `reason`, an errno, says that there is no room, else Error.
 [[noreturn]] void ThrowDiskError(int reason, const std::string& what_failed);
 
 std::string ReadWholeFile(const std::filesystem::path& path);
 
-// The ending of all temporary names here: leftovers of a kill, safe to remove when nobody writes.
+// The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
 }  // namespace ulf

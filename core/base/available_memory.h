@@ -1,12 +1,13 @@
-// How much memory there still is: asked before much is taken, because a process that takes more than there is
-// gets killed without a word.
+// How much memory is left. Callers ask before they allocate much, because the system kills a process that
+// takes more than there is.
 #pragma once
 
 #include <cstdint>
 
 namespace ulf {
 
-// What this process may still take: of the machine, of its control group, and of its own limit (ulimit -v).
+// Bytes that this process may still take: the least of what the machine, its control group and its own limit
+// (ulimit -v) leave.
 std::uint64_t AvailableMemory();
 
 }  // namespace ulf

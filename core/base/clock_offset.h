@@ -1,8 +1,8 @@
-// How far a device's clock is from this computer's, learnt from frames: host clock - device clock, with the
-// least delay that was seen, because nothing arrives before it was sent and some frame is never held up. The
-// delay that every frame has (exposure, read-out, network) is part of it.
+// The difference of two clocks, host clock - device clock, estimated from the arrival of frames: the smallest
+// difference seen, because the frame with the smallest delay is the one that was held up least. The estimate
+// includes the delay that every frame has (exposure, readout, network).
 //
-// Clocks drift (50 millionths are 3 ms in a minute), so that only the last half minute to a minute counts.
+// Clocks drift (50 ppm are 3 ms in a minute), so only the last 30 to 60 s count.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class ClockOffset {
   std::optional<double> OffsetS() const;
   // Standard deviation of the delay; none with fewer than two frames.
   std::optional<double> JitterS() const;
-  // How much longer than the least delay a frame took.
+  // Seconds by which this frame took longer than the fastest one; 0 before the first frame.
   double LatenessS(double device_time_s, double host_time_s) const;
 
  private:

@@ -1,4 +1,4 @@
-// "1 view", "2 views": a number with its noun, for what people read.
+// A number with its noun, "1 view" or "2 views", for texts that people read.
 #pragma once
 
 #include <fmt/format.h>

@@ -47,6 +47,21 @@ std::optional<double> DeviceUri::Number(const std::string& key) const {
   return number;
 }
 
+double DeviceUri::Number(const std::string& key, double otherwise, double least, double most) const {
+  const double number = Number(key).value_or(otherwise);
+  if (number < least || number > most)
+    throw UsageError("'{}': {} must be from {:g} to {:g}, not {:g}", Text(), key, least, most, number);
+  return number;
+}
+
+std::optional<int> DeviceUri::Whole(const std::string& key, int least, int most) const {
+  const auto number = Number(key);
+  if (!number) return std::nullopt;
+  if (*number < least || *number > most || *number != std::floor(*number))
+    throw UsageError("'{}': {} must be a whole number from {} to {}", Text(), key, least, most);
+  return static_cast<int>(*number);
+}
+
 void DeviceUri::Set(const std::string& key, const std::string& value) {
   std::erase_if(options, [&](const auto& option) { return option.first == key; });
   options.emplace_back(key, value);

@@ -1,4 +1,5 @@
-// What is opened by name, with options: cameras, and poses from outside.
+// Names of cameras and pose sources with options, as the command line takes them:
+// `scheme:path?key=value&key=value`.
 #pragma once
 
 #include <optional>
@@ -8,7 +9,6 @@
 
 namespace ulf {
 
-// A device URI taken apart: `scheme:path?key=value&key=value`.
 struct DeviceUri {
   std::string scheme;
   std::string path;
@@ -18,7 +18,11 @@ struct DeviceUri {
   std::optional<std::string> Option(const std::string& key) const;
   // The option as a finite number; throws UsageError naming it when it is something else.
   std::optional<double> Number(const std::string& key) const;
-  // In place of what the URI says of it.
+  // The same, `otherwise` where it is not given; throws UsageError where it is not within `least` to `most`.
+  double Number(const std::string& key, double otherwise, double least, double most) const;
+  // The option as a whole number from `least` to `most`; none where it is not given. Throws UsageError.
+  std::optional<int> Whole(const std::string& key, int least, int most) const;
+  // Gives the option this value, replacing an earlier one.
   void Set(const std::string& key, const std::string& value);
   // Throws UsageError naming the first option that is not in `known`.
   void AllowOnly(const std::vector<std::string>& known) const;

@@ -1,5 +1,5 @@
-// Errors that reach a person. The text names the thing, what is wrong with it, and the way out.
-// Outcomes that belong to the work (tracking lost, view rejected, frame dropped) are values, never errors.
+// Errors that a person reads. The text names the thing, what is wrong with it, and what to do.
+// Outcomes that belong to normal work (tracking lost, view rejected, frame dropped) are values, never errors.
 #pragma once
 
 #include <fmt/core.h>
@@ -19,14 +19,14 @@ class Error : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
-// The command was asked in a way it cannot serve. Exit status 2.
+// The command line or an option asks for something impossible. Exit status 2.
 class UsageError : public Error {
  public:
   using Error::Error;
 };
 
-// No room on the disk, or none left of the user's share. What was being written has been taken back; it can
-// be written again when there is room.
+// The disk or the user's quota is full. What was being written has been removed; it can be written again when
+// there is room.
 class DiskFullError : public Error {
  public:
   using Error::Error;

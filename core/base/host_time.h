@@ -1,5 +1,5 @@
-// This machine's two clocks, in seconds: the wall clock, which stamps frames and events, and the steady one,
-// which measures how long something takes.
+// This computer's two clocks, in seconds: the wall clock, which stamps frames and events, and the steady
+// clock, which measures durations.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// Reading JSON that others wrote: every missing key, wrong type or non-finite number becomes an Error that
-// names the file, the place in it, and the key.
+// Checked reading of JSON: a missing key, a wrong type or a number that is not finite becomes an Error that
+// names the file, the place in it and the key.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace ulf {
 
-// An object inside a file; `where` reads like "transforms.json, frame 12 (images/0012.jpg)".
+// An object inside a file, and its place for messages: "transforms.json, frame 12 (images/0012.jpg)".
 struct JsonPlace {
   const nlohmann::json& object;
   std::string where;
@@ -35,7 +35,7 @@ struct JsonPlace {
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
 
-  // For files that people write by hand: a key that is misspelt would be missed without a word.
+  // Refuses all other keys: for files that people write by hand, where a misspelt key would be ignored.
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {
@@ -47,7 +47,7 @@ struct JsonPlace {
     }
   }
 
-  // A whole number that an int holds.
+  // A whole number in the range of int.
   int Integer(const char* key) const {
     const double number = Number(key);
     if (number != std::floor(number) || std::abs(number) > 2e9)
@@ -56,7 +56,7 @@ struct JsonPlace {
   }
   int Integer(const char* key, int otherwise) const { return Has(key) ? Integer(key) : otherwise; }
 
-  // A subject's radius, a time's step: more than nothing.
+  // A number above 0.
   double Positive(const char* key) const {
     const double number = Number(key);
     if (!(number > 0)) throw Error("{}: '{}' must be positive, not {}", where, key, number);

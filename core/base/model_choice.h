@@ -1,5 +1,4 @@
-// Why one model was taken and no other: wherever the program chooses by evidence it can be asked for it
-// (--explain), and answers in the same form.
+// Why the program chose one model and not another, in one form for all commands (--explain).
 #pragma once
 
 #include <nlohmann/json.hpp>

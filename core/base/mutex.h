@@ -48,7 +48,7 @@ class ULF_CAPABILITY("mutex") Mutex {
   std::mutex mutex_;
 };
 
-// Holds a mutex to the end of its scope, less what lies between unlock() and lock().
+// Locks a mutex until the end of its scope; unlock() and lock() may interrupt this.
 class ULF_SCOPED_CAPABILITY MutexLock {
  public:
   explicit MutexLock(Mutex& mutex) ULF_ACQUIRE(mutex) : lock_(mutex.mutex_) {}
@@ -76,7 +76,7 @@ class ConditionVariable {
     condition_.wait(lock.lock_, std::move(predicate));
   }
 
-  // Return what the predicate says at the end.
+  // Return the last value of the predicate.
   template <typename Rep, typename Period, typename Predicate>
   bool wait_for(MutexLock& lock, const std::chrono::duration<Rep, Period>& time, Predicate predicate) {
     return condition_.wait_for(lock.lock_, time, std::move(predicate));
@@ -86,7 +86,7 @@ class ConditionVariable {
     return condition_.wait_until(lock.lock_, end, std::move(predicate));
   }
 
-  // Returns when notified, when the time is over, or without a reason.
+  // Returns after a notification, at the time `end`, or spuriously.
   template <typename Clock, typename Duration>
   void wait_until(MutexLock& lock, const std::chrono::time_point<Clock, Duration>& end) {
     condition_.wait_until(lock.lock_, end);

@@ -1,4 +1,4 @@
-// Name order as people count: frame_2 before frame_10.
+// The order of file names that compares numbers by value: frame_2 before frame_10.
 #pragma once
 
 #include <string>

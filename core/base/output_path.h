@@ -1,4 +1,4 @@
-// Whether a result can be written where it was asked for: found out before the work, not after it.
+// Checks, before the work begins, that its result can be written.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@ namespace ulf {
 // Throws UsageError when `path` is a folder, or its folder is missing or not writable.
 void RequireWritable(const std::string& path);
 
-// The same, and that the ending is a picture's: .png, .jpg or .jpeg.
+// The same; throws also when the ending is not .png, .jpg or .jpeg.
 void RequireWritablePicture(const std::string& path);
 
-// Makes the folder where it is not there yet. Throws UsageError when it cannot be made or written into.
+// Makes the folder where it does not exist. Throws UsageError when it cannot be made or written into.
 void RequireWritableFolder(const std::string& path);
 
 }  // namespace ulf

@@ -1,4 +1,5 @@
-// Progress of what takes over a second: a bar on a terminal, plain lines otherwise; on standard error.
+// Progress of work that takes more than a second, on standard error: a bar on a terminal, plain lines
+// elsewhere.
 #pragma once
 
 #include <string>
@@ -11,9 +12,9 @@ class Progress {
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  // `share` 0 to 1; `detail` is printed behind it.
+  // `share`: done so far, 0 to 1. `detail`: printed after the percentage.
   void Show(double share, const std::string& detail = {});
-  // A line that stays, above the bar; also when quiet.
+  // Prints a line that stays, above the bar; also when quiet.
   void Say(const std::string& line);
 
  private:

@@ -1,4 +1,4 @@
-// Order statistics of a handful of numbers.
+// Order statistics.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace ulf {
 
-// The value below which `share` of the values lie (nearest rank); 0 for none.
+// The value below which `share` (0 to 1) of the values lie, by nearest rank; 0 for no values.
 inline double Quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = values.begin() + static_cast<long>(share * static_cast<double>(values.size() - 1) + 0.5);

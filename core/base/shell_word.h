@@ -1,4 +1,4 @@
-// Commands in messages, as a reader can copy them into a shell.
+// Words of commands in messages, written so that a reader can copy the command into a shell.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace ulf {
 
-// The word as it is, or in double quotes where a shell would take it apart: `ulf repair "my vase"`.
+// The word itself, or in double quotes where a shell would split it: `ulf repair "my vase"`.
 std::string ShellWord(std::string_view word);
 
 }  // namespace ulf

@@ -8,7 +8,7 @@
 namespace ulf {
 namespace {
 
-constexpr std::size_t kBytes = 1 << 16;
+constexpr std::size_t kBytes = 1 << 16;  // the crash handler needs a few KiB; guessed
 
 class SignalStack {
  public:
@@ -36,6 +36,6 @@ class SignalStack {
 
 }  // namespace
 
-void HaveSignalStack() { static thread_local const SignalStack stack; }
+void InstallSignalStack() { static thread_local const SignalStack stack; }
 
 }  // namespace ulf

@@ -1,11 +1,10 @@
-// A stack that a thread's signals are handled on, so that one who has overrun his own can still do something
-// about it (commands/capture/crash_handler.h). The kernel keeps one for each thread, and a new thread has
-// none.
+// A separate stack for a thread's signal handlers, so that the crash handler
+// (commands/capture/crash_handler.h) can run after a stack overflow. Each thread needs its own.
 #pragma once
 
 namespace ulf {
 
-// From the first call until the calling thread ends. A thread that has one already keeps it.
-void HaveSignalStack();
+// Gives the calling thread such a stack until it ends. Does nothing where the thread has one.
+void InstallSignalStack();
 
 }  // namespace ulf

@@ -1,12 +1,12 @@
-// Ceres without words on the operator's terminal: a step that fails is told in the summary, and belongs to
-// the search.
+// Options for Ceres that print nothing: a step that fails belongs to the search and is reported in the
+// summary.
 #pragma once
 
 #include <ceres/solver.h>
 
 namespace ulf {
 
-// One thread.
+// With one thread.
 ceres::Solver::Options SilentSolver(int max_iterations);
 
 }  // namespace ulf

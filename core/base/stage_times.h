@@ -1,4 +1,4 @@
-// What a frame's CPU time went to, stage by stage: CPU seconds of the tracking thread, without mapping.
+// CPU time of the tracking thread for one frame by stage, in seconds, without mapping.
 #pragma once
 
 #include "core/base/thread_clock.h"
@@ -16,7 +16,8 @@ struct StageTimes {
   double keyframe_s = 0;        // deciding on a keyframe and handing it over
 };
 
-// Adds the time from its making to its end, or to Stop(), to `sum`; null: measures nothing.
+// Adds the CPU time from its construction to its destruction, or to Stop(), to `*sum_s`; null: measures
+// nothing.
 class StageTimer {
  public:
   explicit StageTimer(double* sum_s) : sum_s_(sum_s), start_s_(sum_s ? ThreadCpuSeconds() : 0) {}

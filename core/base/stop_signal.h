@@ -1,9 +1,9 @@
-// SIGINT and SIGTERM as a request to end in good order, for commands that run until told to stop.
+// SIGINT and SIGTERM as a request to end in good order, for commands that run until they are stopped.
 #pragma once
 
 namespace ulf {
 
-// While one lives, the signals do nothing but make Asked() true. One at a time.
+// While an object of this class exists, these signals only make Asked() true. At most one may exist.
 class StopOnSignal {
  public:
   StopOnSignal();

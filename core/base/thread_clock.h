@@ -1,4 +1,4 @@
-// CPU time of the calling thread, in seconds: what tracking costs, whoever else uses the machine.
+// CPU time of the calling thread, in seconds: independent of other programs on the machine.
 #pragma once
 
 #include <ctime>

@@ -1,8 +1,8 @@
-// A board's corners in a photograph.
+// Finds the corners of a board in an image.
 //
-// Image points count from the image's corner, pixel centres at integer + 0.5 (OpenCV's are converted here).
-// Detection needs no intrinsics. A chessboard must be seen whole; of a ChArUco board or ArUco grid any part
-// will do that shows a few markers.
+// Image points are pixels from the image's corner, with pixel centres at integer + 0.5 (OpenCV's results are
+// converted here). Detection needs no intrinsics. A chessboard must be visible as a whole; a ChArUco board or
+// ArUco grid may be visible in part.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,14 +20,15 @@ struct BoardView {
   std::vector<Eigen::Vector2d> img = {};  // where each is seen
 };
 
-// At least this many corners make a view; with fewer its pose tells nothing.
+// The fewest corners of a usable view: fewer do not determine a pose and check it. Guessed.
 inline constexpr std::size_t kLeastCorners = 6;
 
-// `gray`: CV_8UC1. Empty when the board is not seen or too little of it.
+// `gray`: CV_8UC1. The result is empty where the board is not visible, or too little of it.
 BoardView DetectBoard(const Board& board, const cv::Mat& gray);
 
-// The spread of the blur at the board's edges in pixels (standard deviation), from the steepest edges within
-// the board against its contrast: about 0.5 for a sharp image, larger when defocused or moved.
+// The blur of the board's edges as the standard deviation of a Gaussian, in pixels, from the steepest edges
+// and the contrast within the board: about 0.5 for a sharp image, more when defocused or moving; infinite
+// where there is hardly any contrast.
 double EdgeBlurPx(const BoardView& view, const cv::Mat& gray);
 
 }  // namespace ulf

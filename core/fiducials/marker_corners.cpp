@@ -47,6 +47,7 @@ struct Step {
 
 // The centre of the rise along `out`, within `reach` of `from`; none where nothing rises.
 std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vector2d& out, double reach) {
+  // Sampling distance in pixels, and the least rise in grey level (0 to 1): less is noise. Guessed.
   constexpr double kStep = 0.5, kLeastContrast = 0.005;
   double weights = 0, sum = 0;
   std::optional<double> before;
@@ -66,16 +67,20 @@ std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vect
 // The side from `corner` towards `other`, as a line; `out` is where it is bright.
 std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const Vector2d& other,
                             const Vector2d& inside, double reach) {
-  constexpr double kClear = 1.5, kLongest = 24;  // pixels: of the corner's own rounding; of a straight line
+  // Pixels: the corner is rounded up to kClear; a side is straight up to kLongest under any lens; shorter
+  // sides than kShortest have too few steps. Guessed, as the share of the side that is used.
+  constexpr double kClear = 1.5, kLongest = 24, kShortest = 6, kUsedShare = 0.6;
   const double length = (other - corner).norm();
-  if (length < 6) return std::nullopt;
+  if (length < kShortest) return std::nullopt;
   const Vector2d along = (other - corner) / length;
   Vector2d out(along.y(), -along.x());
   if (out.dot(inside - corner) > 0) out = -out;
   std::vector<Step> steps;
-  for (double s = kClear; s <= std::min(kLongest, 0.6 * length); s += 1)
+  for (double s = kClear; s <= std::min(kLongest, kUsedShare * length); s += 1)
     if (const auto across = Rise(gray, corner + s * along, out, reach)) steps.push_back({s, *across});
-  constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kLeast = 3;  // steps that determine a line
+  // A step farther from the line is a scratch, a shadow or a neighbour's corner. Guessed.
+  constexpr double kOutlierPx = 0.5;
   double offset = 0, slope = 0;
   for (int round = 0; round < 3; ++round) {
     if (steps.size() < kLeast) return std::nullopt;
@@ -91,9 +96,8 @@ std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const V
     if (spread <= 0) return std::nullopt;
     slope = (n * both - at * across) / spread;
     offset = (across - slope * at) / n;
-    // A scratch, a shadow's edge, the neighbour's corner.
     const auto is_off = [&](const Step& step) {
-      return std::abs(step.across - offset - slope * step.at) > 0.5;
+      return std::abs(step.across - offset - slope * step.at) > kOutlierPx;
     };
     if (std::erase_if(steps, is_off) == 0) break;
   }
@@ -112,7 +116,7 @@ std::optional<Vector2d> Meet(const Line& a, const Line& b) {
 
 MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
   MarkerImage refined = corners;
-  constexpr int kRounds = 2;  // the second one's profiles are centred on the first one's lines
+  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
   for (int round = 0; round < kRounds; ++round) {
     const MarkerImage from = refined;
     const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
@@ -126,7 +130,7 @@ MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int 
                  second = FitSide(gray, corner, last, middle, reach(next));
       if (!first || !second) continue;
       const auto met = Meet(*first, *second);
-      constexpr double kFar = 3;
+      constexpr double kFar = 3;  // pixels; a corner that moves farther is another corner; guessed
       if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
     }
   }

@@ -1,7 +1,8 @@
-// The corners of a square marker to a twentieth of a pixel, from its sides: along the part of a side that is
-// next to the corner the step from dark to bright is found across it at every pixel, a line laid through, and
-// the lines of two sides meet in the corner. A small marker has room for that where the usual window about
-// the corner would hold its cells or its neighbour; and lines of 24 pixels are straight in any lens.
+// Refines the corners of a square marker to about a twentieth of a pixel. Along each side, near the corner,
+// the step from dark to bright is located across the side at every pixel; a line is fitted to these steps;
+// the lines of two sides intersect in the corner. This works for small markers, where the usual square window
+// around the corner would contain cells of the marker or of its neighbour. Lines of at most 24 pixels are
+// straight under any lens distortion.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +13,9 @@ namespace ulf {
 
 using MarkerImage = std::array<Eigen::Vector2d, 4>;  // corners in the image, clockwise from the upper left
 
-// `gray`: CV_8UC1, display-encoded. `corners`: good to a pixel or two, pixel centres at integer + 0.5, and so
-// is the result. `cells`: of the marker's side, its border counted. A corner whose sides are not to be seen
-// stays where it was.
+// `gray`: CV_8UC1, display-encoded. `corners`: accurate to one or two pixels; these and the result have pixel
+// centres at integer + 0.5. `cells`: cells along the marker's side, with its border. A corner whose sides are
+// not visible stays unchanged.
 MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells);
 
 }  // namespace ulf

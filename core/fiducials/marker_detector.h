@@ -1,4 +1,4 @@
-// Single markers in an image, by the dictionary that they are of.
+// Finds single ArUco markers of one dictionary in an image.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -10,7 +10,8 @@
 
 namespace ulf {
 
-// All markers of the dictionary, sub-pixel, in no order; `gray` CV_8UC1.
+// All markers with their numbers, in no particular order, corners refined (marker_corners.h). `gray`:
+// CV_8UC1. Throws UsageError for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-// Numbers as bytes, little-endian, for files of our own and for COLMAP's.
+// Numbers as little-endian bytes, for binary files of ulf and of COLMAP.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,7 +36,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-// Past the end it gives zeros and remembers.
+// Reading past the end gives zeros; IsShort() tells so afterwards.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
@@ -66,7 +66,7 @@ class ByteReader {
     pose.translation = Get3();
     return pose;
   }
-  // Of things that take at least `least` bytes each; more than are left cannot be.
+  // A count of things of at least `least` bytes each; 0, and IsShort(), where so many cannot follow.
   std::size_t Count(std::size_t least) {
     const std::size_t count = Get<std::uint32_t>();
     if (count * least > bytes_.size() - at_) short_ = true;

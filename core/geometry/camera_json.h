@@ -1,5 +1,5 @@
-// A camera model and the part of the sensor that it is of as JSON, the same in the journal, in calibration
-// files and in recordings.
+// A camera model and a sensor window as JSON, the same in the journal, in calibration files and in
+// recordings.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,6 +13,7 @@ namespace ulf {
 // {"width","height","fx","fy","cx","cy","distortion":"none|radial-tangential|fisheye","coefficients":[5],
 //  "pixel_centers":"half"}
 nlohmann::json CameraToJson(const CameraModel& camera);
+// Also reads "pixel_centers":"integer", whose principal point is moved by half a pixel. Throws Error.
 CameraModel CameraFromJson(const JsonPlace& place);
 
 nlohmann::json WindowToJson(const SensorWindow& window);

@@ -1,8 +1,8 @@
 // A camera's intrinsics: pinhole with OpenCV's radial-tangential or fisheye distortion.
 //
-// Pixel centres are at integer + 0.5, as COLMAP and nerfstudio count; a principal point taken from OpenCV,
-// Kalibr or ROS (which count from integer centres) gets 0.5 added where it enters. Lengths are pixels, rays
-// are in the camera frame (x right, y down, z forward).
+// Pixel centres are at integer + 0.5, as in COLMAP and nerfstudio. OpenCV, Kalibr and ROS have them at
+// integers: readers of their files add 0.5 to the principal point. Lengths are pixels, rays are in the camera
+// frame (x right, y down, z forward).
 //   Radial-tangential: Brown 1966 as in OpenCV's calib3d (k1 k2 p1 p2 k3).
 //   Fisheye: Kannala and Brandt 2006 as in OpenCV's fisheye module (k1 k2 k3 k4).
 #pragma once
@@ -34,8 +34,9 @@ struct CameraModel {
   // Throws Error naming what is out of range (sizes, focal lengths, anything not finite).
   void Validate(const std::string& owner) const;
 
-  // The image point of a point in front of the camera; none behind it, or where the distortion polynomial has
-  // folded back (the image point would belong to a ray nearer the axis). Points may fall outside the image.
+  // The image point of a point in front of the camera; none behind it, or where the distortion polynomial no
+  // longer grows (the image point would belong to a ray nearer the axis). The result may lie outside the
+  // image.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam) const;
 
   // The same, with the 2x3 derivative by the point.
@@ -60,7 +61,7 @@ struct CameraModel {
   CameraModel WithoutDistortion() const;
 
   double MeanFocalPx() const { return 0.5 * (fx + fy); }
-  // Half the diagonal field of view: no ray of the image is farther from the axis. Radians.
+  // The largest angle between the axis and a ray of the image, half the diagonal field of view, in radians.
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;

@@ -1,4 +1,4 @@
-// A number that tells whether something is the same again: FNV-1a, 64 bits. Not for secrets.
+// A checksum that tells whether values have changed: FNV-1a, 64 bits. Not for security.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// A rigid transform in three dimensions, named by where it takes you: `cam_from_world` maps a point in world
-// coordinates to camera coordinates. Cameras are right-handed, x right, y down, z forward.
+// A rigid transform in three dimensions. Its name says target and source: `cam_from_world` maps a point from
+// world to camera coordinates. Cameras are right-handed, x right, y down, z forward.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +21,7 @@ struct Rigid3 {
     return {inverse, -(inverse * translation)};
   }
 
-  // Where the target frame's origin lies in the source frame. For `cam_from_world`: the camera centre in
-  // world.
+  // The origin of the target frame in the source frame. For `cam_from_world`: the camera centre in the world.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
 
   // A direction of the target frame, in the source frame. For `cam_from_world`: UnitZ gives the optical axis.

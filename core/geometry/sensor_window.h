@@ -1,9 +1,8 @@
-// The part of a sensor that images show, and intrinsics of one part from those of another.
+// The part of a sensor that images show, and the intrinsics of one part computed from those of another.
 //
-// In image coordinates with pixel centres at integer + 0.5 the image's corner is the window's corner on the
-// sensor, and binning divides lengths from there: sensor = window + binning * image, exactly. (With centres
-// at integers, as OpenCV counts, half a pixel of each scale would have to be moved about.) The distortion is
-// the lens's and stays.
+// With pixel centres at integer + 0.5 the image's corner is the window's corner on the sensor, and binning
+// divides lengths: sensor = window + binning * image, exactly. The distortion belongs to the lens and does
+// not change.
 #pragma once
 
 #include <string>

@@ -1,8 +1,8 @@
-// A similarity of space: what maps of one camera are known up to, and what drift is made of.
+// A similarity transform (rotation, translation, scale): the map of one camera is determined up to one.
 //
 // `target_from_source` as for Rigid3, with the scale first: target = scale * rotation * source + translation.
-// A camera whose world is scaled sees the same image, so a pose that a similarity moved is rigid again after
-// division by its scale.
+// Scaling the world about the camera does not change the image, so WithoutScale() turns a pose that a
+// similarity moved into a rigid one.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,11 +36,11 @@ inline Similarity3 operator*(const Similarity3& c_from_b, const Similarity3& b_f
           c_from_b * b_from_a.translation};
 }
 
-// exp of a small motion on the left: rotation vector, translation, logarithm of the scale.
+// exp(delta) * target_from_source; delta: rotation vector (radians), translation, logarithm of the scale.
 Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix<double, 7, 1>& delta);
 
-// Least squares over corresponding points (Umeyama 1991), of scale one if `rigid`; none for fewer than three
-// or when they lie on one line.
+// The similarity that maps `source` to `target` with least squared error (Umeyama 1991), of scale 1 if
+// `rigid`; none for fewer than three points or where they lie on one line.
 std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
                                        std::span<const Eigen::Vector3d> target, bool rigid = false);
 

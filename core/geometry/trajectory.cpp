@@ -10,6 +10,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 
 namespace ulf {
 
@@ -52,8 +53,6 @@ void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> pose
 }
 
 namespace {
-
-constexpr double kDegrees = 180 / M_PI;
 
 double RootMeanSquare(const std::vector<double>& values) {
   double squared = 0;
@@ -112,7 +111,7 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   error.ate_rmse = RootMeanSquare(distances);
   error.ate_median = Median(distances);
   error.ate_max = *std::max_element(distances.begin(), distances.end());
-  error.rotation_rmse_deg = RootMeanSquare(angles) * kDegrees;
+  error.rotation_rmse_deg = Degrees(RootMeanSquare(angles));
 
   // The truth may be sparse: the step that comes nearest, told as if it had been exact.
   std::vector<double> spacing_s, step_errors, step_angles, step_drifts;
@@ -138,7 +137,7 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   }
   error.steps = static_cast<int>(step_errors.size());
   error.rpe_rmse = RootMeanSquare(step_errors);
-  error.rpe_rotation_rmse_deg = RootMeanSquare(step_angles) * kDegrees;
+  error.rpe_rotation_rmse_deg = Degrees(RootMeanSquare(step_angles));
   error.drift = Median(step_drifts);
   return error;
 }

@@ -1,9 +1,9 @@
-// Timed poses: files, alignment, errors.
+// Poses with times: files, alignment, errors.
 //
-// TUM format: one line a pose, `time tx ty tz qx qy qz qw`, camera to world; lines that start with # are
-// comments. Errors after a similarity alignment of camera centres (Umeyama 1991), as Sturm et al. 2012 define
-// them: ATE is the distance of centres, RPE the error of the relative motion over a fixed step.
-// Units are the truth's.
+// TUM format: one line per pose, `time tx ty tz qx qy qz qw` (seconds, camera to world); lines that start
+// with # are comments. Errors are computed after a similarity alignment of the camera centres (Umeyama 1991)
+// and defined as in Sturm et al. 2012: ATE is the distance of centres, RPE the error of the relative motion
+// over a fixed step. Lengths are in the truth's unit.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +34,7 @@ struct TrajectoryError {
   int steps = 0;                     // of about `rpe_step_s`; without any, the next three mean nothing
   double rpe_rmse = 0;               // translation over `rpe_step_s`
   double rpe_rotation_rmse_deg = 0;  // rotation over `rpe_step_s`
-  double drift = 0;  // median over these steps: error of the translation per way that was truly gone
+  double drift = 0;  // median over these steps: error of the translation, as a share of the true motion
   double rotation_rmse_deg = 0;  // after the alignment's rotation
   double scale = 1;              // truth units per estimated unit
   Similarity3 truth_from_estimated;
@@ -42,7 +42,7 @@ struct TrajectoryError {
     double time_s = 0;
     double distance = 0;  // of the centres
   };
-  std::vector<AtTime> errors;  // by pose that has a counterpart
+  std::vector<AtTime> errors;  // of each pose that has a counterpart
 };
 
 // Pairs poses whose times differ by at most `tolerance_s`; none when fewer than three pair up or they lie on

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace ulf {
 
 using Eigen::Matrix3d;
@@ -54,9 +56,7 @@ std::optional<Vector3d> TriangulatePoint(std::span<const RayObservation> observa
 
 double ParallaxAngle(const Vector3d& point_in_world, const Vector3d& first_center,
                      const Vector3d& second_center) {
-  const Vector3d a = (first_center - point_in_world).normalized(),
-                 b = (second_center - point_in_world).normalized();
-  return std::atan2(a.cross(b).norm(), a.dot(b));
+  return AngleBetween(first_center - point_in_world, second_center - point_in_world);
 }
 
 }  // namespace ulf

@@ -1,6 +1,5 @@
-// OpenEXR files: the one room of that library. Pictures in linear light of any range, with channels by name:
-// R G B A, Z for depth, and in layers "layer.channel" (OpenEXR's "Technical Introduction", layers and channel
-// names).
+// OpenEXR files. Pixels are linear light of any range; channels have names: R G B A, Z for depth, and
+// "layer.channel" in layers (OpenEXR's "Technical Introduction", layers and channel names).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -17,15 +16,14 @@ struct ExrChannel {
   int channel = 0;  // of `pixels`
 };
 
-// The file for channels of one size, in Rec. 709 primaries.
+// The file's bytes; all channels have one size and Rec. 709 primaries. Throws Error.
 std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression);
 
-// CV_32FC3, B G R, of a file's R, G and B (or Y for grey), the display window; what the file holds of
-// infinities and NaN is left as it is. Throws Error naming the file when it is truncated, is no EXR or holds
-// no such channels.
+// The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y. Infinities and NaN stay
+// as they are. Throws Error naming the file when it is truncated, is no EXR or has no such channels.
 cv::Mat ReadExr(const std::string& path);
 
-// Floats as halves: what is beyond their range becomes the largest of them.
+// CV_16F from CV_32F. Numbers beyond the range of half floats become the largest one.
 cv::Mat HalfFromFloat(const cv::Mat& pixels);
 
 }  // namespace ulf

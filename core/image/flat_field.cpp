@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/json_fields.h"
+#include "core/base/quantile.h"
 
 namespace ulf {
 namespace {
@@ -138,8 +139,9 @@ Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& 
   return fit;
 }
 
-// Cells darker than the richest model by far, and how many spots they form.
-int TakeOutDust(Cells& cells) {
+// Marks cells much darker than the richest model as unused; returns how many spots they form.
+int RemoveDust(const FlatFieldOptions& options, Cells& cells) {
+  constexpr double kNormalQuartile = 0.6745;  // median of |x| for a Gaussian of sigma 1
   const Eigen::MatrixXd logs = Logs(cells);
   const Eigen::MatrixXd design = Design(cells, Models().back());
   for (int round = 0; round < 4; ++round) {
@@ -147,10 +149,7 @@ int TakeOutDust(Cells& cells) {
     std::vector<double> sizes;
     for (std::size_t i = 0; i < cells.used.size(); ++i)
       sizes.push_back(std::abs(fit.residuals.row(static_cast<Eigen::Index>(i)).mean()));
-    std::vector<double> sorted = sizes;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                     sorted.end());
-    const double gate = std::max(0.01, 5 * sorted[sorted.size() / 2] / 0.6745);
+    const double gate = std::max(options.least_dust, options.dust_sigmas * Median(sizes) / kNormalQuartile);
     for (std::size_t i = 0; i < cells.used.size(); ++i)
       cells.used[i] = fit.residuals.row(static_cast<Eigen::Index>(i)).mean() > -gate;
   }
@@ -200,30 +199,30 @@ Scored Score(const Cells& cells, const Model& model) {
   return scored;
 }
 
-bool IsClearlyBetter(const Scored& other, const Scored& than) {
-  if (other.bic > than.bic - 10) return false;
+bool IsClearlyBetter(const Scored& other, const Scored& than, const FlatFieldOptions& options) {
+  if (other.bic > than.bic - options.bic_margin) return false;
   const auto count = static_cast<double>(than.left_out.size());
   double mean = 0, squares = 0;
   for (std::size_t f = 0; f < than.left_out.size(); ++f)
     mean += (than.left_out[f] - other.left_out[f]) / count;
   for (std::size_t f = 0; f < than.left_out.size(); ++f)
     squares += std::pow(than.left_out[f] - other.left_out[f] - mean, 2);
-  return mean > 2 * std::sqrt(squares / (count - 1) / count);
+  return mean > options.standard_errors * std::sqrt(squares / (count - 1) / count);
 }
 
-std::string BadExposure(const std::vector<cv::Mat>& lights) {
+std::string ExposureProblem(const std::vector<cv::Mat>& lights, const FlatFieldOptions& options) {
   for (std::size_t f = 0; f < lights.size(); ++f) {
     const cv::Mat values = lights[f].reshape(1);
     const double clipped =
-        static_cast<double>(cv::countNonZero(values > 0.98)) / static_cast<double>(values.total());
-    if (clipped > 0.002)
+        static_cast<double>(cv::countNonZero(values > options.clipped)) / static_cast<double>(values.total());
+    if (clipped > options.most_clipped)
       return fmt::format(
           "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of "
           "full scale",
           f + 1, 100 * clipped);
     const cv::Scalar mean = cv::mean(lights[f]);
     for (int c = 0; c < 3; ++c)
-      if (mean[c] < 0.06)
+      if (mean[c] < options.least_light)
         return fmt::format(
             "frame {}: the card is too dark ({:.1f} % of full scale); expose more, to about half", f + 1,
             100 * mean[c]);
@@ -297,7 +296,8 @@ FlatField FlatField::ForSize(int used_width, int used_height) const {
   return moved;
 }
 
-FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level) {
+FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level,
+                                  const FlatFieldOptions& options) {
   FlatFieldResult result;
   result.frames = static_cast<int>(cards.size());
   std::vector<cv::Mat> lights;
@@ -311,18 +311,18 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
     if (light.size() != lights[0].size()) result.refusal = "the frames have different sizes";
   if (result.ok() && (lights[0].cols < 2 * kCellColumns || lights[0].rows < 2 * kCellRows))
     result.refusal = "the frames are too small";
-  if (result.ok()) result.refusal = BadExposure(lights);
+  if (result.ok()) result.refusal = ExposureProblem(lights, options);
   if (!result.ok()) return result;
 
   Cells cells = CellsOf(lights);
-  result.dust = TakeOutDust(cells);
+  result.dust = RemoveDust(options, cells);
   const std::vector<Model> models = Models();
   std::vector<Scored> scored;
   for (const Model& model : models) scored.push_back(Score(cells, model));
   std::size_t chosen = 0;
   while (chosen + 1 < models.size() &&
          std::any_of(scored.begin() + static_cast<std::ptrdiff_t>(chosen) + 1, scored.end(),
-                     [&](const Scored& richer) { return IsClearlyBetter(richer, scored[chosen]); }))
+                     [&](const Scored& richer) { return IsClearlyBetter(richer, scored[chosen], options); }))
     ++chosen;
 
   const Fit& fit = scored[chosen].fit;
@@ -349,16 +349,16 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
     result.corner_bgr[static_cast<std::size_t>(c)] = darkest;
   }
   const double left_out = 1 - static_cast<double>(count) / (kCellColumns * kCellRows);
-  if (left_out > 0.1)
+  if (left_out > options.most_dust)
     result.refusal = fmt::format(
         "{:.0f} % of the card is darker in spots: shadows, dirt or print on the card", 100 * left_out);
-  else if (result.residual > 0.015)
+  else if (result.residual > options.most_residual)
     result.refusal = fmt::format(
         "the card is uneven: {:.1f} % remain that no smooth darkening explains; take a plain matt card, out "
         "of focus "
         "and evenly lit",
         100 * result.residual);
-  else if (result.gradient > 0.35)
+  else if (result.gradient > options.most_gradient)
     result.refusal =
         fmt::format("the light falls off by {:.0f} % over the card; light it evenly", 100 * result.gradient);
   return result;

@@ -1,15 +1,15 @@
-// How much light a camera passes at each place of its image, compared with the middle: vignetting and
-// shading.
+// A camera's flat field: how much light each place of the image gets compared with the middle (vignetting and
+// shading).
 //
-// Found from a few frames of an evenly lit plain card in linear light. Its logarithm is a polynomial of the
-// place (from the image's middle, in units of half the diagonal), one for each of B, G, R; how rich it is, is
-// chosen by what left-out parts of the image say: nothing, even powers of the radius up to the 2nd, 4th or
-// 6th, or all powers of x and y up to the 4th or 6th. A linear gradient over the image is taken for the
-// card's lighting and is never part of it. Dust on the sensor, darker than its surroundings and small, is
-// left out of the estimate and not corrected; it is counted so that it can be cleaned.
+// The flat field is estimated from a few frames of a plain, evenly lit card in linear light. Its logarithm is
+// a polynomial of the position (from the image's middle, in half diagonals), one for each of B, G, R. The
+// model is chosen by cross-validation over parts of the image: constant, even powers of the radius up to the
+// 2nd, 4th or 6th, or all powers of x and y up to the 4th or 6th. A linear gradient is attributed to the
+// card's lighting and is never part of the flat field. Dust on the sensor (small dark spots) is excluded from
+// the estimate and not corrected; it is counted, so that the sensor can be cleaned.
 //
-// Recorded photographs are never altered. A light field keeps the flat field of its camera, and what reads
-// its views (ReadViewImage) gets them divided by it.
+// Recorded photographs are never changed. A light field keeps the flat field of its camera, and
+// ReadViewImage() divides by it.
 #pragma once
 
 #include <array>
@@ -31,34 +31,54 @@ struct FlatFieldPower {
 struct FlatField {
   int width = 0, height = 0;  // of the images that it was estimated on
   std::vector<FlatFieldPower> powers = {};
-  // Where an image point of the images in use lies in those: estimated = offset + scale * used.
+  // Where a point of the images in use lies in the images of the estimate: estimated = offset + scale * used,
+  // pixels.
   double offset_x = 0, offset_y = 0, scale_x = 1, scale_y = 1;
 
-  // Light relative to the middle of the images that it was estimated on: CV_32FC3.
+  // The light relative to the middle, for images of this size: CV_32FC3.
   cv::Mat Light(int used_width, int used_height) const;
-  // Linear float, divided by the light.
+  // The image in linear float, divided by the light. `black_level`: as a share of full scale.
   Image Corrected(const Image& image, double black_level = 0) const;
 
+  // The same for images of another part of the sensor, or resized to another size.
   FlatField ForWindow(const SensorWindow& estimated, const SensorWindow& used) const;
-  FlatField ForSize(int used_width, int used_height) const;  // the same picture resized
+  FlatField ForSize(int used_width, int used_height) const;
 
   bool operator==(const FlatField&) const = default;
 };
 
 struct FlatFieldResult {
-  std::string refusal = {};  // why these frames give none; empty when they do
+  std::string refusal = {};  // why these frames give no flat field; empty when they do
   FlatField flat_field = {};
-  std::string model = {};              // what was chosen, for people
+  std::string model = {};              // the model that was chosen, for display
   std::array<double, 3> corner_bgr{};  // light in the darkest corner
-  double residual = 0;                 // standard deviation of what the model leaves, as a share
+  double residual = 0;                 // standard deviation of what the model does not explain, as a share
   double gradient = 0;                 // of the lighting, edge to edge along the diagonal, as a share
   int dust = 0;                        // spots
   int frames = 0;
   bool ok() const { return refusal.empty(); }
 };
 
-FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0);
+// Thresholds of the estimate; shares are of full scale or of the light in the middle. All are guessed.
+struct FlatFieldOptions {
+  // Refused: frames with more than `most_clipped` of their values above `clipped`, or darker than this on
+  // average.
+  double clipped = 0.98, most_clipped = 0.002, least_light = 0.06;
+  // A cell darker than the model by more than so many robust standard deviations, and by this share, is dust.
+  double dust_sigmas = 5, least_dust = 0.01;
+  // A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard
+  // errors (as in acquisition/calibration/lens_choice.h).
+  double bic_margin = 10, standard_errors = 2;
+  // Refused: more of the card in dark spots, a larger residual, lighting that falls off by more over the
+  // card.
+  double most_dust = 0.1, most_residual = 0.015, most_gradient = 0.35;
+};
 
+// `cards`: frames of the card. `black_level`: as a share of full scale.
+FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0,
+                                  const FlatFieldOptions& options = {});
+
+// In the journal, in calibration files and in recordings. Throws Error that begins with `where`.
 nlohmann::json FlatFieldToJson(const FlatField& flat_field);
 FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where);
 

@@ -1,4 +1,4 @@
-// One image as a device delivered it, with all that is known about how it was taken.
+// One image as a device delivered it, with what is known about how it was taken.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,13 @@
 
 namespace ulf {
 
-// kIncomplete: part of the pixels never arrived; such a frame is counted and shown, never tracked or
-// recorded.
+// kIncomplete: pixels are missing; such a frame is counted and displayed, but never tracked or recorded.
 enum class FrameStatus { kComplete, kIncomplete };
 
-// kStill: a photograph of a tethered camera, in full resolution, with intrinsics of its own.
+// kStill: a photograph of a tethered camera in full resolution, which has its own intrinsics.
 enum class FrameKind { kLive, kStill };
 
-// The file as the camera made it. A light field keeps a camera's JPEG byte for byte.
+// The file as the camera wrote it. A light field keeps a camera's JPEG byte for byte.
 struct EncodedImage {
   std::string extension;  // ".jpg", ".nef", ...: lower case
   std::shared_ptr<const std::string> bytes;
@@ -36,11 +35,13 @@ struct Frame {
   std::optional<double> f_number;
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
-  // Of a photograph: the device's time at which the shutter was asked to open; none: released on the body.
+  // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was
+  // released on the camera.
   std::optional<double> requested_s;
   std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
-  std::optional<EncodedImage> raw;      // beside it, what only a raw converter reads
-  // Known without tracking: the simulator's truth, a replayed light field's pose. Never used by a tracker.
+  std::optional<EncodedImage> raw;      // the raw file beside it, which this program does not decode
+  // The pose where it is known without tracking: from the simulator or a replayed light field. The tracker
+  // never uses it.
   std::optional<Rigid3> known_cam_from_world;
 };
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <vector>
 
 #include "core/base/atomic_file.h"
@@ -192,6 +193,18 @@ bool ImageFileIsWhole(const std::string& path) {
   file.seekg(size - window);
   file.read(tail.data(), window);
   return is_png ? tail.find("IEND") != std::string::npos : tail.rfind("\xFF\xD9") != std::string::npos;
+}
+
+bool HasImageEnding(const std::filesystem::path& path) {
+  static const std::set<std::string> kEndings = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
+                                                 ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
+  return kEndings.contains(Lowercase(path.extension().string()));
+}
+
+std::string PngBytes(const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", pixels, bytes);
+  return {bytes.begin(), bytes.end()};
 }
 
 void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {

@@ -1,6 +1,7 @@
-// Pixels with a meaning. Colour images are B, G, R in memory, as OpenCV reads and writes them.
+// Pixels with their meaning: transfer function and mosaic. Colour images are B, G, R in memory, as in OpenCV.
 #pragma once
 
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -8,7 +9,8 @@
 
 namespace ulf {
 
-// How a stored number relates to light: proportional to it, or encoded for a display.
+// How a stored number relates to light: proportional (kLinear), or encoded for a display (kSrgb, IEC
+// 61966-2-1).
 enum class Transfer { kLinear, kSrgb };
 
 // A mosaic's pattern, named by its first two pixels of the first row (GenICam's names); kNone: not a mosaic.
@@ -26,18 +28,18 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
-// What stands for all the light that a pixel of this depth (CV_8U, ...) can hold.
+// The number that means full scale in pixels of this depth (CV_8U: 255, CV_16U: 65535, CV_32F: 1).
 double FullScale(int depth);
 
-// Three channels of 16 bits from a mosaic, as linear as it was: each missing colour is interpolated along the
-// edge, not across it (OpenCV's edge-aware method; an 8-bit mosaic is widened first). Else the image itself.
+// Interpolates a mosaic's missing colours with OpenCV's edge-aware method: three channels of 16 bits with the
+// same transfer function (an 8-bit mosaic is widened first). An image without a mosaic is returned unchanged.
 Image Demosaiced(const Image& image);
 
-// One channel, 8 bits, display-encoded: what features are detected on. A mosaic is not demosaiced for it but
-// smoothed over three pixels.
+// The image that features are detected in: one channel, 8 bits, display-encoded. A mosaic is smoothed over
+// three pixels instead of demosaiced.
 cv::Mat GrayForTracking(const Image& image);
 
-// Colour for people and for every other tool: 8 bits, three channels, sRGB. A mosaic is demosaiced.
+// The image for display and for other programs: 8 bits, three channels, sRGB. A mosaic is demosaiced.
 cv::Mat Srgb8(const Image& image);
 
 // Three channels of linear light in float, 1.0 at full scale. A mosaic is demosaiced.
@@ -49,17 +51,23 @@ cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 float SrgbFromLinear(float linear);
 float LinearFromSrgb(float srgb);
 
-// Reads an image file as it is (8 or 16 bits, colour or grey, or float); throws Error naming the file when it
-// is missing, truncated or not an image.
+// Reads an image file without conversion (8 or 16 bits or float, colour or grey; alpha is dropped, Exif
+// orientation ignored). Throws Error naming the file when it is missing, truncated or not an image.
 cv::Mat ReadImageFile(const std::string& path);
 
-// Its alpha, CV_8UC1: 255 where a pixel is more than half opaque, else 0. Empty where it has none. Throws as
-// ReadImageFile does.
+// The alpha channel of an image file, CV_8UC1: 255 where a pixel is at least half opaque, else 0. Empty where
+// the file has none. Throws as ReadImageFile() does.
 cv::Mat ReadAlpha(const std::string& path);
 
-// True when the file decodes without loss from truncation (end markers of PNG and JPEG present).
+// Whether a PNG or JPEG file has its end marker; true for other kinds, whose decoders report truncation.
 bool ImageFileIsWhole(const std::string& path);
-// Encoded by the name's ending. Throws DiskFullError or Error; then what was at `path` is there as it was.
+// Whether the file's name has the ending of a picture that ReadImageFile() reads, in lower or upper case.
+bool HasImageEnding(const std::filesystem::path& path);
+
+// The picture as a PNG file: 8 or 16 bits, one, three or four channels.
+std::string PngBytes(const cv::Mat& pixels);
+// Encodes by the ending of `path`. Throws DiskFullError or Error; then the file at `path`, if there was one,
+// is unchanged.
 void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
 }  // namespace ulf

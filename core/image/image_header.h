@@ -1,5 +1,5 @@
-// The size and format of a PNG or JPEG file from its first bytes, without decoding it: a folder of a thousand
-// photographs is checked in milliseconds before the first of them is used.
+// The size and format of a PNG or JPEG file from its first bytes, without decoding (ISO 15948, ITU T.81):
+// checks a folder of a thousand photographs in milliseconds.
 #pragma once
 
 #include <array>
@@ -11,19 +11,19 @@ namespace ulf {
 
 struct ImageHeader {
   std::string kind;        // "PNG" or "JPEG"
-  std::int64_t width = 0;  // as the file says, however many
+  std::int64_t width = 0;  // as the file says, unchecked
   std::int64_t height = 0;
   int channels = 0;
   int bits = 0;        // per channel
   bool alpha = false;  // a channel of its own, or colours that are transparent
-  // Of images without an alpha channel: red, green, blue (or thrice grey) that is transparent.
+  // Of images without an alpha channel: the red, green, blue (or three times grey) that is transparent.
   std::optional<std::array<int, 3>> transparent_color;
 
   bool operator==(const ImageHeader&) const = default;
   std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"
 };
 
-// None for other kinds of files and for headers that are cut off.
+// None for other kinds of files and for truncated headers.
 std::optional<ImageHeader> ReadImageHeader(const std::string& path);
 
 }  // namespace ulf

@@ -1,9 +1,9 @@
-// A webcam's JPEG picture, decoded, and whether all of it came.
+// Decodes a JPEG picture of a webcam and tells whether it is complete.
 //
-// A USB packet that is lost leaves a hole in the middle: the picture is shifted or smeared behind it, and
-// nothing marks it. Only the decoder notices, when the data end before the picture does (libjpeg warns, and
-// fills up). What it also warns of and is whole all the same: many webcams leave some bytes of filling before
-// a marker.
+// A lost USB packet leaves a gap in the data: the picture is shifted or smeared after it, and nothing marks
+// the gap. Only the decoder notices, when the data end before the picture does (libjpeg warns and fills the
+// rest). libjpeg also warns of filling bytes before a marker, which many webcams send; such pictures are
+// complete.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 namespace ulf {
 
 struct DecodedJpeg {
-  cv::Size size;       // as its header says; empty: there is none
-  cv::Mat bgr;         // 8 bits, where that is the size expected
-  std::string damage;  // what is wrong with it, for people; empty: nothing
+  cv::Size size;       // from the header; empty: there is no header
+  cv::Mat bgr;         // CV_8UC3; empty where `size` is not the expected one
+  std::string damage;  // what is wrong, for messages; empty: nothing
 };
 DecodedJpeg DecodeWebcamJpeg(std::span<const std::uint8_t> bytes, cv::Size expected);
 

@@ -1,4 +1,4 @@
-// A photograph's JPEG file: its pixels, and what it says about how it was taken (Exif 2.3, through libexif).
+// A photograph's JPEG file: its pixels and its Exif 2.3 data (through libexif).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,14 +11,14 @@ struct ExifFacts {
   std::optional<double> exposure_s;
   std::optional<double> f_number;
   std::optional<double> iso;
-  int orientation = 1;  // 1: as the sensor has it
+  int orientation = 1;  // Exif's; 1: not rotated
 };
 
-// Colour as the sensor has it: a camera turned on its side must not turn the intrinsics. Empty when the file
-// is cut short or no JPEG.
+// CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
+// Empty when the file is truncated or no JPEG.
 cv::Mat DecodeJpeg(const std::string& bytes);
 
-// Of a JPEG's bytes; empty where there is none or it cannot be read.
+// The Exif data in the bytes of a JPEG; nothing is set where there are none or they cannot be read.
 ExifFacts ReadExif(const std::string& jpeg);
 
 }  // namespace ulf

@@ -1,9 +1,9 @@
-// What a camera sends, as an ulf::Image. Formats are named and numbered by the GenICam Pixel Format Naming
-// Convention (PFNC), those that only webcams have by the names they have there. Unpacked, no demosaicing
-// here: a mosaic stays what the sensor saw, and says its pattern.
+// Converts the bytes that a camera sends to an ulf::Image. Formats have the names and numbers of GenICam's
+// Pixel Format Naming Convention (PFNC); formats that only webcams have, have their usual names. A mosaic
+// stays a mosaic, with its pattern.
 //
-// Values of 10 to 14 bits are spread over 16 so that full scale is 65535 exactly (unpack.h). Machine-vision
-// cameras are linear unless their gamma is switched on; luma with chroma and JPEG are display-encoded.
+// Values of 10 to 14 bits are spread over 16 so that full scale is exactly 65535 (unpack.h). Machine-vision
+// cameras are taken as linear; luma with chroma and JPEG are display-encoded.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ enum class PixelPacking {
   kJpeg,        // a whole JPEG of any length
 };
 
-// What luma and chroma mean: the matrix, and whether 8 bits are used in full or Y from 16 to 235, U and V
+// How luma and chroma encode colour: the matrix, and the range: all 256 levels, or Y from 16 to 235 and U, V
 // from 16 to 240.
 enum class YuvMatrix { kBt601, kBt709, kBt2020 };
 struct YuvEncoding {
@@ -46,7 +46,7 @@ struct PixelFormat {
   YuvEncoding yuv = {};
 };
 
-// What the format alone does not say.
+// What the format alone does not tell.
 struct BytesLayout {
   std::size_t row_bytes = 0;  // with padding; 0: none
   std::optional<YuvEncoding> yuv = {};
@@ -54,10 +54,10 @@ struct BytesLayout {
 
 std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code);
 std::optional<PixelFormat> PixelFormatByName(std::string_view name);
-// "Mono8, Mono10, ...": for error messages.
+// The names of all formats, "Mono8, Mono10, ...", for error messages.
 std::string SupportedPixelFormats();
 
-// The bytes of one image without padding at the end of rows; of a JPEG, the least.
+// The bytes of one image without padding at the end of rows; for JPEG the least possible number.
 std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 
 // Copies and unpacks, or decodes. Throws Error when `size` is smaller than the image, when luma and chroma
@@ -65,9 +65,9 @@ std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout = {});
 
-// The best of what a camera offers for a light field: colour before grey, the raw mosaic before what the
-// camera interpolated, whole colours before shared ones, 8 bits before more (a third of the bandwidth; the
-// rest is asked for by name). None: nothing is supported.
+// The best of the formats that a camera offers, for a light field: colour before grey, the raw mosaic before
+// colours that the camera interpolated, full colour before subsampled chroma, 8 bits before more (less
+// bandwidth; users name deeper formats). None: no format is supported.
 std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& offered);
 
 }  // namespace ulf

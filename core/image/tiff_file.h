@@ -1,7 +1,7 @@
-// A picture as an uncompressed TIFF file: what masters and recorded frames are kept in. Compressing 16 bits
-// takes ten times as long as writing them, and a library's encoder copies the picture twice on its way; here
-// the pixels go from where they are to the disk. One strip, little-endian, baseline tags of TIFF 6.0 (and its
-// SampleFormat), so that every reader opens it.
+// A picture as an uncompressed TIFF file, the format of masters and recorded frames. Compressing 16 bits
+// takes ten times as long as writing them, and a library's encoder copies the picture twice; this writer
+// copies no pixels. The file has one strip, is little-endian and uses the baseline tags of TIFF 6.0 and
+// SampleFormat.
 #pragma once
 
 #include <opencv2/core.hpp>

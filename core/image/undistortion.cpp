@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 
 namespace ulf {
 namespace {
@@ -12,21 +13,22 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMostAngle = 60 * M_PI / 180;
+// Largest angle of an undistorted image to its axis. Guessed: beyond it pixels are stretched by more than 4.
+constexpr double kMostAngle = Radians(60);
 
-// Where the whole source pixel is: interpolation there needs nothing from outside.
+// Whether interpolation at a point needs only pixels of the image.
 bool HoldsPixel(const CameraModel& camera, const Vector2d& img) {
   return img.x() >= 0.5 && img.y() >= 0.5 && img.x() <= camera.width - 0.5 && img.y() <= camera.height - 0.5;
 }
 
-// On the plane at distance 1, around the axis.
+// Whether the image contains a window around the axis on the plane at distance 1.
 bool HoldsWindow(const CameraModel& camera, const Vector2d& half) {
   if (half.norm() > std::tan(kMostAngle)) return false;
   const auto holds = [&](double x, double y) {
     const auto img = camera.ImgFromCam({x, y, 1});
     return img && HoldsPixel(camera, *img);
   };
-  // What the rim encloses lies inside its picture: it is enough to look at the rim.
+  // The rim suffices: the image of the interior lies inside the image of the rim.
   constexpr int kSteps = 64;
   for (int i = -kSteps; i <= kSteps; ++i) {
     const double x = half.x() * i / kSteps, y = half.y() * i / kSteps;
@@ -46,7 +48,7 @@ Vector2d LargestOfShape(const CameraModel& camera, double shape) {
   return {fits, shape * fits};
 }
 
-// By its area, over shapes that differ little from the picture's first.
+// The largest window by area; the search over shapes starts at the picture's own.
 Vector2d LargestWindow(const CameraModel& camera) {
   const double own = (camera.height / camera.fy) / (camera.width / camera.fx);
   double best_log = 0, reach = std::log(4.0);

@@ -1,5 +1,5 @@
-// Pictures as a camera without distortion would have taken them from the same place, its principal point
-// exactly in the middle: what trainers of radiance fields ask for.
+// Resamples pictures to a camera without distortion whose principal point is exactly in the middle, as
+// programs that train radiance fields expect.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,24 +11,25 @@ namespace ulf {
 
 struct Undistortion {
   CameraModel from, to;      // the same focal lengths
-  bool is_identity = false;  // the picture stays as it is
-  bool is_limited = false;   // more could be seen, stretched beyond use
+  bool is_identity = false;  // the picture needs no change
+  bool is_limited = false;   // the limit of 60 degrees cut the picture
   double kept_share = 1;     // of the picture's area
 };
 
-// The largest picture around the axis that the camera's own covers to the last pixel, no farther than 60
-// degrees from the axis, where a pixel is stretched to four times its area and more. Throws Error naming
-// `owner` where its middle is not in the picture.
+// The largest rectangle around the axis that the camera's picture covers completely, at most 60 degrees from
+// the axis (there a pixel is stretched to at least four times its area). Throws Error that begins with
+// `owner` where the axis is not in the picture.
 Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner);
 
-// Pixels of the source for every pixel of the result, as cv::remap takes them.
+// For every pixel of the result its place in the source, in the form of cv::remap (CV_32FC1, pixel centres at
+// integers).
 struct UndistortionMap {
   cv::Mat x, y;
 };
 UndistortionMap MapOf(const Undistortion& undistortion);
 
 cv::Mat Undistorted(const UndistortionMap& map, const cv::Mat& pixels);
-// Of a mask: what touches a masked pixel is masked; 0 and 255 only.
+// The same for a mask (0 and 255): a pixel that a masked pixel contributes to is masked.
 cv::Mat UndistortedMask(const UndistortionMap& map, const cv::Mat& mask);
 
 }  // namespace ulf

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rounding of a pose that went through text and back.
+// The largest difference between equal poses: rounding of a pose that was written as text and read.
 constexpr double kSamePose = 1e-9;
 
 bool IsSamePose(const Rigid3& a, const Rigid3& b) {
@@ -48,14 +48,14 @@ std::set<int> Ids(const std::map<int, View>& views) {
   return ids;
 }
 
-// Fills in what `views` say otherwise than the journal.
+// Adds the differences between `views` and the journal.
 void Compare(const std::vector<View>& views, const JournalContents& journal, Derived& derived) {
   std::map<int, const View*> known;
   for (const View& view : journal.light_field.views) known[view.id] = &view;
   for (const View& view : views) {
     const auto found = known.find(view.id);
     if (found != known.end()) {
-      // Numbers of another program's own mean other photographs.
+      // View numbers of another program refer to other photographs.
       if (SafeName(found->second->image_path) != SafeName(view.image_path))
         derived.lineage = Lineage::kForeign;
       if (!IsSamePose(found->second->cam_from_world, view.cam_from_world))
@@ -84,11 +84,11 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
 Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
                         std::optional<LightField>& said) {
   Derived derived;
-  const fs::path file = dir / "transforms.json";
+  const fs::path file = dir / kTransformsFile;
   if (!fs::is_regular_file(file)) return derived;
   try {
     TransformsText text = ReadTransformsText(file);
-    derived.lineage = LineageOf(text.made_from, dir / "journal.jsonl", journal);
+    derived.lineage = LineageOf(text.made_from, dir / kJournalFile, journal);
     if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
     Compare(text.light_field.views, journal, derived);
     if (!text.ours) derived.lineage = Lineage::kForeign;
@@ -106,7 +106,7 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   return derived;
 }
 
-// A text file that was cut short hardly ever is at the end of a line.
+// A truncated text file rarely ends at the end of a line.
 bool EndsWithItsLine(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(-1, std::ios::end);
@@ -119,7 +119,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
   if (!fs::is_regular_file(file)) return derived;
   try {
     const ColmapPoses poses = ReadColmapPoses(file);
-    derived.lineage = LineageOf(poses.made_from, dir / "journal.jsonl", journal);
+    derived.lineage = LineageOf(poses.made_from, dir / kJournalFile, journal);
     if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
     std::vector<View> views;
     for (const auto& [id, image] : poses.images) {
@@ -133,7 +133,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
     Compare(views, journal, derived);
     derived.is_cut = !EndsWithItsLine(file) || (derived.lineage == Lineage::kCurrent &&
                                                 views.size() < journal.light_field.views.size());
-    // Without a stamp only what says the same can be ours.
+    // Without a stamp only a file with equal content is ulf's.
     if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
       derived.lineage = Lineage::kForeign;
   } catch (const std::exception& error) {
@@ -152,7 +152,7 @@ int NumberOf(const fs::path& file) {
   return std::stoi(name.substr(0, digits));
 }
 
-void LookAtFiles(const fs::path& dir, const JournalContents& journal, FolderCheck& check) {
+void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderCheck& check) {
   std::set<std::string> named;
   for (const View& view : journal.light_field.views)
     named.insert({view.image_path, view.master_path, view.mask_path});
@@ -186,9 +186,9 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
   const std::string repair =
       fmt::format("'ulf repair {}' shows what can be put back", ShellWord(dir.string()));
   if (derived.lineage == Lineage::kUnreadable) {
-    check.words.push_back(fmt::format("{}; it is derived from the journal, 'ulf repair {}' makes it anew",
+    check.words.push_back(fmt::format("{}; it is derived from the journal, 'ulf repair {}' makes it again",
                                       derived.problem, ShellWord(dir.string())));
-  } else if (derived.HoldsWhatIsLost()) {
+  } else if (derived.KnowsMoreThanJournal()) {
     if (!derived.unknown.empty())
       check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,
                                         Counted(derived.unknown.size(), "view"),
@@ -209,7 +209,7 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
   } else if (derived.is_cut) {
     check.words.push_back(
         fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes "
-                    "it anew",
+                    "it again",
                     file, ShellWord(dir.string())));
   } else if (derived.lineage == Lineage::kForeign) {
     check.words.push_back(fmt::format("{} is by another program: the journal counts", file));
@@ -221,7 +221,8 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
   }
 }
 
-// The same picture, made twice, differs by rounding; two views of one scene by far more.
+// Mean difference, of 255 levels. The same picture made twice differs by rounding, two views of one scene by
+// far more. Guessed.
 constexpr double kSameLevels = 2;
 
 template <typename Read>
@@ -235,7 +236,7 @@ cv::Mat PixelsOrNone(const Read& read) {
 
 void CheckPicture(const LightField& light_field, const View& view, PictureCheck& check) {
   const fs::path path = light_field.root / view.image_path;
-  if (!fs::exists(path)) return;  // which is another matter
+  if (!fs::exists(path)) return;  // reported elsewhere
   const CameraModel& camera = light_field.CameraOf(view);
   if (const auto header = ReadImageHeader(path.string());
       header && (header->width != camera.width || header->height != camera.height)) {
@@ -262,7 +263,7 @@ void CheckPicture(const LightField& light_field, const View& view, PictureCheck&
 
 }  // namespace
 
-bool Derived::HoldsWhatIsLost() const {
+bool Derived::KnowsMoreThanJournal() const {
   if (!lost_poses.empty()) return true;
   switch (lineage) {
     case Lineage::kJournalShort:
@@ -276,7 +277,7 @@ bool Derived::HoldsWhatIsLost() const {
 }
 
 bool Derived::WasChanged() const {
-  if (HoldsWhatIsLost()) return false;
+  if (KnowsMoreThanJournal()) return false;
   switch (lineage) {
     case Lineage::kForeign:
       return true;
@@ -294,7 +295,7 @@ bool Derived::WasChanged() const {
 FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, bool being_written) {
   FolderCheck check;
   for (const DamagedLine& line : journal.damaged)
-    check.words.push_back(fmt::format("{}, {}", (dir / "journal.jsonl").string(), line.Words()));
+    check.words.push_back(fmt::format("{}, {}", (dir / kJournalFile).string(), line.Words()));
   if (!being_written) {
     check.transforms = CheckTransforms(dir, journal, check.from_transforms);
     check.model = CheckModel(dir, journal);
@@ -302,9 +303,10 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
       return derived.lineage == Lineage::kMissing || derived.lineage == Lineage::kOlder;
     };
     check.not_closed = behind(check.transforms) || behind(check.model);
-    Say(dir, "transforms.json", check.transforms, check);
-    // Of two that hold the same views one is enough to be named.
-    if (!(check.transforms.HoldsWhatIsLost() && Ids(check.transforms.unknown) == Ids(check.model.unknown)))
+    Say(dir, kTransformsFile, check.transforms, check);
+    // Names only one of two files that contain the same views.
+    if (!(check.transforms.KnowsMoreThanJournal() &&
+          Ids(check.transforms.unknown) == Ids(check.model.unknown)))
       Say(dir, "sparse/0/images.txt", check.model, check);
     if (fs::exists(dir / "sparse/0/images.bin"))
       check.words.push_back(
@@ -312,8 +314,8 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
                       "field; move the .bin files elsewhere",
                       (dir / "sparse/0").string()));
   }
-  LookAtFiles(dir, journal, check);
-  if (!being_written && !check.unnamed.empty() && !check.HoldsWhatIsLost())
+  CollectFiles(dir, journal, check);
+  if (!being_written && !check.unnamed.empty() && !check.KnowsMoreThanJournal())
     check.words.push_back(
         fmt::format("{}: the journal does not name {} ({}{}); nothing will be written over {}", dir.string(),
                     Counted(check.unnamed.size(), "file"), check.unnamed.front(),

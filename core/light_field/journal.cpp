@@ -30,7 +30,7 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;
 // Events that hold neither a view nor a pose.
-constexpr const char* kHarmless[] = {"subject", "up", "goal", "gap", "remove", "close"};
+constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "gap", "remove", "close"};
 
 json PoseToJson(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
@@ -88,7 +88,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   view.id = event.Integer("id");
   if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
   if (FindView(light_field, view.id) || contents.removed.contains(view.id))
-    throw Error("{}: view {} has been told already; the first stands", event.where, view.id);
+    throw Error("{}: view {} is recorded twice; the first one is used", event.where, view.id);
   ReadViewJson(event, view);
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
   if (!view.master_path.empty())
@@ -105,7 +105,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   light_field.views.insert(after, std::move(view));
 }
 
-// All of it or, where it is damaged, nothing.
+// The value, or nothing if it is damaged.
 void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
@@ -165,25 +165,26 @@ std::optional<json> ParsedLine(std::string_view line) {
   return object;
 }
 
-bool NothingWholeFollows(std::string_view bytes) {
+bool HasNoWholeLine(std::string_view bytes) {
   for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
     if (json::accept(bytes.substr(0, end))) return false;
   return true;
 }
 
-// What the damaged line may have held: its kind where that can still be read, else both kinds.
+// What the damaged line may have recorded: its kind if that is readable, else both kinds.
 DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
   DamagedLine damaged{number, std::move(reason), {}, {}};
   const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
-  const bool is_other = std::any_of(std::begin(kHarmless), std::end(kHarmless), [&](const char* kind) {
-    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
-  });
+  const bool is_other =
+      std::any_of(std::begin(kEventsWithoutViews), std::end(kEventsWithoutViews), [&](const char* kind) {
+        return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+      });
   if (!is_view && !is_other)
     for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
   return damaged;
 }
 
-// Views are recorded in the order of their ids: those that are missing about a damaged line were in it.
+// Views are recorded in the order of their ids: those missing around a damaged line were in it.
 void NameMissingViews(JournalContents& contents) {
   for (DamagedLine& damaged : contents.damaged) {
     int before = 0, after = contents.next_view_id;
@@ -234,7 +235,7 @@ std::string DamagedLine::Words() const {
 
 namespace {
 
-// Applies the line, or says why it is left out.
+// Applies the line; returns the reason if it is left out.
 void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
   const int number = static_cast<int>(contents.lines.size());
   JournalLine& told = contents.lines.back();
@@ -273,9 +274,9 @@ JournalContents Read(const fs::path& file, const LightField* header) {
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
     const auto object = ParsedLine(line);
-    // Blocks of a file can reach the disk out of order: what was written last may be damaged though its end
+    // Blocks of a file can reach the disk out of order: the last lines may be damaged although the file's end
     // is there.
-    if (!object && NothingWholeFollows(std::string_view(bytes).substr(end + 1))) break;
+    if (!object && HasNoWholeLine(std::string_view(bytes).substr(end + 1))) break;
     contents.lines.push_back({begin, end, false, 0});
     if (contents.lines.size() > 1) {
       ApplyLine(line, object, contents);
@@ -326,7 +327,7 @@ Journal::~Journal() {
 void Journal::Append(const std::string& lines) {
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
-  // A part of a line must not stay: the next one would be written behind it.
+  // Removes a partial line: the next one would be appended to it.
   const auto take_back = [&](const char* what) {
     const int reason = errno;
     if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);

@@ -1,5 +1,5 @@
-// journal.jsonl: the append-only truth of a capture, one JSON object a line. docs/disk_format.md has every key
-// with its type, unit and default, and an example of each line:
+// journal.jsonl: the append-only, authoritative record of a capture, one JSON object per line.
+// docs/disk_format.md has every key with its type, unit and default, and an example of each line:
 //
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //                 calibration_source, units, threshold_px, coverage_width_px}
@@ -14,10 +14,11 @@
 //   close        {capture_s, reasons}
 //   repaired     {}
 //
-// What a call writes is synced before it returns; what the disk refuses is taken back whole (DiskFullError,
-// Error). A damaged end (a last line without its end, or lines after which none is whole) was being written
-// when the process died: readers ignore it, the next writer cuts it off. A damaged line before that is left
-// out, named, and stays where it is; what follows it counts, since views do not depend on each other.
+// Every call syncs its lines before it returns; when the disk refuses a write, the whole call is undone
+// (DiskFullError, Error). A damaged end (an incomplete last line, or lines after which no line is complete)
+// was being written when the process died: readers ignore it, and the next writer cuts it off. A damaged line
+// before the end is reported and left out, but stays in the file; later lines are valid, because views do not
+// depend on each other.
 #pragma once
 
 #include <cstdint>
@@ -33,53 +34,54 @@
 
 namespace ulf {
 
-// How much of a journal something was made from: its length and the CRC-32 of that much. What is derived
-// carries it, so that a journal that has lost its end, or was changed, is noticed.
+inline constexpr const char* kJournalFile = "journal.jsonl";
+
+// Identifies the journal that a derived file was made from: its length and the CRC-32 of that many bytes. It
+// reveals a journal that has lost its end or was changed.
 struct JournalStamp {
   std::uint64_t bytes = 0;
   std::uint32_t crc32 = 0;
   bool operator==(const JournalStamp&) const = default;
 };
 
-// The stamp of the first `bytes` of FILE; none where it is shorter or cannot be read.
+// The stamp of the first `bytes` of FILE; none: the file is shorter or unreadable.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file, std::uint64_t bytes);
-// Of all of it.
+// The stamp of the whole file.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file);
 
-// A line that could not be read, and what may have been lost with it.
+// A damaged line and what may have been lost with it.
 struct DamagedLine {
   int number = 0;             // from 1
-  std::string reason;         // with its number
-  std::set<int> views;        // that it may have recorded
-  std::set<int> poses;        // that it may have corrected, and no later line did
+  std::string reason;         // message with the line number
+  std::set<int> views;        // views that it may have recorded
+  std::set<int> poses;        // views whose poses it may have corrected, and no later line did
   std::string Words() const;  // "line 7: damaged; the line is left out; view 6 is in doubt"
 };
 
-// A line as it stands in the file.
+// The position of a line in the file.
 struct JournalLine {
   std::size_t begin = 0, end = 0;  // without its line end
   bool whole = false;
-  int view_id = 0;  // of a view's line that is whole, else 0
+  int view_id = 0;  // of a complete line of a view, else 0
 };
 
-// What a journal adds up to.
+// The content of a journal.
 struct JournalContents {
   LightField light_field;
-  int next_view_id = 1;         // above all that were ever given; those of removed views are not given again
-  std::size_t whole_bytes = 0;  // up to the end of the last whole line
-  std::set<int> removed;        // ids of views that were taken out
+  int next_view_id = 1;                 // above all ids used so far, including those of removed views
+  std::size_t whole_bytes = 0;          // up to the end of the last complete line
+  std::set<int> removed;                // ids of removed views
   std::set<std::string> removed_files;  // their photographs and masters
   std::vector<DamagedLine> damaged;
   std::vector<JournalLine> lines;  // up to whole_bytes
 };
 
-// Throws Error where the file cannot be read, or where its first line is no header of a version that this
-// program knows.
+// Throws Error when the file cannot be read or its first line is no header of a supported version.
 JournalContents ReadJournal(const std::filesystem::path& file);
-// With another header's values in place of its own, which is damaged or missing: `header` without views.
+// For a journal whose header is damaged or missing: takes the header's values from `header`.
 JournalContents ReadJournal(const std::filesystem::path& file, const LightField& header);
 
-// Holds the file open and locked. A second writer, in this process or another, gets an Error.
+// Opens and locks the file for writing. A second writer, in this process or another, gets an Error.
 class Journal {
  public:
   explicit Journal(const std::filesystem::path& file);
@@ -87,12 +89,12 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  // Drops what follows the last whole line; before the first append to a journal that was there already.
+  // Removes a damaged end; to be called before the first append to an existing journal.
   void CutAt(std::size_t whole_bytes);
 
   void Header(const LightField& light_field);
   void AddViews(std::span<const View> views);  // a line each
-  // Poses by view, and the cameras that changed with them.
+  // Poses by view id, and changed cameras by index.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                    const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
@@ -101,10 +103,10 @@ class Journal {
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons);
-  // Lines of another journal, as they are.
+  // Appends lines of another journal unchanged.
   void Append(const std::string& lines);
-  // A line that says that the journal was repaired, so long that the journal has at least `bytes`: what was
-  // made from a longer one would else be taken for newer.
+  // Appends a line about the repair, padded so that the journal has at least `bytes`. Otherwise derived files
+  // that were made from the longer journal would look newer.
   void NoteRepair(std::uint64_t bytes);
 
  private:

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 
 namespace ulf {
 
@@ -24,8 +25,10 @@ Subject ParseSubject(const std::string& text) {
 
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;
-  constexpr double kTellsNothing = 0.3;  // mean of the cameras' -y, in a row it is 1
-  constexpr double kAlike = 0.8;         // mean square of their x along one axis
+  // The length of the mean of the cameras' -y axes is 1 if all are upright; below this share it tells no
+  // direction (cameras held sideways or turned round). Then the axis common to their x axes is up, if the
+  // mean square of x along it exceeds kAlike. Guessed.
+  constexpr double kTellsNothing = 0.3, kAlike = 0.8;
   Eigen::Vector3d up = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();
   Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
   for (const View& view : views) {
@@ -55,7 +58,7 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
     right_side += across * view.CenterInWorld();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
-  // Axes within about six degrees of each other fix the distance along them too poorly to be used unseen.
+  // Axes within about six degrees of each other determine the distance along them too poorly. Guessed.
   constexpr double kMinMeanSquaredSine = 0.01;
   if (solver.eigenvalues()(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
     return std::nullopt;
@@ -73,12 +76,7 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
     half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
   }
   if (2 * see_it < light_field.views.size()) return std::nullopt;  // a walk, not round anything
-  const auto median = [](std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  return Subject{center, median(distances) * std::sin(median(half_angles))};
+  return Subject{center, Median(distances) * std::sin(Median(half_angles))};
 }
 
 }  // namespace ulf

@@ -1,6 +1,5 @@
-// What a light field is: photographs with poses, and a sphere around the subject. Values only; the files are
-// light_field_io's business. (Thesis, section 2.1: a collection of photographs, poses, and the subject's
-// extent.)
+// The data of a light field: photographs with poses, and a sphere around the subject (thesis, section 2.1).
+// light_field_io.h reads and writes it.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +19,7 @@
 
 namespace ulf {
 
-// The bounding sphere of what is captured, in world units.
+// The bounding sphere of the subject, in world units.
 struct Subject {
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   double radius = 0;

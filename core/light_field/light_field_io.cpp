@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
@@ -30,9 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kJournal = "journal.jsonl";
-constexpr const char* kTransforms = "transforms.json";
-
 bool IsBeingWritten(const fs::path& journal) {
   const int descriptor = open(journal.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return false;
@@ -41,7 +38,7 @@ bool IsBeingWritten(const fs::path& journal) {
   return locked;
 }
 
-// A photograph that the master holds, too, is not missing.
+// A photograph with a master is not missing.
 void RequireImages(const LightField& light_field, const FolderCheck& check) {
   if (check.missing_images.empty()) return;
   const int id = check.missing_images.front();
@@ -68,7 +65,7 @@ void RemoveLeftovers(const fs::path& dir) {
   }
 }
 
-// What a writer that was killed had taken out of the journal and not yet moved.
+// Files of views that a killed writer had removed from the journal but not yet moved.
 void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   std::set<std::string> named;
   for (const View& view : journal.light_field.views) named.insert({view.image_path, view.master_path});
@@ -82,22 +79,22 @@ void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   }
 }
 
-// Lines that are damaged to the journal's end are cut off, and kept: more than a line that was being written.
+// Damaged lines at the journal's end are cut off and kept: they may be more than one partial line.
 void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
-  const std::string bytes = ReadWholeFile(dir / kJournal);
+  const std::string bytes = ReadWholeFile(dir / kJournalFile);
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
   if (end.find('\n') != std::string::npos) {
     MakeFolder(dir / "kept");
     const fs::path copy = dir / "kept" / fmt::format("journal-end.{}.part", getpid());
     WriteFileAtomically(copy, end);
     const fs::path kept = MoveWithoutReplacing(copy, dir / "kept" / "journal-end.jsonl");
-    spdlog::warn("{}: its last lines are damaged and cut off; they are kept as {}", (dir / kJournal).string(),
-                 kept.string());
+    spdlog::warn("{}: its last lines are damaged and cut off; they are kept as {}",
+                 (dir / kJournalFile).string(), kept.string());
   }
   journal.CutAt(contents.whole_bytes);
 }
 
-// Said once in a run: some commands read a light field several times.
+// Logged once per process, because some commands read a light field several times.
 void WarnOnce(const std::vector<std::string>& words) {
   static Mutex mutex;
   static std::set<std::string> said ULF_GUARDED_BY(mutex);
@@ -106,16 +103,16 @@ void WarnOnce(const std::vector<std::string>& words) {
     if (said.insert(each).second) spdlog::warn("{}", each);
 }
 
-// Refuses a folder whose other files know more than its journal, before anything is written there.
+// Refuses a folder whose other files contain more than its journal, before anything is written.
 void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
-  if (!check.HoldsWhatIsLost()) return;
+  if (!check.KnowsMoreThanJournal()) return;
   std::string words;
   for (const std::string& each : check.words) words += each + "; ";
   throw Error("{}nothing was written; put it back with 'ulf repair {} --write', then go on", words,
               ShellWord(dir.string()));
 }
 
-void RequireOwnPictures(const LightField& light_field) {
+void RequireMatchingPictures(const LightField& light_field) {
   const PictureCheck check = CheckPictures(light_field);
   if (!check.damaged.empty())
     spdlog::warn("{}: the photographs of {} cannot be read; 'ulf repair {}' shows what can be done",
@@ -132,79 +129,23 @@ void RequireOwnPictures(const LightField& light_field) {
       ShellWord(light_field.root.string()));
 }
 
-}  // namespace
-
-// As far as there is room and masters are whole.
-std::size_t MakeMissingPictures(const LightField& light_field) {
-  std::size_t made = 0, missing = 0;
-  bool full = false;
-  for (const View& view : light_field.views) {
-    if (!PictureFollowsFromMaster(view) || fs::exists(light_field.root / view.image_path)) continue;
-    if (full) {
-      ++missing;
-      continue;
-    }
-    if (made++ == 0)
-      spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
-                   light_field.root.string());
-    try {
-      WritePictureFromMaster(light_field.root, view);
-    } catch (const DiskFullError& error) {
-      spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
-      full = true;
-      ++missing;
-    } catch (const std::exception& error) {
-      spdlog::warn("{}; {} is still missing", error.what(), view.image_path);
-      ++missing;
-    }
-  }
-  return missing;
-}
-
-namespace {
-
-// What is not ours goes to kept/ first.
-void KeepWhatIsNotOurs(const fs::path& dir, const FolderCheck& check, bool points_are_in_doubt) {
-  const auto keep = [&](const char* name, const char* as) {
-    if (!fs::exists(dir / name)) return;
-    MakeFolder(dir / "kept");
-    const fs::path to = MoveWithoutReplacing(dir / name, dir / "kept" / as);
-    spdlog::warn("{}: another program, or a hand, had changed it; it is kept as {}", (dir / name).string(),
-                 to.string());
-  };
-  if (!check.transforms.IsOurs()) keep("transforms.json", "transforms.json");
-  if (!check.model.IsOurs()) keep("sparse/0", "sparse");
-  if (points_are_in_doubt)
-    for (const char* points : {"points.ply", "points.ulf"}) keep(points, points);
-}
-
-// They can be made again from the journal at any time: no room for them is no reason not to work.
-void DeriveOrWarn(const LightField& light_field) {
-  try {
-    WriteDerivedFiles(light_field);
-  } catch (const Error& error) {
-    spdlog::warn("{}; 'ulf repair {}' makes transforms.json and sparse/ later", error.what(),
-                 ShellWord(light_field.root.string()));
-  }
-}
-
-LightField ReadSetOfOthers(const fs::path& transforms) {
+LightField ReadForeignSet(const fs::path& transforms) {
   LightField light_field = ReadTransformsJson(transforms);
   WarnOnce(light_field.doubts);
   return light_field;
 }
 
-// A capture that ended before its first view left no more than what can be made again.
+// A capture that ended before its first view left only derived files.
 bool IsUnused(const fs::path& dir) {
   std::error_code unknown;
-  if (!fs::is_regular_file(dir / kJournal, unknown)) return false;
+  if (!fs::is_regular_file(dir / kJournalFile, unknown)) return false;
   for (const char* folder : {"images", "masters", "unposed"})
     if (fs::is_directory(dir / folder, unknown) && !fs::is_empty(dir / folder, unknown)) return false;
   try {
     // Not even a header: the disk was full, or the capture was killed, before it began.
-    if (ReadWholeFile(dir / kJournal).find('\n') == std::string::npos)
-      return !fs::exists(dir / kTransforms) && !fs::exists(dir / "sparse");
-    return ReadJournal(dir / kJournal).next_view_id == 1;
+    if (ReadWholeFile(dir / kJournalFile).find('\n') == std::string::npos)
+      return !fs::exists(dir / kTransformsFile) && !fs::exists(dir / "sparse");
+    return ReadJournal(dir / kJournalFile).next_view_id == 1;
   } catch (const Error&) {
     return false;
   }
@@ -214,26 +155,26 @@ bool IsUnused(const fs::path& dir) {
 
 LightField ReadLightField(const fs::path& path) {
   std::error_code unknown;
-  if (fs::is_regular_file(path, unknown) && path.filename() == kJournal)
+  if (fs::is_regular_file(path, unknown) && path.filename() == kJournalFile)
     throw Error("{}: give the folder that holds it: {}", path.string(),
                 path.parent_path().empty() ? "." : path.parent_path().string());
-  if (fs::is_regular_file(path, unknown)) return ReadSetOfOthers(path);
+  if (fs::is_regular_file(path, unknown)) return ReadForeignSet(path);
   if (!fs::is_directory(path, unknown))
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
-  if (!fs::is_regular_file(path / kJournal)) {
-    if (fs::is_regular_file(path / kTransforms)) return ReadSetOfOthers(path / kTransforms);
-    if (HasLostItsJournal(path)) throw NoJournal(path);
+  if (!fs::is_regular_file(path / kJournalFile)) {
+    if (fs::is_regular_file(path / kTransformsFile)) return ReadForeignSet(path / kTransformsFile);
+    if (IsJournalMissing(path)) throw MissingJournalError(path);
     throw Error(
-        "{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(), kJournal,
-        kTransforms,
+        "{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(), kJournalFile,
+        kTransformsFile,
         fs::is_directory(path / "images", unknown)
-            ? fmt::format(" (the photographs in images/ are posed anew by 'ulf capture replay:{} -o NEW "
+            ? fmt::format(" (the photographs in images/ get new poses by 'ulf capture replay:{} -o NEW "
                           "--focal-px F --no-subject')",
                           ShellWord((path / "images").string()))
             : "");
   }
-  JournalContents journal = ReadJournal(path / kJournal);
-  const bool being_written = IsBeingWritten(path / kJournal);
+  JournalContents journal = ReadJournal(path / kJournalFile);
+  const bool being_written = IsBeingWritten(path / kJournalFile);
   const FolderCheck check = CheckFolder(path, journal, being_written);
   RequireImages(journal.light_field, check);
   LightField light_field = std::move(journal.light_field);
@@ -245,21 +186,9 @@ LightField ReadLightField(const fs::path& path) {
   return light_field;
 }
 
-void WriteDerivedFiles(const LightField& light_field) {
-  const fs::path sparse = light_field.root / "sparse" / "0";
-  MakeFolder(sparse);
-  const auto made_from = StampOf(light_field.root / kJournal);
-  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), made_from);
-  WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
-  WriteFileAtomically(sparse / "images.txt", colmap.images);
-  WriteFileAtomically(sparse / "points3D.txt", colmap.points3d);
-  if (!light_field.points.empty()) WritePoints(light_field);
-  WriteFileAtomically(light_field.root / kTransforms, TransformsJsonText(light_field, made_from));
-}
-
 void WriteLightField(const LightField& light_field) {
   if (light_field.cameras.empty()) throw Error("{}: a light field needs a camera", light_field.root.string());
-  Journal journal(light_field.root / kJournal);
+  Journal journal(light_field.root / kJournalFile);
   journal.CutAt(0);
   journal.Header(light_field);
   if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
@@ -271,7 +200,7 @@ void WriteLightField(const LightField& light_field) {
 }
 
 struct LightFieldWriter::State {
-  explicit State(const fs::path& dir) : journal(dir / kJournal) { light_field.root = dir; }
+  explicit State(const fs::path& dir) : journal(dir / kJournalFile) { light_field.root = dir; }
   void TakeOutOfJournal(int view_id);
 
   Journal journal;
@@ -299,7 +228,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   const bool unused = IsUnused(dir);
   const Error taken("{}: holds a light field already; go on with it (--resume) or choose another folder",
                     dir.string());
-  if (!unused && fs::is_regular_file(dir / kJournal, unknown)) throw taken;
+  if (!unused && fs::is_regular_file(dir / kJournalFile, unknown)) throw taken;
   if (!unused && fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
     throw Error("{}: the folder is not empty; choose another one", dir.string());
   header.camera.Validate("the camera of " + dir.string());
@@ -326,8 +255,8 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
     state->journal.Header(light_field);
     SyncFolder(dir);
   } catch (...) {
-    // Nothing was recorded: no folder stays that says otherwise.
-    fs::remove(dir / kJournal, unknown);
+    // Without a recorded view no folder remains.
+    fs::remove(dir / kJournalFile, unknown);
     fs::remove(dir / "images", unknown);
     if (made_folder) fs::remove(dir, unknown);
     throw;
@@ -336,13 +265,13 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
 }
 
 LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
-  if (!fs::is_regular_file(dir / kJournal)) throw NoJournal(dir);
+  if (!fs::is_regular_file(dir / kJournalFile)) throw MissingJournalError(dir);
   auto state = std::make_unique<State>(dir);
-  JournalContents contents = ReadJournal(dir / kJournal);
+  JournalContents contents = ReadJournal(dir / kJournalFile);
   const FolderCheck check = CheckFolder(dir, contents, false);
   RequireWholeJournal(dir, check);
   RequireImages(contents.light_field, check);
-  RequireOwnPictures(contents.light_field);
+  RequireMatchingPictures(contents.light_field);
   WarnOnce(check.words);
   CutEnd(dir, contents, state->journal);
   RemoveLeftovers(dir);
@@ -353,12 +282,12 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   state->light_field = std::move(contents.light_field);
   state->light_field.doubts = check.words;
   state->light_field.doubts.insert(state->light_field.doubts.end(), of_points.begin(), of_points.end());
-  // A number that any file bears is never given again, whatever the journal says.
+  // A number in any file name is never used again, even if the journal does not contain it.
   state->next_view_id = std::max(contents.next_view_id, check.highest_number + 1);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
-  KeepWhatIsNotOurs(dir, check, !of_points.empty());
-  DeriveOrWarn(state->light_field);
+  KeepForeignFiles(dir, check, !of_points.empty());
+  WriteDerivedFilesOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }
 
@@ -403,7 +332,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   try {
     state_->journal.AddViews(views);
   } catch (...) {
-    batch.TakeBack();  // a photograph without its journal line is half a view
+    batch.TakeBack();  // a photograph without its journal line is no view
     throw;
   }
   state_->next_view_id += static_cast<int>(views.size());
@@ -445,9 +374,7 @@ void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
   const LightField& now = state_->light_field;
   if (points.empty() && !now.points.empty()) return;
   if (!now.points.empty() && StatisticsOf(now.points).tracked == 0) {
-    MakeFolder(now.root / "kept");
-    for (const char* file : {"points.ply", "points.ulf"})
-      if (fs::exists(now.root / file)) MoveWithoutReplacing(now.root / file, now.root / "kept" / file);
+    for (const char* file : {"points.ply", "points.ulf"}) MoveToKept(now.root, file, file);
   }
   state_->light_field.points = std::move(points);
   state_->moved_since_points.clear();
@@ -459,7 +386,7 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
   state_->journal.NoteGap(from_s, to_s, reason);
 }
 
-// Once: moving its files, which comes after, may have to be tried again.
+// Only once, because moving its files afterwards may be repeated.
 void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   if (to_unposed.contains(view_id)) return;
   const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),

@@ -1,21 +1,20 @@
 // The light field on disk: a folder with the files that nerfstudio, instant-ngp and COLMAP's readers open.
-// The append-only journal is the truth; transforms.json and sparse/0 are derived from it on Close(), on
-// Resume() and by `ulf repair`, never on reading: reading writes nothing.
+// The append-only journal is authoritative; Close(), Resume() and `ulf repair` derive transforms.json and
+// sparse/0 from it. Reading never writes.
 //
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
 //   kept/  cache/
 //
 // docs/disk_format.md has every file and key; docs/light_field.md says what is promised about them.
 //
-// A view's files are written to temporary names, synced, renamed, the folders synced, then the journal line
-// appended and synced; several views may go through each of these steps together. A process killed at any
-// moment loses at most the views that AddViews() was given and had not returned, and a torn end of the
-// journal is ignored. Numbers are given once: no file of a recorded view is ever written over, and what a
-// writer replaces that it has not made goes to kept/ first.
+// The writer writes a view's files to temporary names, syncs and renames them, syncs the folders, then
+// appends the journal line and syncs it; several views may share each step. A process killed at any moment
+// loses at most the views of an AddViews() that has not returned; a damaged end of the journal is ignored.
+// View numbers are used once: no file of a recorded view is ever overwritten, and a file that the writer
+// replaces but did not make is moved to kept/.
 //
-// Where there is a master, the photograph in images/ may come after the journal line: it follows from the
-// master, and is made from it by the next writer, should the process be killed before; readers read the
-// master instead.
+// If a view has a master, its photograph in images/ may be written after the journal line. If the process is
+// killed before, the next writer makes the photograph from the master; readers use the master meanwhile.
 #pragma once
 
 #include <filesystem>
@@ -32,36 +31,34 @@
 
 namespace ulf {
 
-// Reads DIR from its journal where there is one, else from transforms.json (nerfstudio's and instant-ngp's
-// keys). Writes nothing. Throws Error naming file, frame and key for anything missing, mistyped, not finite,
-// not a rotation, or outside DIR. Damaged lines of a journal are left out; these, and whatever the folder's
-// files tell differently (core/light_field/folder_check.h), stand in LightField::doubts and are warned of.
+// Reads DIR from its journal, else from transforms.json (keys of nerfstudio and instant-ngp). Throws Error
+// that names file, frame and key for a value that is missing, of the wrong type, not finite, not a rotation,
+// or a path outside DIR. Damaged journal lines are left out. These and all differences between the files
+// (folder_check.h) are reported in LightField::doubts and as warnings.
 LightField ReadLightField(const std::filesystem::path& dir);
 
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
 Image ReadRecordedImage(const LightField& light_field, const View& view);
-// The same, for rendering: where its camera has a flat field, divided by it (linear float, three channels).
+// The same, for rendering: divided by its camera's flat field if there is one (linear float, three channels).
 Image ReadViewImage(const LightField& light_field, const View& view);
 
-// Whether parts of the photograph are not to be used: by a mask, or by the alpha of a PNG.
+// Whether a mask, or the alpha of a PNG, excludes parts of the photograph.
 bool HasMask(const LightField& light_field, const View& view);
-// CV_8UC1 of the photograph's size, 0: not to be used; empty where all is. Throws Error for a mask that is
+// CV_8UC1 of the photograph's size, 0: excluded; empty: nothing is excluded. Throws Error for a mask that is
 // missing or of another size.
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
-// What the camera gave for the view: the master with its transfer and pattern, or the photograph where that
-// is all there was; its black level stands in the view. Throws Error as ReadViewImage does, and for a master
-// that only a raw converter reads.
+// The view's master with its transfer and mosaic, or the photograph if there is no master; the black level is
+// in the view. Throws Error as ReadViewImage does, and for a master that only a raw converter reads.
 Image ReadViewMaster(const LightField& light_field, const View& view);
 
-// Whether more than the 8 bits of a photograph are there to be rendered from: a master that this program
-// reads, or a photograph in EXR or of 16 bits.
+// Whether the view has more than 8 bits: a master that ulf reads, or a photograph in EXR or of 16 bits.
 bool HasMoreThanEightBits(const LightField& light_field, const View& view);
-// The most that there is of the view's light, for rendering: its master where that is there and this program
-// reads it, else its photograph; divided by its camera's flat field as in ReadViewImage.
+// The view's image of most bits, for rendering: its master if ulf reads it, else its photograph; divided by
+// its camera's flat field as in ReadViewImage.
 Image ReadViewLight(const LightField& light_field, const View& view);
 
-// What the journal's header says about a capture.
+// The values in the journal's header.
 struct CaptureHeader {
   CameraModel camera;
   std::string device_uri;
@@ -78,42 +75,41 @@ class LightFieldWriter {
  public:
   // A new light field in DIR, which must not exist or be empty. Throws Error otherwise.
   static LightFieldWriter Create(const std::filesystem::path& dir, const CaptureHeader& header);
-  // Opens one for more views, whether it was closed or killed. A second writer is refused, and so is a folder
-  // whose journal has lost what other files still hold, or whose photographs are not their masters' (Error
-  // that names `ulf repair`; then nothing has been written).
+  // Opens a light field for more views, whether it was closed or its process killed. Throws Error for a
+  // second writer, and, without writing anything, Error that names `ulf repair` when the journal has lost
+  // views that other files still contain or when photographs differ from their masters.
   static LightFieldWriter Resume(const std::filesystem::path& dir);
   LightFieldWriter(LightFieldWriter&&) noexcept;
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
-  ~LightFieldWriter();  // releases the lock; does not close: an open journal is what a kill leaves, too
+  ~LightFieldWriter();  // releases the lock without closing, as when the process is killed
 
-  // A mosaic's master is the mosaic itself, with its pattern, instead of the 16-bit linear colours made from
-  // it.
+  // Selects the mosaic itself as the master of a mosaic frame, instead of demosaicked 16-bit linear colours.
   void KeepMosaics(bool keep);
 
-  // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and
-  // id of `view` are given here; what was written is returned. When the disk refuses (DiskFullError, Error)
-  // nothing of the view stays behind, and it can be added again.
+  // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets paths
+  // and id of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of the view
+  // remains, and the caller can add it again.
   View AddView(const Frame& frame, View view);
-  // Several in one wait for the disk, in this order; all of them or, when the disk refuses, none. A
-  // photograph that is not among the files is to follow by WritePictureFromMaster().
+  // Adds several views with one wait for the disk, in this order; all, or none when the disk refuses. The
+  // caller writes a photograph that is not among the files by WritePictureFromMaster().
   struct NewView {
     Frame frame;
     View view;
     ViewFiles files;
   };
   std::vector<View> AddViews(std::span<const NewView> views);
-  // The files for a frame; may be called beside everything else but KeepMosaics().
+  // The files for a frame; thread-safe except with KeepMosaics().
   ViewFiles Files(const Frame& frame, MakePictures pictures) const;
-  // In one step with the cameras (by index) that changed with them.
+  // Poses by view id and changed cameras by index, in one step.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                    const std::map<int, CameraModel>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
-  // In place of those that there are, unless there are none of the new ones. Points that no view is known to
-  // show were brought from elsewhere: their files go to kept/.
+  // Replaces the points, unless `points` is empty. Existing points without observations came from another
+  // program: their files go to kept/.
   void SetPoints(std::vector<ScenePoint> points);
-  // Time in which nothing could be recorded (tracking lost, device lost): kept so that review can show it.
+  // Records a time in which no view could be recorded (tracking lost, device lost), for reviews.
   void NoteGap(double from_s, double to_s, const std::string& reason);
   // The photograph and its master (NNNNNN.master.*) move to unposed/, nothing is deleted.
   void RemoveView(int view_id);
@@ -131,14 +127,7 @@ class LightFieldWriter {
   std::unique_ptr<State> state_;
 };
 
-// A closed light field at light_field.root from values whose images are already in place: journal and derived
-// files.
+// Writes a closed light field at light_field.root, whose images exist already: journal and derived files.
 void WriteLightField(const LightField& light_field);
-
-// What of images/ follows from masters and is missing; warns of what cannot be made, and counts it.
-std::size_t MakeMissingPictures(const LightField& light_field);
-
-// transforms.json, sparse/0 and points.ply from the values, with the stamp of the journal that is there.
-void WriteDerivedFiles(const LightField& light_field);
 
 }  // namespace ulf

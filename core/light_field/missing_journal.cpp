@@ -3,16 +3,13 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/journal.h"
 
 namespace ulf {
-namespace {
-
 namespace fs = std::filesystem;
 
-}  // namespace
-
-bool HasLostItsJournal(const fs::path& dir) {
-  if (fs::exists(dir / "journal.jsonl")) return false;
+bool IsJournalMissing(const fs::path& dir) {
+  if (fs::exists(dir / kJournalFile)) return false;
   const auto stamped = [&](const char* name, const auto& read) {
     if (!fs::is_regular_file(dir / name)) return false;
     try {
@@ -21,16 +18,16 @@ bool HasLostItsJournal(const fs::path& dir) {
       return false;
     }
   };
-  return stamped("transforms.json", ReadTransformsText) || stamped("sparse/0/images.txt", ReadColmapPoses);
+  return stamped(kTransformsFile, ReadTransformsText) || stamped("sparse/0/images.txt", ReadColmapPoses);
 }
 
-Error NoJournal(const fs::path& dir) {
+Error MissingJournalError(const fs::path& dir) {
   const std::string folder = dir.string(), word = ShellWord(folder);
   if (!fs::is_directory(dir))
     return Error("{}: there is no such folder; give the folder of a light field", folder);
-  if (HasLostItsJournal(dir))
-    return Error("{}: the journal is missing; 'ulf repair {}' shows how to make it anew", folder, word);
-  if (fs::is_regular_file(dir / "transforms.json"))
+  if (IsJournalMissing(dir))
+    return Error("{}: the journal is missing; 'ulf repair {}' shows how to restore it", folder, word);
+  if (fs::is_regular_file(dir / kTransformsFile))
     return Error(
         "{}: a set by another program, which is never written to; 'ulf import {} -o NEW' makes a light field "
         "of it",

@@ -1,4 +1,5 @@
-// A folder without a journal: a light field that has lost it, a set by another program, or neither.
+// Distinguishes folders without a journal: a light field that has lost it, a data set of another program, or
+// neither.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +8,10 @@
 
 namespace ulf {
 
-// What follows from a journal is there, with its stamp, and the journal is not: `ulf repair` makes it anew.
-bool HasLostItsJournal(const std::filesystem::path& dir);
+// Whether derived files with a journal's stamp exist but the journal does not; `ulf repair` restores it.
+bool IsJournalMissing(const std::filesystem::path& dir);
 
-// For who wants to write there: which of the three it is, and the way out of it.
-Error NoJournal(const std::filesystem::path& dir);
+// An Error for a writer that tells which of the three it is, and the remedy.
+Error MissingJournalError(const std::filesystem::path& dir);
 
 }  // namespace ulf

@@ -1,8 +1,6 @@
 #include "core/light_field/view_files.h"
 
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
-#include <vector>
 
 #include "core/base/error.h"
 #include "core/image/tiff_file.h"
@@ -16,9 +14,8 @@ constexpr const char* kTiff = ".tif";
 constexpr const char* kPng = ".png";
 
 // Content that keeps what it is made of.
-template <typename Bytes>
-FileContent Owning(std::shared_ptr<const Bytes> bytes) {
-  FileContent content = ContentOf({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+FileContent Owning(std::shared_ptr<const std::string> bytes) {
+  FileContent content = ContentOf(*bytes);
   content.copy = [bytes, copy = std::move(content.copy)](std::uint64_t offset, std::span<char> out) {
     copy(offset, out);
   };
@@ -28,9 +25,7 @@ FileContent Owning(std::shared_ptr<const Bytes> bytes) {
 ViewFile FileOf(const EncodedImage& image) { return {image.extension, Owning(image.bytes)}; }
 
 ViewFile Png(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(kPng, pixels, bytes);
-  return {kPng, Owning(std::make_shared<const std::vector<unsigned char>>(std::move(bytes)))};
+  return {kPng, Owning(std::make_shared<const std::string>(PngBytes(pixels)))};
 }
 
 bool IsPlain8BitSrgb(const Image& image) {

@@ -1,6 +1,5 @@
-// What of a frame comes to the disk when it is recorded in a light field: the photograph for every tool and,
-// where the camera gave more, its master. Making them is a matter of the processor and may happen in any
-// thread; writing them is light_field_io's.
+// Makes the files of a recorded frame: the photograph, which every program reads, and its master if the frame
+// has more than 8-bit sRGB. Encoding may run in any thread; light_field_io writes the files.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +19,7 @@ struct ViewFile {
 };
 
 struct ViewFiles {
-  // None: to be made from the master once that is on disk.
+  // None: to be made from the master when that is on disk.
   std::optional<ViewFile> image;
   std::string image_extension;
   std::optional<ViewFile> master;
@@ -28,20 +27,19 @@ struct ViewFiles {
   Mosaic master_mosaic = Mosaic::kNone;
 };
 
-// kNow: files for both; kLater: the photograph is left out where it can be made from the master, which is
-// on disk ten times sooner alone.
+// kNow: photograph and master; kLater: only the master if the photograph can be made from it, because the
+// master alone is on disk ten times sooner.
 enum class MakePictures { kNow, kLater };
 
-// A mosaic's master is the mosaic itself with `keep_mosaics`, else the 16-bit linear colours made from it. A
-// camera's own JPEG is kept byte for byte. Throws Error for a frame without pixels or a file.
+// The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
+// camera's own JPEG is kept byte for byte. Throws Error for a frame without pixels and without a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures);
 
 // Whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// The photograph as it is (or would be) stored in images/, from the master's file. Throws Error when that is
-// missing or truncated.
+// The photograph in images/ as made from the master. Throws Error when the master is missing or truncated.
 Image PictureFromMaster(const std::filesystem::path& root, const View& view);
-// Writes it where it is missing. Throws DiskFullError, Error.
+// Writes the photograph if it is missing. Throws DiskFullError, Error.
 void WritePictureFromMaster(const std::filesystem::path& root, const View& view);
 
 }  // namespace ulf

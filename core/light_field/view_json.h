@@ -1,4 +1,4 @@
-// How a view was taken, as JSON: the same keys in the journal and under "ulf" in transforms.json.
+// The properties of a view as JSON, with the same keys in the journal and under "ulf" in transforms.json.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,13 +9,12 @@
 namespace ulf {
 
 // id, master, mask, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain,
-// black_level, f_number, tracking_quality, bound_px; not where its image lies nor its pose.
+// black_level, f_number, tracking_quality, bound_px; neither image path nor pose.
 nlohmann::json ViewToJson(const View& view);
 
 inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 
-// Sets what is there; what is not keeps its default. `view.master_path` and `view.mask_path` are as written:
-// check them before use.
+// Sets the values that are present. `view.master_path` and `view.mask_path` are unchecked.
 void ReadViewJson(const JsonPlace& place, View& view);
 
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.

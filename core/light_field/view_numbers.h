@@ -1,4 +1,4 @@
-// Several views named in a few words.
+// Names several views in a short text.
 #pragma once
 
 #include <set>
@@ -6,8 +6,8 @@
 
 namespace ulf {
 
-// "view 7", "views 3, 5 to 9 and 12"; of more than a few runs the first ones and how many more there are.
-// Empty for no view.
+// "view 7", "views 3, 5 to 9 and 12"; of many runs the first ones and the number of the rest. Empty for no
+// view.
 std::string ViewNumbers(const std::set<int>& ids);
 
 }  // namespace ulf

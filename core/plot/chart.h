@@ -1,9 +1,9 @@
-// Charts of what a method costs against how wrong it is: rows in, what gnuplot is told out.
+// Charts of the cost of methods against their error, drawn by gnuplot.
 //
-// Every panel has a cost to the right (time, memory, a count) and an error upwards (or a quality, where more
-// is better). What the program uses without being asked is ringed; the Pareto front, which no other row
-// beats in both, is dashed. A row is the median over seeds or repetitions, its bars reach from the lowest to
-// the highest.
+// Every panel has a cost on the horizontal axis (time, memory, a count) and an error on the vertical one (or
+// a quality, where more is better). The program's default is ringed. The dashed line is the Pareto front:
+// rows that no other row beats in both. A row is the median over seeds or repetitions; its bars reach from
+// the lowest value to the highest.
 #pragma once
 
 #include <cstddef>

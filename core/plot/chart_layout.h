@@ -1,5 +1,5 @@
-// Where things of a chart stand, in pixels of its picture (x to the right, y down): panels, their scales, and
-// names beside points where nothing else is.
+// The layout of a chart in pixels of its picture (x right, y down): panels, their scales, and places for the
+// names of points.
 #pragma once
 
 #include <string>
@@ -16,37 +16,38 @@ struct ChartBox {
   }
 };
 
-// From a value to a share of the axis, 0 to 1.
+// Maps a value to a share of the axis, 0 to 1.
 struct ChartScale {
   double low = 0, high = 1;
   bool logarithmic = false;
   double Share(double value) const;
   std::vector<double> tics;
-  bool falls = false;  // `high` is where the axis begins
+  bool falls = false;  // the axis begins with `high`
 };
-// Holds all values and their bars, with a margin.
+// The scale that shows all values and their bars, with a margin.
 ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic, bool from_zero = false);
 
 struct PlacedName {
   std::size_t point = 0;
   ChartBox box;
-  bool beside = true;   // its point; else a line leads there
+  bool beside = true;   // beside its point; else a line connects the two
   double x = 0, y = 0;  // of the point
 };
-// Beside their points, over no other name and no point, the ringed one's first; over bars and lines where
-// there is no other place. Those without room are left out, or stand farther off where the panel wants all.
+// Places names beside their points, the default's first, so that they cover no name and no point, and bars
+// and lines only where there is no other place. Names without room are left out, or stand farther off where
+// the panel wants all names.
 std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
                                    const ChartBox& inside);
 
 struct ChartLayout {
   int width = 0, height = 0;
   double legend_top = 0, notes_top = 0;
-  std::vector<ChartBox> panels;  // their axes
+  std::vector<ChartBox> panels;  // within their axes
 };
 ChartLayout LayoutOf(const Chart& chart, int legend_lines, int note_lines);
 
 inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px
-// Broken between words.
+// The text in lines of at most so many characters, broken between words.
 std::vector<std::string> Lines(const std::string& text, std::size_t characters);
 
 }  // namespace ulf

@@ -77,7 +77,7 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
   std::atomic<bool> over = false;
   std::exception_ptr thrown;
   std::thread session([&] {
-    HaveSignalStack();
+    InstallSignalStack();
     try {
       capture();
     } catch (...) {

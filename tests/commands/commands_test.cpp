@@ -1,3 +1,5 @@
+// Tests: commands/commands, commands/light_field/info_command, commands/light_field/light_field_report.
+//
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,3 +1,5 @@
+// Tests: commands/commands, commands/light_field/info_command, commands/light_field/sheet_command.
+//
 // Light fields that are hardly any: one view, two views, all views in one place. Every command that reads one
 // serves them or says what is missing; none crashes.
 #include <gmock/gmock.h>

@@ -1,3 +1,6 @@
+// Tests: commands/number_checks, commands/command_line, commands/calibration/intrinsics_options,
+// core/base/output_path.
+//
 // What is wrong is found out before the work, and said in words, across the commands that take devices.
 #include <gmock/gmock.h>
 #include <unistd.h>

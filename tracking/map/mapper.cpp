@@ -101,7 +101,7 @@ void Mapper::AdjustSoon() {
 }
 
 void Mapper::Run() {
-  HaveSignalStack();
+  InstallSignalStack();
   shared_.owner = std::this_thread::get_id();
   MutexLock lock(work_mutex_);
   while (true) {

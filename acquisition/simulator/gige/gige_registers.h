@@ -1,5 +1,4 @@
-// Registers of the simulated camera beside those that the library knows by name, as its description names
-// them, and what may be written into which.
+// Registers of the simulated camera that Aravis does not define, and the values that clients may write.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +10,11 @@
 namespace ulf::acquisition {
 
 inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024;
-// The standard's own.
+// Bootstrap registers of GigE Vision.
 inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kStreamSourcePortAt = 0xD1C;
 
-// All that a client may write; the ranges are the description's. The library takes every value for what it
-// says: a frame period of 0 is a division, a width the size of an allocation.
+// All registers that a client may write, with the ranges of the GenICam description. Aravis does not check
+// values: it would divide by a frame period of 0 and allocate by any width.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
 }  // namespace ulf::acquisition

@@ -19,6 +19,7 @@
 
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/simulator/gige/gige_address.h"
+#include "acquisition/simulator/gige/gvcp.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 
@@ -28,27 +29,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Bytes = std::vector<std::uint8_t>;
 
-// GVCP: key or status (2), command (2), length (2), request number (2); then what the command carries.
-constexpr std::size_t kHeaderBytes = 8;
-constexpr std::uint16_t kDiscoveryAck = 0x0003, kResendCommand = 0x0040, kReadRegister = 0x0080,
-                        kReadRegisterAck = 0x0081, kWriteRegister = 0x0082;
+using namespace gvcp;
+
 constexpr std::uint32_t kCurrentAddressAt = 0x0024, kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
                         kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18,
                         kSourcePortRegister = 0x0D1C;
 // GVSP: status (2), frame number (2), kind of packet (1), packet number (3).
 constexpr int kLeader = 1, kTrailer = 2;
 
-constexpr std::size_t kFramesKept = 8;
-constexpr std::size_t kMostClients = 64;
-constexpr std::size_t kMostBytes = 65536;
-
-std::uint16_t Read16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
-std::uint32_t Read32(const std::uint8_t* at) {
-  return static_cast<std::uint32_t>(Read16(at)) << 16 | Read16(at + 2);
-}
-void Write32(std::uint8_t* at, std::uint32_t value) {
-  for (int i = 0; i < 4; ++i) at[i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
-}
+constexpr std::size_t kFramesKept = 8;     // whose packets can be resent; guessed
+constexpr std::size_t kMostClients = 64;   // guessed
+constexpr std::size_t kMostBytes = 65536;  // of a UDP packet
 
 class Socket {
  public:
@@ -112,8 +103,8 @@ struct StreamPacket {
   Bytes bytes;
   std::uint64_t times_sent = 0;
 
-  std::uint16_t Frame() const { return Read16(&bytes[2]); }
-  std::uint32_t Number() const { return Read32(&bytes[4]) & 0xFFFFFF; }
+  std::uint16_t Frame() const { return Half(&bytes[2]); }
+  std::uint32_t Number() const { return Word(&bytes[4]) & 0xFFFFFF; }
   int Kind() const { return bytes[4] & 0x0F; }
 };
 
@@ -122,7 +113,6 @@ struct StreamPacket {
 struct GigeRelay::State {
   explicit State(const GigeRelayOptions& o)
       : options(o),
-        faults(o.faults),
         public_control((RequireFreeGigeAddress(o.address), o.address), kGvcpPort),
         public_stream(o.address, 0),
         camera_stream(o.camera, 0),
@@ -142,7 +132,7 @@ struct GigeRelay::State {
     close(wake);
   }
 
-  // The camera tells its clients apart by where their requests come from, and so each client has a socket.
+  // The camera distinguishes clients by their source address, so each client has its own socket.
   struct Client {
     explicit Client(const std::string& camera_address, const sockaddr_in& a)
         : address(a), to_camera(camera_address, 0) {}
@@ -170,8 +160,8 @@ struct GigeRelay::State {
   void FromStream();
   void RewriteWrites(std::uint8_t* request, std::size_t size);
   void Resend(const std::uint8_t* request, std::size_t size);
-  KeptFrame& FrameOf(std::uint16_t number, const GigeLinkFaults& now);
-  void Leave(StreamPacket& packet, bool late, const GigeLinkFaults& now);
+  KeptFrame& FrameOf(std::uint16_t number);
+  void Forward(StreamPacket& packet, bool late);
   void Hold(const Bytes& bytes, Clock::time_point until);
   void SendHeld();
   void ToClient(const Bytes& bytes) {
@@ -180,7 +170,6 @@ struct GigeRelay::State {
 
   const GigeRelayOptions options;
   mutable Mutex mutex;
-  GigeLinkFaults faults ULF_GUARDED_BY(mutex);
   GigeRelayStatistics statistics ULF_GUARDED_BY(mutex);
   std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
 
@@ -237,20 +226,20 @@ void GigeRelay::State::FromClient() {
   sockaddr_in from{};
   while (const auto size = public_control.Receive(buffer, from)) {
     if (*size < kHeaderBytes || !control_passes) continue;
-    const std::uint16_t command = Read16(&buffer[2]), request = Read16(&buffer[6]);
-    if (command == kResendCommand && options.resends) {
+    const std::uint16_t command = Half(&buffer[2]), request = Half(&buffer[6]);
+    if (command == kResend && options.resends) {
       Resend(buffer.data(), *size);
       continue;
     }
     if (command == kWriteRegister) {
       RewriteWrites(buffer.data(), *size);
       for (std::size_t at = kHeaderBytes; at + 8 <= *size; at += 8)
-        if (Read32(&buffer[at]) == kStreamAddressRegister && stream_client.sin_addr.s_addr == 0)
+        if (Word(&buffer[at]) == kStreamAddressRegister && stream_client.sin_addr.s_addr == 0)
           stream_client.sin_addr = from.sin_addr;
     }
     Client& client = ClientAt(from);
     for (std::size_t at = kHeaderBytes; command == kReadRegister && at + 4 <= *size; at += 4) {
-      const std::uint32_t which = Read32(&buffer[at]);
+      const std::uint32_t which = Word(&buffer[at]);
       if (which == kCapabilityRegister || which == kSourcePortRegister)
         client.rewritten[request] = {which, at};
     }
@@ -258,19 +247,19 @@ void GigeRelay::State::FromClient() {
   }
 }
 
-// The stream goes to the relay, which remembers for whom it is.
+// The camera sends the stream to the relay, which forwards it to this client.
 void GigeRelay::State::RewriteWrites(std::uint8_t* request, std::size_t size) {
   for (std::size_t at = kHeaderBytes; at + 8 <= size; at += 8) {
-    const std::uint32_t which = Read32(request + at), value = Read32(request + at + 4);
+    const std::uint32_t which = Word(request + at), value = Word(request + at + 4);
     if (value == 0) continue;
     if (which == kStreamPortRegister) {
       stream_client.sin_family = AF_INET;
       stream_client.sin_port = htons(static_cast<std::uint16_t>(value & 0xFFFF));
-      Write32(request + at + 4, (value & 0xFFFF0000u) | camera_stream.Port());
+      PutWord(request + at + 4, (value & 0xFFFF0000u) | camera_stream.Port());
     }
     if (which == kStreamAddressRegister) {
       stream_client.sin_addr.s_addr = htonl(value);
-      Write32(request + at + 4, ntohl(camera.sin_addr.s_addr));
+      PutWord(request + at + 4, ntohl(camera.sin_addr.s_addr));
     }
   }
 }
@@ -279,7 +268,7 @@ void GigeRelay::State::FromCamera(Client& client) {
   sockaddr_in from{};
   while (const auto size = client.to_camera.Receive(buffer, from)) {
     if (*size < kHeaderBytes || !control_passes) continue;
-    const std::uint16_t command = Read16(&buffer[2]), request = Read16(&buffer[6]);
+    const std::uint16_t command = Half(&buffer[2]), request = Half(&buffer[6]);
     if (command == kDiscoveryAck && *size >= kHeaderBytes + kCurrentAddressAt + 4)
       std::memcpy(&buffer[kHeaderBytes + kCurrentAddressAt], &public_address, 4);
     if (const auto found = client.rewritten.find(request);
@@ -287,20 +276,15 @@ void GigeRelay::State::FromCamera(Client& client) {
       const auto [which, at] = found->second;
       client.rewritten.erase(found);
       if (at + 4 <= *size && which == kSourcePortRegister)
-        Write32(&buffer[at], public_stream.Port());
+        PutWord(&buffer[at], public_stream.Port());
       else if (at + 4 <= *size && options.resends)
-        Write32(&buffer[at], Read32(&buffer[at]) | kResendCapability);
+        PutWord(&buffer[at], Word(&buffer[at]) | kResendCapability);
     }
     public_control.SendTo(client.address, buffer.data(), *size);
   }
 }
 
 void GigeRelay::State::FromStream() {
-  GigeLinkFaults now;
-  {
-    const MutexLock lock(mutex);
-    now = faults;
-  }
   sockaddr_in from{};
   // A few at a time, so that requests to send again are not kept waiting by a fast camera.
   for (int i = 0; i < 64; ++i) {
@@ -308,24 +292,24 @@ void GigeRelay::State::FromStream() {
     if (!size) break;
     if (*size < kHeaderBytes) continue;
     StreamPacket packet{Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size))};
-    KeptFrame& frame = FrameOf(packet.Frame(), now);
+    KeptFrame& frame = FrameOf(packet.Frame());
     {
       const MutexLock lock(mutex);
       ++statistics.packets;
     }
     const std::uint32_t number = packet.Number();
     StreamPacket& stays = frame.packets[number] = std::move(packet);
-    Leave(stays, frame.late, now);
+    Forward(stays, frame.late);
   }
 }
 
-GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number, const GigeLinkFaults& now) {
+GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number) {
   for (KeptFrame& frame : kept)
     if (frame.number == number) return frame;
   if (kept.size() == kFramesKept) kept.pop_front();
   KeptFrame& frame = kept.emplace_back();
   frame.number = number;
-  frame.late = Draw(options.seed, number, 0, 0) < now.late;
+  frame.late = Draw(options.seed, number, 0, 0) < options.faults.late;
   const MutexLock lock(mutex);
   ++statistics.frames;
   if (frame.late) ++statistics.late_frames;
@@ -333,18 +317,19 @@ GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number, con
 }
 
 // One packet tries the link.
-void GigeRelay::State::Leave(StreamPacket& packet, bool late, const GigeLinkFaults& now) {
+void GigeRelay::State::Forward(StreamPacket& packet, bool late) {
+  const GigeLinkFaults& faults = options.faults;
   const std::uint64_t attempt = packet.times_sent++;
   const auto happens = [&](double share, std::uint64_t decision) {
     return share > 0 && Draw(options.seed, packet.Frame(), packet.Number(), 8 * attempt + decision) < share;
   };
   if (!stream_passes) return;
   std::optional<Bytes> behind = std::exchange(swapped, std::nullopt);
-  const bool lost = happens(now.lost, 1), doubled = !lost && happens(now.doubled, 2),
-             stands_back = !lost && !behind && packet.Kind() != kTrailer && happens(now.swapped, 3);
+  const bool lost = happens(faults.lost, 1), doubled = !lost && happens(faults.doubled, 2),
+             stands_back = !lost && !behind && packet.Kind() != kTrailer && happens(faults.swapped, 3);
   const auto send = [&](const Bytes& bytes) {
     if (late)
-      Hold(bytes, Clock::now() + now.late_by);
+      Hold(bytes, Clock::now() + faults.late_by);
     else if (!held.empty())
       Hold(bytes, Clock::now());
     else
@@ -376,36 +361,23 @@ void GigeRelay::State::SendHeld() {
 // Stream channel (2), frame (2), first packet (4), last packet (4).
 void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
   if (size < kHeaderBytes + 12) return;
-  const std::uint16_t number = Read16(request + 10);
-  const std::uint32_t first = Read32(request + 12) & 0xFFFFFF, last = Read32(request + 16) & 0xFFFFFF;
-  GigeLinkFaults now;
-  {
-    const MutexLock lock(mutex);
-    ++statistics.resend_requests;
-    now = faults;
-  }
+  const std::uint16_t number = Half(request + 10);
+  const std::uint32_t first = Word(request + 12) & 0xFFFFFF, last = Word(request + 16) & 0xFFFFFF;
   std::uint64_t resent = 0;
   for (KeptFrame& frame : kept)
     if (frame.number == number)
       for (auto it = frame.packets.lower_bound(first); it != frame.packets.end() && it->first <= last; ++it) {
-        Leave(it->second, false, now);
+        Forward(it->second, false);
         ++resent;
       }
   const MutexLock lock(mutex);
+  ++statistics.resend_requests;
   statistics.resent += resent;
 }
 
 GigeRelay::GigeRelay(const GigeRelayOptions& options) : state_(std::make_unique<State>(options)) {}
 GigeRelay::~GigeRelay() = default;
 
-void GigeRelay::SetFaults(const GigeLinkFaults& faults) {
-  const MutexLock lock(state_->mutex);
-  state_->faults = faults;
-}
-void GigeRelay::SetLoss(double share) {
-  const MutexLock lock(state_->mutex);
-  state_->faults.lost = share;
-}
 void GigeRelay::PassControl(bool passes) { state_->control_passes = passes; }
 void GigeRelay::PassStream(bool passes) { state_->stream_passes = passes; }
 void GigeRelay::Pull() {

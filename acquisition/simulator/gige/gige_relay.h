@@ -1,15 +1,15 @@
-// A bad cable that can be asked for: a man in the middle of a GigE Vision camera and its client. The client
-// talks to the relay's address as if it were the camera's; the camera stands at another address of this
-// machine. Control (GVCP) passes both ways, the stream's destination is rewritten, and stream packets (GVSP)
-// can be lost, doubled, swapped or held back on their way.
+// Simulates a faulty network link: a relay between a GigE Vision camera and its client. The client uses the
+// relay's address as the camera's; the camera has another address of this machine. The relay forwards control
+// (GVCP) both ways, rewrites the stream's destination, and loses, doubles, swaps or delays stream packets
+// (GVSP).
 //
-// The relay keeps the packets of the last frames and answers PACKETRESEND for the camera (and says so in the
-// capability register at 0x0934): what its link lost it can send again, over the same bad link.
+// The relay keeps the packets of the last frames and answers PACKETRESEND for the camera (bit 2 of the
+// capability register at 0x0934): it resends lost packets over the same faulty link.
 //
-// Which packets suffer is a function of seed, frame number and packet number, not of time. A late frame holds
-// back everything behind it, as a congested link does.
+// Seed, frame number and packet number decide which packets are affected, so that faults do not depend on
+// time. A late frame delays all packets after it, as on a congested link.
 //
-// Everything may be called from any thread.
+// All functions may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -21,13 +21,13 @@ namespace ulf::acquisition {
 
 struct GigeLinkFaults {
   double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
-  double late = 0;                            // share of the frames ...
-  std::chrono::milliseconds late_by{0};       // ... that leave so much later
+  double late = 0;                            // share of the frames that are delayed ...
+  std::chrono::milliseconds late_by{0};       // ... by this time
 };
 
 struct GigeRelayOptions {
-  std::string camera;   // where the camera really is
-  std::string address;  // where clients find it
+  std::string camera;   // the camera's address
+  std::string address;  // the relay's address, which clients use
   GigeLinkFaults faults;
   bool resends = true;
   std::uint64_t seed = 7;
@@ -42,20 +42,17 @@ struct GigeRelayStatistics {
 
 class GigeRelay {
  public:
-  // Relays when it returns. Throws Error when an address cannot be had.
+  // The relay runs when the constructor returns. Throws Error when an address cannot be used.
   explicit GigeRelay(const GigeRelayOptions& options);
   ~GigeRelay();
   GigeRelay(const GigeRelay&) = delete;
   GigeRelay& operator=(const GigeRelay&) = delete;
 
-  void SetFaults(const GigeLinkFaults& faults);
-  void SetLoss(double share);
-
-  // What passes. A channel that does not pass swallows, without an answer, as a pulled cable does.
+  // Lets a channel pass or discards its packets without an answer, as a pulled cable does.
   void PassControl(bool passes);
   void PassStream(bool passes);
-  void Pull();     // neither
-  void PutBack();  // both
+  void Pull();     // neither passes
+  void PutBack();  // both pass
 
   GigeRelayStatistics Statistics() const;
 

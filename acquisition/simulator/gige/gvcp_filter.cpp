@@ -12,22 +12,16 @@
 #include <optional>
 #include <thread>
 
+#include "acquisition/simulator/gige/gvcp.h"
+
 namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// key (1), flags (1), command (2), length of what follows (2), number of the request (2); answered by status
-// (2), command + 1 (2), length (2), number (2).
-constexpr std::size_t kHeaderBytes = 8;
+using namespace gvcp;
+
 constexpr std::uint8_t kKey = 0x42, kWantsAnswer = 0x01;
-enum Command : std::uint16_t {
-  kDiscovery = 0x02,
-  kReadRegister = 0x80,
-  kWriteRegister = 0x82,
-  kReadMemory = 0x84,
-  kWriteMemory = 0x86
-};
 enum Status : std::uint16_t {
   kGood = 0,
   kNotImplemented = 0x8001,
@@ -40,24 +34,11 @@ enum Status : std::uint16_t {
 };
 constexpr std::uint32_t kMostRead = 536;  // bytes of memory in one answer, as the standard has it
 constexpr std::uint32_t kControlPrivilege = 0x0A00, kHeartbeatTimeout = 0x0938;
-constexpr std::chrono::seconds kPatience(3);  // with the library, which answers between two frames
-
-std::uint16_t Half(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
-std::uint32_t Word(const std::uint8_t* at) {
-  return static_cast<std::uint32_t>(Half(at)) << 16 | Half(at + 2);
-}
-void PutHalf(std::uint8_t* at, std::uint32_t value) {
-  at[0] = static_cast<std::uint8_t>(value >> 8);
-  at[1] = static_cast<std::uint8_t>(value);
-}
-void PutWord(std::uint8_t* at, std::uint32_t value) {
-  PutHalf(at, value >> 16);
-  PutHalf(at + 2, value);
-}
+constexpr std::chrono::seconds kPatience(3);  // wait for Aravis, which answers between two frames; guessed
 
 using Buffer = std::array<std::uint8_t, 2048>;  // more than any request that is answered
 
-// A packet in a buffer of the door's, its header checked.
+// A request in the receive buffer, with a checked header.
 struct Request {
   const std::uint8_t* bytes;
   std::size_t size;
@@ -88,8 +69,8 @@ struct GvcpFilter::State {
   }
 
   void Run();
-  void TakeFrom(int door);
-  void Answer(int door, const sockaddr_in& client, const Request& request);
+  void TakeFrom(int socket);
+  void Answer(int socket, const sockaddr_in& client, const Request& request);
   Status Check(const Request& request, const sockaddr_in& client);
   Status CheckRange(std::uint32_t address, std::size_t bytes) const;
   Status CheckWrite(std::uint32_t address, std::uint32_t value) const;
@@ -99,7 +80,7 @@ struct GvcpFilter::State {
            controller->sin_addr.s_addr == client.sin_addr.s_addr;
   }
   bool AnotherControls(const sockaddr_in& client);
-  // What the library answers; empty where it does not.
+  // Aravis's answer; empty: none.
   std::size_t Ask(const Request& request);
 
   const GvcpFilterOptions options;
@@ -120,20 +101,20 @@ void GvcpFilter::State::Run() {
   }
 }
 
-void GvcpFilter::State::TakeFrom(int door) {
+void GvcpFilter::State::TakeFrom(int socket) {
   sockaddr_in client{};
   socklen_t size = sizeof client;
   // A longer packet is cut, and its length then not what it says.
-  const ssize_t got = recvfrom(door, incoming.data(), incoming.size(), MSG_DONTWAIT,
+  const ssize_t got = recvfrom(socket, incoming.data(), incoming.size(), MSG_DONTWAIT,
                                reinterpret_cast<sockaddr*>(&client), &size);
   if (got < static_cast<ssize_t>(kHeaderBytes) || incoming[0] != kKey) return;
-  Answer(door, client, {incoming.data(), static_cast<std::size_t>(got)});
+  Answer(socket, client, {incoming.data(), static_cast<std::size_t>(got)});
 }
 
-void GvcpFilter::State::Answer(int door, const sockaddr_in& client, const Request& request) {
-  const bool by_broadcast = door != options.unicast;
+void GvcpFilter::State::Answer(int socket, const sockaddr_in& client, const Request& request) {
+  const bool by_broadcast = socket != options.unicast;
   const auto send = [&](std::size_t size) {
-    sendto(door, answer.data(), size, 0, reinterpret_cast<const sockaddr*>(&client), sizeof client);
+    sendto(socket, answer.data(), size, 0, reinterpret_cast<const sockaddr*>(&client), sizeof client);
   };
   const auto begin = [&](std::uint16_t status, std::size_t body) {
     PutHalf(&answer[0], status);

@@ -1,22 +1,21 @@
-// The control side of the simulated camera, as the network meets it. The library's own believes what a packet
-// says of itself (one READREG beyond its registers ends the process), so it hears nothing from the network:
-// the door has its sockets, and passes on to it, through a pair of connected sockets that nobody else can
-// reach, the requests that it answers well. All others are answered here, with the protocol's status codes:
+// Filters the control requests (GVCP, GigE Vision 2.x) that reach the simulated camera. Aravis's camera side
+// trusts packet headers: one READREG beyond its registers crashes the process. The filter therefore owns the
+// network sockets, and forwards valid requests to Aravis through a pair of connected sockets. It answers all
+// other requests itself, with the protocol's status codes:
 //
-//   NOT_IMPLEMENTED    a command that the camera has not, several registers in one request
-//   INVALID_HEADER     a length that is not the packet's
-//   INVALID_PARAMETER  a count of nothing or of more than fits an answer, a value out of the register's range
-//   INVALID_ADDRESS    beyond registers and description
-//   BAD_ALIGNMENT      not a multiple of four
-//   WRITE_PROTECT      a register that is not to be written
-//   ACCESS_DENIED      writing, without control of the camera, anything but the request for it, and that
-//   while
-//                      another client has it
+//   NOT_IMPLEMENTED    an unknown command, or several registers in one request
+//   INVALID_HEADER     a length that differs from the packet's
+//   INVALID_PARAMETER  a count of zero or of more than an answer holds, a value out of the register's range
+//   INVALID_ADDRESS    an address beyond registers and description
+//   BAD_ALIGNMENT      an address that is not a multiple of four
+//   WRITE_PROTECT      a read-only register
+//   ACCESS_DENIED      a write by a client without control of the camera, except the request for control
+//                      while no other client has it
 //
-// What does not begin as a request of the protocol gets no answer, nor does a wrong one that asks for none,
-// or that came by broadcast.
+// It ignores packets that are no GVCP requests, and invalid requests that want no answer or arrive by
+// broadcast.
 //
-// One request at a time, as in the library; while it renders a frame, the next ones wait.
+// Requests are handled one at a time, as in Aravis; while Aravis renders a frame they wait.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +25,7 @@
 
 namespace ulf::acquisition {
 
-// May be written, four bytes at `address`, with a value for which `takes` is true.
+// A register of four bytes at `address` that accepts values for which `takes` is true.
 struct WritableRegister {
   std::uint32_t address;
   std::function<bool(std::uint32_t)> takes;
@@ -35,21 +34,22 @@ struct WritableRegister {
 struct GvcpFilterOptions {
   int unicast = -1;                // bound to the camera's address and port 3956
   std::vector<int> broadcasts;     // for discovery only
-  int camera = -1;                 // connected to the library's camera
-  std::uint32_t memory_bytes = 0;  // registers and, behind them, the description
+  int camera = -1;                 // connected to Aravis
+  std::uint32_t memory_bytes = 0;  // registers, then the description
   std::vector<WritableRegister> writable;
-  std::function<std::uint32_t()> privilege;  // of the control channel, now; 0: nobody controls the camera
+  std::function<std::uint32_t()>
+      privilege;  // control channel privilege at this moment; 0: nobody controls the camera
 };
 
 class GvcpFilter {
  public:
-  // Takes over the sockets.
+  // Takes ownership of the sockets.
   explicit GvcpFilter(GvcpFilterOptions options);
   ~GvcpFilter();
   GvcpFilter(const GvcpFilter&) = delete;
   GvcpFilter& operator=(const GvcpFilter&) = delete;
 
-  std::uint64_t Refused() const;  // requests that were not passed on
+  std::uint64_t Refused() const;  // requests that were not forwarded
 
  private:
   struct State;

@@ -32,9 +32,10 @@ namespace {
 
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
 constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
-constexpr std::size_t kFramesAhead = 12;
+constexpr std::size_t kFramesAhead = 12;  // in the ring; guessed: they bridge a slow frame, but cost memory
 constexpr guint32 kLine0 = 0;
-constexpr double kPauseS = 1.0;  // without a frame for so long: nobody streams, the hand rests
+constexpr double kPauseS = 1.0;  // after so long without a request for a frame the hand rests; guessed
+constexpr std::chrono::milliseconds kRenderPatience(1500);  // wait for a frame, then none is sent; guessed
 
 struct Settings {
   guint32 exposure_us = 0, gain_tenths_db = 0;
@@ -49,8 +50,9 @@ class DescriptionFile {
   DescriptionFile() {
     path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
     const int file = mkstemp(path_.data());
-    const auto size = static_cast<ssize_t>(std::strlen(kGenicamDescription));
-    const bool whole = file >= 0 && write(file, kGenicamDescription, static_cast<std::size_t>(size)) == size;
+    const std::string& text = GenicamDescription();
+    const bool whole =
+        file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
     if (file >= 0) close(file);
     if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
   }
@@ -71,8 +73,8 @@ struct SimulatedGigeCamera::State {
 
   void Serve();
   void OpenPoses();
-  std::string StandAt();
-  void StandBehindTheDoor(const std::vector<BoundSocket>& before, const std::string& address);
+  std::string AddAddresses();
+  void InsertFilter(const std::vector<BoundSocket>& before, const std::string& address);
   void WriteRegisters();
   void RenderLoop();
   void Render();
@@ -97,7 +99,7 @@ struct SimulatedGigeCamera::State {
   SimulatedCamera camera;
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
-  std::unique_ptr<GvcpFilter> door;
+  std::unique_ptr<GvcpFilter> filter;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
   std::FILE* poses = nullptr;
@@ -118,7 +120,7 @@ struct SimulatedGigeCamera::State {
   std::int64_t origin_moment ULF_GUARDED_BY(mutex) = 0;
   double origin_hand_s ULF_GUARDED_BY(mutex) = 0;
   double last_fill_s ULF_GUARDED_BY(mutex) = 0;
-  // Changes whenever what is in the ring has become worthless.
+  // Changes when the frames in the ring become invalid.
   std::uint64_t epoch ULF_GUARDED_BY(mutex) = 0;
   bool streaming ULF_GUARDED_BY(mutex) = false;
   bool stopping ULF_GUARDED_BY(mutex) = false;
@@ -126,7 +128,7 @@ struct SimulatedGigeCamera::State {
   double render_s ULF_GUARDED_BY(mutex) = 0;
   std::uint64_t renders ULF_GUARDED_BY(mutex) = 0;
   std::optional<std::chrono::steady_clock::time_point> first_frame ULF_GUARDED_BY(mutex);
-  // The renderer's alone once it runs:
+  // Used only by the renderer while it runs:
   std::vector<std::optional<Frame>> loop;
   Settings loop_settings;
   std::thread renderer, line, faults;
@@ -141,7 +143,7 @@ SimulatedGigeCamera::State::~State() {
   for (std::thread* thread : {&line, &faults, &renderer})
     if (thread->joinable()) thread->join();
   relay.reset();
-  door.reset();
+  filter.reset();
   if (server) g_object_unref(server);  // joins the thread that calls Fill
   if (poses) std::fclose(poses);
 }
@@ -157,8 +159,8 @@ void SimulatedGigeCamera::State::OpenPoses() {
   std::fflush(poses);
 }
 
-// The address that Aravis's camera is to have.
-std::string SimulatedGigeCamera::State::StandAt() {
+// Adds the addresses and starts the relay if one is needed; returns the address for Aravis's camera.
+std::string SimulatedGigeCamera::State::AddAddresses() {
   if (!options.simulation.faults.NeedRelay()) {
     public_address.emplace(options.interface);
     return options.interface;
@@ -186,7 +188,7 @@ void SimulatedGigeCamera::State::Serve() {
     throw UsageError("a loop of {} pictures; there may be up to 10000", options.loop);
   if (options.loop > 0 && options.simulation.faults.drift_stops_per_minute != 0)
     throw UsageError("fault drift: the pictures of a loop are rendered once; leave one of the two out");
-  const std::string address = StandAt();
+  const std::string address = AddAddresses();
   RequireFreeGigeAddress(address);  // Aravis does not say when it fails to bind
   OpenPoses();
   RenderLoop();
@@ -199,7 +201,7 @@ void SimulatedGigeCamera::State::Serve() {
     throw Error("no GigE Vision camera could be started at {}; is the address one of this machine's?",
                 address);
   registers = arv_gv_fake_camera_get_fake_camera(server);
-  StandBehindTheDoor(before, address);
+  InsertFilter(before, address);
   WriteRegisters();
   arv_fake_camera_set_trigger_frequency(registers, 1000);
   arv_fake_camera_set_fill_pattern(registers, OnFill, this);
@@ -215,17 +217,17 @@ void SimulatedGigeCamera::State::Serve() {
               options.serial, options.interface, kGvcpPort);
 }
 
-void SimulatedGigeCamera::State::StandBehindTheDoor(const std::vector<BoundSocket>& before,
-                                                    const std::string& address) {
+void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& before,
+                                              const std::string& address) {
   const TakenSockets taken = TakeControlSockets(before, address);
   if (taken.unicast < 0) throw Error("{}:{} cannot be opened; another camera there?", address, kGvcpPort);
   arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
-  door = std::make_unique<GvcpFilter>(GvcpFilterOptions{
+  filter = std::make_unique<GvcpFilter>(GvcpFilterOptions{
       .unicast = taken.unicast,
       .broadcasts = taken.broadcasts,
       .camera = taken.to_library,
-      .memory_bytes = static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE +
-                                                 (std::strlen(kGenicamDescription) + 3) / 4 * 4),
+      .memory_bytes =
+          static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE + (GenicamDescription().size() + 3) / 4 * 4),
       .writable = WritableRegisters(options.simulation),
       .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); }});
 }
@@ -339,7 +341,7 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   asked.notify_one();
   // Rendering one frame takes far less than the heartbeat of a client's control channel, which waits behind
   // us.
-  rendered.wait_for(lock, std::chrono::milliseconds(1500),
+  rendered.wait_for(lock, kRenderPatience,
                     [this]() ULF_REQUIRES(mutex) { return stopping || !ring.empty(); });
   if (stopping || ring.empty()) return;
   const Ready ready = std::move(ring.front());
@@ -473,7 +475,7 @@ GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   const MutexLock lock(state_->mutex);
   GigeServerStatistics statistics = state_->statistics;
-  statistics.refused = state_->door->Refused();
+  statistics.refused = state_->filter->Refused();
   if (state_->renders > 0)
     statistics.render_ms_mean = 1e3 * state_->render_s / static_cast<double>(state_->renders);
   return statistics;

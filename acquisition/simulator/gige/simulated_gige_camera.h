@@ -1,32 +1,30 @@
-// The simulated camera as a real GigE Vision device on a network address: discovery, GenICam description,
-// control and streaming are Aravis's camera-side classes; what the sensor sees is ours. ExposureTime, Gain,
-// PixelFormat, Width, Height, offsets and AcquisitionFrameRate act on the picture.
+// The simulated camera as a GigE Vision device on a network address. Aravis's camera-side classes do
+// discovery, GenICam description, control and streaming; ulf renders the images. ExposureTime, Gain,
+// PixelFormat, Width, Height, offsets and AcquisitionFrameRate affect the image.
 //
-// Time is real: the hand moves as long as frames are taken and rests while nobody streams. Frames are
-// rendered ahead into a ring, for the moments at which the camera will fire (Aravis fires at multiples of the
-// frame period of the system clock). When the renderer falls behind, the camera fires late and skips moments,
-// as a real one with too long an exposure would; a changed setting empties the ring. A loop of pictures,
-// rendered before and played to and fro, costs next to nothing and keeps any pace.
+// Time is real: the hand moves while a client streams and rests otherwise. Frames are rendered ahead into a
+// ring, for the times at which the camera will fire (Aravis fires at multiples of the frame period of the
+// system clock). When rendering falls behind, the camera fires late and skips frames, as a real camera with
+// too long an exposure does. A changed setting empties the ring. A loop of pictures that are rendered at the
+// start and played forwards and backwards (`loop`) reaches any frame rate.
 //
-// Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; on Line0 a
-// pulse comes LinePulseRate times a second, as long as frames may be taken. Two software triggers closer
-// together than the camera takes to send a frame give one frame, as they do on cameras without a trigger
-// buffer.
+// Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; Line0 gets
+// LinePulseRate pulses per second while a client streams. Two software triggers within the time that the
+// camera needs to send a frame give one frame, as on cameras without a trigger buffer.
 //
-// Aravis's camera side knows no chunk data. Instead the last frame's own facts stand in registers:
-// LastFrameId (as sent: 16 bits), LastFrameNumber (counted from 1, never wraps), LastExposureTime, LastGain,
-// LastHandTime. All five change together, before the first packet of the frame leaves.
+// Aravis's camera side does not support chunk data. Registers describe the last frame instead: LastFrameId
+// (as sent: 16 bits), LastFrameNumber (from 1, never wraps), LastExposureTime, LastGain, LastHandTime. All
+// five change together, before the first packet of the frame is sent.
 //
-// The network reaches the library's camera side through a door (gvcp_filter.h), which answers junk with the
-// protocol's status codes; the stream leaves without a detour.
+// Control requests reach Aravis through a filter (gvcp_filter.h); the stream is sent directly.
 //
-// Faults of the link and of time make a relay stand before the camera (gige_relay.h); the camera itself then
-// hides at another address (gige_address.h).
+// Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
+// has another one (gige_address.h).
 //
-// The pose file, when asked for, is TUM's format: `timestamp tx ty tz qx qy qz qw`, camera to world, metres;
-// the timestamp is the frame's as its client sees it (start of exposure, seconds of the device's clock) while
-// the pose is that of the middle of the exposure. Before each pose stands a comment line `# frame ID hand_s
-// T`, which TUM's readers skip. Every pose is flushed before the first packet of its frame leaves.
+// The pose file has TUM's format: `timestamp tx ty tz qx qy qz qw`, camera to world, metres. The timestamp is
+// that of the frame at its client (start of exposure, seconds of the device's clock); the pose is that of the
+// middle of the exposure. A comment line `# frame ID hand_s T`, which readers of the format skip, precedes
+// each pose. Every pose is flushed before the first packet of its frame is sent.
 #pragma once
 
 #include <cstdint>
@@ -44,22 +42,22 @@ struct GigeServerOptions {
   std::string interface = "127.0.0.1";  // an IPv4 address of this machine; one camera per address
   std::string serial = "ULF-SIM-1";
   std::filesystem::path poses;  // empty: not written
-  double line_hz = 10;          // pulses on Line0 at first
-  int loop = 0;                 // pictures in the loop; 0: rendered as the hand goes
+  double line_hz = 10;          // LinePulseRate at the start
+  int loop = 0;                 // pictures in the loop; 0: every frame is rendered
 };
 
 struct GigeServerStatistics {
-  std::uint64_t served = 0;  // frames handed to the network
-  std::uint64_t late = 0;    // of those, sent after their moment because rendering had fallen behind
+  std::uint64_t served = 0;  // frames sent
+  std::uint64_t late = 0;    // of those, frames sent late because rendering fell behind
   double render_ms_mean = 0;
-  double hand_s = 0;          // how far the hand has come
-  std::uint64_t refused = 0;  // requests that got a status code instead of what they asked for
+  double hand_s = 0;          // time of the hand's motion
+  std::uint64_t refused = 0;  // requests that the filter refused
 };
 
 class SimulatedGigeCamera {
  public:
-  // Serves when it returns. Throws Error when the address is not this machine's, when another camera already
-  // answers there, or when nothing answers by our serial.
+  // The camera runs when the constructor returns. Throws Error when the address is not this machine's,
+  // another camera uses it, or discovery does not find the serial.
   explicit SimulatedGigeCamera(const GigeServerOptions& options);
   ~SimulatedGigeCamera();
   SimulatedGigeCamera(const SimulatedGigeCamera&) = delete;
@@ -69,8 +67,8 @@ class SimulatedGigeCamera {
   std::string DeviceId() const;
   const SimulatedCamera& camera() const;
   GigeServerStatistics Statistics() const;
-  // None when no fault asked for a relay. A freeze of no length, `freeze=0:0`,
-  // brings it in for tests that break the link by hand.
+  // Null without a fault that needs a relay. `freeze=0:0`, a freeze without length, makes one for tests that
+  // control the link.
   GigeRelay* relay();
 
  private:

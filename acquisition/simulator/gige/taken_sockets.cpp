@@ -20,7 +20,7 @@ int NewSocket() {
   return fd;
 }
 
-// Two that hear nobody but each other.
+// Two sockets that are connected to each other.
 std::pair<int, int> ConnectedPair() {
   const int ends[2] = {NewSocket(), NewSocket()};
   sockaddr_in at[2] = {};
@@ -38,11 +38,11 @@ std::pair<int, int> ConnectedPair() {
   return {ends[0], ends[1]};
 }
 
-// The library's number means `instead` from now on, which is closed here; its socket lives on in what is
-// returned.
-int Replace(int librarys, int instead) {
-  const int taken = fcntl(librarys, F_DUPFD_CLOEXEC, 0);
-  dup3(instead, librarys, O_CLOEXEC);
+// Makes the descriptor number `library_fd` refer to the socket `instead`; returns a new descriptor of its old
+// socket.
+int Replace(int library_fd, int instead) {
+  const int taken = fcntl(library_fd, F_DUPFD_CLOEXEC, 0);
+  dup3(instead, library_fd, O_CLOEXEC);
   close(instead);
   return taken;
 }
@@ -56,9 +56,9 @@ TakenSockets TakeControlSockets(const std::vector<BoundSocket>& before, const st
   for (const BoundSocket& socket : BoundSince(before)) {
     const bool at_camera = socket.at.sin_addr.s_addr == own.s_addr;
     if (socket.Port() == kGvcpPort && at_camera) {
-      const auto [librarys, doors] = ConnectedPair();
-      taken.to_library = doors;
-      taken.unicast = Replace(socket.fd, librarys);
+      const auto [library_fd, filter_fd] = ConnectedPair();
+      taken.to_library = filter_fd;
+      taken.unicast = Replace(socket.fd, library_fd);
     } else if (socket.Port() == kGvcpPort) {
       taken.broadcasts.push_back(Replace(socket.fd, NewSocket()));
     } else if (at_camera) {

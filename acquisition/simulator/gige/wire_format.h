@@ -1,5 +1,5 @@
-// A simulated sensor's numbers as the bytes that a machine-vision camera sends: what pixel_format.h takes
-// apart, put together.
+// Packs the pixels of a simulated sensor as a machine-vision camera sends them: the inverse of unpacking by
+// pixel_format.h.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace ulf::acquisition {
 
-// The part of the picture in rows without padding. `pixels` is as an ulf::Image holds it: 8 bits, or 16 with
-// the format's bits spread; three channels are B, G, R. `out` has room for ImageBytes() of the part.
+// Writes a part of the image in rows without padding. `pixels`: as in ulf::Image, 8 bits or scaled to 16
+// bits; three channels are B, G, R. `out`: room for ImageBytes() of the part.
 void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& format, std::uint8_t* out);
 
 }  // namespace ulf::acquisition

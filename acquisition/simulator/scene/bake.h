@@ -1,4 +1,4 @@
-// Light on the scene's surfaces, computed once: see scene.h for what is and is not simulated.
+// Computes the light on the scene's surfaces once; scene.h tells which effects are simulated.
 #pragma once
 
 #include <vector>

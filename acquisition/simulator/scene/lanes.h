@@ -1,5 +1,5 @@
-// Eight floats at a time, by the compiler's own vector type: one spelling for AVX, SSE and none at all.
-// Geometry is written once, as a template over F8 (the ray caster) and double (exact depth, tests).
+// Vectors of eight floats by the compiler's vector extension, which works with AVX, with SSE and without
+// both. Geometry is a template over F8 (ray caster) and double (exact depth, tests).
 #pragma once
 
 #include <algorithm>

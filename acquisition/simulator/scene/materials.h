@@ -1,6 +1,6 @@
-// What the scenes' surfaces are painted with: reflectances (linear B, G, R, 0 to 1) as functions of a point
-// on the solid, in metres of its own frame. Every pattern is scattered by hashes over the whole surface: rich
-// in corners at several scales, and nowhere repeating, so that a place can be told from every other.
+// Procedural materials: reflectance (linear B, G, R, 0 to 1) as a function of a point on the solid, in metres
+// in its own frame. Hashes scatter every pattern over the whole surface: it has corners at several scales and
+// never repeats, so that features can be matched uniquely.
 #pragma once
 
 #include "acquisition/simulator/scene/lanes.h"
@@ -9,7 +9,7 @@
 
 namespace ulf::acquisition {
 
-// The sheet of kMarkerSheet: its board, with a white rim around it.
+// The sheet of material kMarkerSheet: a board with a white rim.
 struct MarkerSheet {
   static Board PrintedBoard();
   static constexpr double kRimMm = 15;

@@ -1,5 +1,5 @@
-// Hashes and noise for the simulator's procedural surfaces. Pure functions of position and seed; nothing
-// tiles.
+// Hashes and noise for the simulator's procedural surfaces: pure functions of position and seed without a
+// period.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace ulf::acquisition {
 
-// A well-mixed 32-bit number from another (the finaliser by C. Wellons, found by search for low bias).
+// Hashes a 32-bit number (C. Wellons, lowbias32).
 inline std::uint32_t Rehash(std::uint32_t h) {
   h ^= h >> 16;
   h *= 0x7FEB352Du;
@@ -17,7 +17,7 @@ inline std::uint32_t Rehash(std::uint32_t h) {
   return h ^ h >> 16;
 }
 
-// The same from a lattice point.
+// Hashes a lattice point.
 inline std::uint32_t HashLattice(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t seed) {
   return Rehash(static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^
                 static_cast<std::uint32_t>(z) * 0xCB1AB31Fu ^ (seed + 1) * 0x9E3779B1u);
@@ -32,7 +32,7 @@ float ValueNoise(const Eigen::Vector3f& p, std::uint32_t seed);
 // Sum of `octaves` of it, each at twice the frequency and half the height; 0 to 1.
 float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed);
 
-// The Voronoi cell of scattered sites, one per unit cell: whose it is and how far its border.
+// The Voronoi cell (Worley noise, one site per unit cell) that contains a point.
 struct Cell {
   std::uint32_t hash = 0;  // of the site
   float to_site = 0;       // distance to it

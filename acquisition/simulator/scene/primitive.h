@@ -1,12 +1,13 @@
-// The solids that scenes are built of: where a ray meets them, and how their surface unrolls into flat charts
-// that textures are baked on.
+// The solids of the scenes: ray intersection, and the flat charts of their surfaces on which textures are
+// baked.
 //
-// Each primitive lives in its own frame ("local", metres):
+// Each primitive has its own frame ("local", metres):
 //   sphere   centre at the origin, radius size[0]
 //   box      centred at the origin, half sizes size[0..2]
-//   room     the same, seen from inside: the last thing that any ray meets
-//   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal: a
-//   cylinder) torus    round the z axis, radius size[0], tube radius size[1]
+//   room     a box seen from inside, which encloses the scene
+//   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal radii: a
+//            cylinder)
+//   torus    round the z axis, radius size[0], tube radius size[1]
 #pragma once
 
 #include <array>
@@ -25,21 +26,21 @@ struct Primitive {
   std::array<float, 3> size{};
   int material = 0;
   float texel_m = 0.002f;  // side of a texel on the surface
-  float light_m = 0.003f;  // light that falls on it is computed every so far
-  int main_chart = -1;     // the only chart that is looked at closely; -1: all of them
+  float light_m = 0.003f;  // distance between the points at which the incident light is computed
+  int main_chart = -1;     // the only chart that needs full resolution; -1: all of them
   bool glossy = false;
-  bool of_subject = false;  // part of what is captured, not of its surroundings
+  bool of_subject = false;  // part of the subject, not of its surroundings
   int first_chart = 0;      // into the scene's charts
 
   int ChartCount() const;
   // Bounding sphere, local.
   Vec3<float> BoundCenter() const;
   float BoundRadius() const;
-  // The farthest that any point of the surface is from `point_in_world`.
+  // The largest distance of a point of the surface from `point_in_world`.
   double FarthestFrom(const Eigen::Vector3d& point_in_world) const;
 };
 
-// A chart's place on the surface: local position and outward normal, and which chart at which (u, v).
+// A point of the surface: chart, coordinates (u, v) on it, and outward normal.
 struct SurfacePoint {
   int chart = 0;  // within the primitive
   float u = 0, v = 0;
@@ -58,7 +59,7 @@ struct ChartSize {
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// The distance along a unit direction `d` from `o` (both local) to the surface; infinity where it is missed.
+// The distance along a unit direction `d` from `o` (both local) to the surface; infinity: no intersection.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

@@ -1,8 +1,8 @@
 // Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
-// One ray a pixel; pixels where the solid differs from a neighbour's get four more (edges are anti-aliased,
-// surfaces are band-limited by their textures' mip levels). Tiles keep a list of the solids that can show in
-// them. Radiance is linear, B G R, 1.0 for a white card in the key light at the default exposure, roughly.
+// One ray per pixel; pixels whose solid differs from a neighbour's get four more rays, so that edges are
+// anti-aliased (surfaces are by the mip levels of their textures). Each tile has a list of the solids that it
+// can show. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
 #pragma once
 
 #include <memory>
@@ -25,10 +25,10 @@ class RayCaster {
   // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
   void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const;
 
-  // The same for the rows from `first` to before `end` only: a rolling shutter has each row's own pose.
+  // The same for the rows [first, end), for a rolling shutter.
   void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum) const;
 
-  // The picture of an instant, without sensor or motion: CV_32FC3, linear B, G, R.
+  // The image without motion blur and sensor: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world) const;
 
   // Distance along each pixel's ray, metres: CV_32FC1.

@@ -6,6 +6,7 @@
 #include "acquisition/simulator/scene/materials.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::acquisition {
 
@@ -101,7 +102,7 @@ class SceneBuilder {
 namespace {
 
 Eigen::Quaterniond TurnedAbout(const Vector3d& axis, double degrees) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
+  return Eigen::Quaterniond(Eigen::AngleAxisd(Radians(degrees), axis.normalized()));
 }
 
 void AddRoom(SceneBuilder& builder, double wall_y) {
@@ -181,7 +182,7 @@ std::shared_ptr<const Scene> BuildStudioWith(bool easel) {
   builder.EncloseSubject({0, 0, 0.07});
   builder.AddLight({-1.25f, -0.45f, 1.3f}, {0, 0, 0.1f}, 0.26f, 0.26f, 4.0f);
   builder.AddLight({1.3f, -1.1f, 0.9f}, {0, 0, 0.1f}, 0.16f, 0.45f, 0.45f);
-  constexpr double kElevation = 33 * M_PI / 180;
+  constexpr double kElevation = Radians(33);
   return builder.Finish({0, -std::cos(kElevation), std::sin(kElevation)});
 }
 

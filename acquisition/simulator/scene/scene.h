@@ -1,15 +1,14 @@
 // The simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
 //   studio  a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
-//   terrazzo
-//           table before a stone wall
+//           terrazzo table in front of a stone wall
 //   easel   the studio, and a board of markers on an easel beside the subject (its frame is the board's)
-//   wall    one plane covered with paper: the degenerate case for two-view initialisation
+//   wall    one plane covered with posters: the degenerate case for two-view initialisation
 //
-// Light does not move, so all that does not depend on the eye is computed once: reflectance times the light
-// that arrives (a large soft key light with true penumbras, a sky-like ambient dimmed by what stands around)
-// is baked into mip-mapped textures. Only the glaze's mirror image of the lamps follows the eye. Left out:
-// light between objects beyond a constant bounce, refraction, lens blur.
+// The lights do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
+// textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
+// occlusion). Only the mirror image of the lamps in the glaze depends on the viewpoint. Not simulated:
+// indirect light beyond a constant term, refraction, lens blur.
 #pragma once
 
 #include <memory>
@@ -33,7 +32,7 @@ struct AreaLight {
 // A printed board that stands in the scene.
 struct StandingBoard {
   Board board;
-  Rigid3 board_from_world;  // metres, the frame of calibration/board.h
+  Rigid3 board_from_world;  // metres, the frame of core/fiducials/board.h
 };
 
 class Scene {
@@ -49,19 +48,19 @@ class Scene {
   // The sphere that encloses the subject: exact geometry, no estimate.
   const Subject& subject() const { return subject_; }
   Eigen::Vector3d UpInWorld() const { return Eigen::Vector3d::UnitZ(); }
-  // None but on the easel.
+  // Only in the scene `easel`.
   const std::optional<StandingBoard>& board() const { return board_; }
   // From the subject to where a capture starts, unit, and how far away.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return 1.0; }
 
-  // Distance along a unit direction to the first surface, in double precision. Every ray meets something: the
-  // room.
+  // Distance along a unit direction to the first surface, in double precision; finite, because the room
+  // encloses the scene.
   double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;
-  // The solid met there: index into primitives().
+  // The solid at this distance: index into primitives().
   int PartAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;
 
-  // What a glazed surface adds: the lamps and the room as a mirror of this normal shows them. World frame.
+  // The radiance of the lamps and the room, reflected at a mirror with this normal. World frame.
   F4 GlossRadiance(const Eigen::Vector3f& point, const Eigen::Vector3f& normal,
                    const Eigen::Vector3f& direction) const;
 

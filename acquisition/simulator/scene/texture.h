@@ -1,5 +1,4 @@
-// Surface radiance baked once, looked up at every pixel of every frame: 16-bit linear B, G, R with a mip
-// pyramid.
+// A texture of surface radiance: 16-bit linear B, G, R with a mip pyramid.
 #pragma once
 
 #include <cstdint>

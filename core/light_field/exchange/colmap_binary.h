@@ -1,5 +1,5 @@
-// COLMAP's binary model: cameras.bin, images.bin, points3D.bin. Where it stands beside the text, readers take
-// this one.
+// COLMAP's binary model: cameras.bin, images.bin, points3D.bin. Readers prefer it to a text model in the same
+// folder.
 #pragma once
 
 #include "core/light_field/exchange/colmap_text.h"

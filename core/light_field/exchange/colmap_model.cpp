@@ -3,9 +3,72 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "core/base/error.h"
 #include "core/light_field/exchange/image_names.h"
 
 namespace ulf {
+namespace {
+
+struct ColmapLens {
+  const char* name;
+  bool one_focal;
+  Distortion distortion;
+  std::vector<int> coefficients;  // which of CameraModel's each further parameter is; -1: it must be 0
+};
+
+const std::vector<ColmapLens>& ColmapLenses() {
+  constexpr Distortion kNone = Distortion::kNone, kRadial = Distortion::kRadialTangential,
+                       kFish = Distortion::kFisheye;
+  static const std::vector<ColmapLens> lenses = {{"SIMPLE_PINHOLE", true, kNone, {}},
+                                                 {"PINHOLE", false, kNone, {}},
+                                                 {"SIMPLE_RADIAL", true, kRadial, {0}},
+                                                 {"RADIAL", true, kRadial, {0, 1}},
+                                                 {"OPENCV", false, kRadial, {0, 1, 2, 3}},
+                                                 {"FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
+                                                 {"SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
+                                                 {"RADIAL_FISHEYE", true, kFish, {0, 1}},
+                                                 {"OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}}};
+  return lenses;
+}
+
+const ColmapLens& LensNamed(const std::string& name, const std::string& where) {
+  std::string known;
+  for (const ColmapLens& lens : ColmapLenses()) {
+    if (lens.name == name) return lens;
+    known += (known.empty() ? "" : ", ") + std::string(lens.name);
+  }
+  throw Error("{}: camera model '{}' is not known here; known are {}", where, name, known);
+}
+
+}  // namespace
+
+CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
+  std::string name;
+  CameraModel camera;
+  if (!(row >> name >> camera.width >> camera.height))
+    throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
+  const ColmapLens& lens = LensNamed(name, where);
+  std::vector<double> p;
+  for (double parameter; row >> parameter;) p.push_back(parameter);
+  const std::size_t first = lens.one_focal ? 3 : 4;
+  if (p.size() != first + lens.coefficients.size())
+    throw Error("{}: {} has {} parameters, not {}", where, name, first + lens.coefficients.size(), p.size());
+  camera.fx = p[0];
+  camera.fy = lens.one_focal ? p[0] : p[1];
+  camera.cx = p[first - 2];
+  camera.cy = p[first - 1];
+  camera.distortion = lens.distortion;
+  for (std::size_t i = 0; i < lens.coefficients.size(); ++i) {
+    const int which = lens.coefficients[i];
+    if (which >= 0)
+      camera.coefficients[static_cast<std::size_t>(which)] = p[first + i];
+    else if (p[first + i] != 0)
+      throw Error("{}: {} with k4 k5 k6 is a rational model, which is not known here", where, name);
+  }
+  camera.Validate(where);
+  return camera;
+}
+
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera) {
   ColmapReconstruction::Camera model;
   model.width = static_cast<std::uint64_t>(camera.width);

@@ -1,10 +1,12 @@
-// A light field in COLMAP's terms, before it is text (colmap_text) or binary (colmap_binary). Its poses are
-// world-to-camera with our axes, its pixel centres at integer + 0.5: both as ours. Image names are relative
-// to the images folder. Ids: a camera's is its index + 1, an image's is its view's, points are numbered.
+// A light field as COLMAP's model, to be written as text (colmap_text) or binary (colmap_binary). Poses are
+// world-to-camera with y down and z forward, pixel centres at integer + 0.5, both as in ulf. Image names are
+// relative to the images folder. A camera's id is its index + 1, an image's id is its view's; points are
+// numbered.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <istream>
 #include <string>
 #include <vector>
 
@@ -15,8 +17,8 @@ namespace ulf {
 struct ColmapReconstruction {
   struct Camera {
     std::uint32_t id = 0;
-    int model = 0;          // COLMAP's number of it
-    const char* name = "";  // and its name
+    int model = 0;          // COLMAP's number of the camera model
+    const char* name = "";  // of the camera model
     std::uint64_t width = 0, height = 0;
     std::vector<double> parameters;
   };
@@ -28,7 +30,7 @@ struct ColmapReconstruction {
     std::uint32_t id = 0, camera = 0;
     Rigid3 cam_from_world;
     std::string name;
-    std::vector<Point2d> points;  // never empty: readers stumble over empty lines
+    std::vector<Point2d> points;  // never empty, because some readers fail on empty lines
   };
   struct Seen {
     std::uint32_t image = 0, index = 0;  // into its points
@@ -47,12 +49,17 @@ struct ColmapReconstruction {
   std::vector<Point> points;
 };
 
-// Points without observations are left out where others have some. A view that shows none gets one place
-// without a point, its principal point, which every reader skips. Names are as SafeName() has them
+// Points without observations are left out if others have some. A view without observations gets one at its
+// principal point that belongs to no point, which every reader skips. Names are those of SafeName()
 // (image_names.h).
 ColmapReconstruction ToColmap(const LightField& light_field);
 
-// The smallest of COLMAP's models that says the same.
+// The simplest of COLMAP's camera models that is equivalent.
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
+
+// A row of cameras.txt behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. Knows (SIMPLE_)PINHOLE,
+// (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_, OPENCV_)FISHEYE.
+// Throws Error that begins with `where`.
+CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
 }  // namespace ulf

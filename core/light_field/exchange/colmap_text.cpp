@@ -84,39 +84,8 @@ std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& camera
     const std::string where = fmt::format("{}, line {}", cameras_txt.string(), number);
     std::istringstream row(line);
     int id = 0;
-    std::string model;
-    CameraModel camera;
-    if (!(row >> id >> model >> camera.width >> camera.height))
-      throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
-    std::vector<double> p;
-    for (double parameter; row >> parameter;) p.push_back(parameter);
-    const auto takes = [&](const char* name, std::size_t count) {
-      if (model != name) return false;
-      if (p.size() != count) throw Error("{}: {} has {} parameters, not {}", where, name, count, p.size());
-      return true;
-    };
-    // fx fy cx cy, then the lens.
-    const auto set = [&](Distortion distortion, std::array<double, 5> lens) {
-      camera.fx = p[0], camera.fy = p[1], camera.cx = p[2], camera.cy = p[3];
-      camera.distortion = distortion;
-      camera.coefficients = lens;
-    };
-    if (takes("PINHOLE", 4)) {
-      set(Distortion::kNone, {});
-    } else if (takes("OPENCV", 8)) {
-      set(Distortion::kRadialTangential, {p[4], p[5], p[6], p[7], 0});
-    } else if (takes("OPENCV_FISHEYE", 8)) {
-      set(Distortion::kFisheye, {p[4], p[5], p[6], p[7], 0});
-    } else if (takes("FULL_OPENCV", 12) && p[9] == 0 && p[10] == 0 && p[11] == 0) {
-      set(Distortion::kRadialTangential, {p[4], p[5], p[6], p[7], p[8]});
-    } else {
-      throw Error(
-          "{}: camera model '{}' is not supported; PINHOLE, OPENCV, OPENCV_FISHEYE and FULL_OPENCV with "
-          "k1, k2, p1, p2, k3 alone are",
-          where, model);
-    }
-    camera.Validate(where);
-    cameras[id] = camera;
+    if (!(row >> id)) throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
+    cameras[id] = ReadColmapCamera(row, where);
   }
   return cameras;
 }

@@ -17,12 +17,12 @@ struct ColmapFiles {
   std::string points3d;
 };
 
-// Places in images are written to a ten-thousandth of a pixel, all else exactly. `made_from`: the journal
-// that the values are from.
+// Image points are rounded to 1/10000 pixel, all other values are exact. `made_from`: the journal of the
+// values.
 ColmapFiles ToColmapText(const ColmapReconstruction& model,
                          const std::optional<JournalStamp>& made_from = std::nullopt);
 
-// What images.txt of such a model says.
+// The content of images.txt.
 struct ColmapPoses {
   struct Image {
     Rigid3 cam_from_world;
@@ -32,11 +32,11 @@ struct ColmapPoses {
   std::map<int, Image> images;  // by IMAGE_ID
   std::optional<JournalStamp> made_from;
 };
-// Throws Error naming file and line for what is no such file.
+// Throws Error that names file and line for an invalid file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
-// By CAMERA_ID. Throws Error naming file and line for what is no such file, or is of a model that CameraModel
-// does not know.
+// Cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model that
+// CameraModel does not support.
 std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);
 
 }  // namespace ulf

@@ -3,12 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <exception>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <set>
 #include <unordered_map>
 
@@ -76,9 +72,7 @@ std::string Encoded(const std::string& ending, const cv::Mat& pixels) {
       channels.push_back({names.substr(static_cast<std::size_t>(c), 1), pixels, c});
     return ExrBytes(channels, ExrCompression::kZip);
   }
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", pixels, bytes);
-  return {bytes.begin(), bytes.end()};
+  return PngBytes(pixels);
 }
 
 // Where something is masked anywhere every view gets a mask: nerfstudio takes all or none.
@@ -168,7 +162,7 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
 void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder) {
   if (form == ExportForm::kNerfstudio) {
     if (!exported.points.empty()) WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
-    WriteFileAtomically(folder / "transforms.json", TransformsJsonText(exported));
+    WriteFileAtomically(folder / kTransformsFile, TransformsJsonText(exported));
     return;
   }
   const ColmapReconstruction model = ToColmap(exported);

@@ -1,11 +1,11 @@
-// A light field as other programs want it: COLMAP's folder or nerfstudio's, with its photographs as they are
-// or undistorted, masks beside them, and what views show of the points.
+// Exports a light field for other programs: COLMAP's or nerfstudio's folder, with the photographs unchanged
+// or undistorted, masks, and points with their observations.
 //
 //   OUT/images/NAME  OUT/masks/NAME.png  and  OUT/sparse/0/{cameras,images,points3D}.{txt,bin}
 //                                        or   OUT/transforms.json  OUT/points.ply
 //
-// Poses stay exactly as they are. Photographs that need not change are copied byte for byte; names lose what
-// readers stumble over (folders, spaces). All of it is there at the end, or nothing.
+// Poses are unchanged. Photographs that need no change are copied byte for byte. Names lose folders and
+// spaces, which some readers do not accept. The export is complete, or OUT does not exist.
 #pragma once
 
 #include <filesystem>
@@ -25,27 +25,27 @@ struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
   bool undistort = false;
   std::function<void(double share, const std::string& what)> progress = {};
-  std::function<bool()> stop = {};  // asked now and then; then Error, and nothing is left
+  std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
 };
 
 struct ExportSummary {
   std::size_t copied = 0, made = 0;  // photographs
   std::size_t masks = 0;
-  std::vector<Undistortion> cameras;  // where photographs are undistorted, one for each camera
+  std::vector<Undistortion> cameras;  // of undistorted photographs, one per camera
   PointStatistics points;
 };
 
-// What can be found out before any work: throws Error where OUT is not free, UsageError where the form cannot
-// say what the light field holds.
+// Checks before any work: throws Error when OUT exists and is not empty, UsageError when the form cannot
+// represent the light field.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
 
-// Throws Error where OUT is not free, a photograph cannot be read or the disk is full; UsageError where the
-// form cannot say what the light field holds.
+// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; UsageError
+// when the form cannot represent the light field.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);
 
-// Views and points as they will be in the export, paths relative to it: what the model is written from.
+// The views and points of the export, with paths relative to it.
 LightField AsExported(const LightField& light_field, bool undistort, std::vector<Undistortion>* cameras);
 
 }  // namespace ulf

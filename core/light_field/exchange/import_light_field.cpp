@@ -1,9 +1,7 @@
 #include "core/light_field/exchange/import_light_field.h"
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -12,6 +10,7 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/staged_folder.h"
+#include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf {
@@ -34,12 +33,6 @@ std::string Beside(const char* folder, const std::string& image_path, const std:
 void WriteInFolder(const fs::path& path, const std::string& bytes) {
   MakeFolder(path.parent_path());
   WriteFileAtomically(path, bytes);
-}
-
-std::string PngBytes(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", pixels, bytes);
-  return {bytes.begin(), bytes.end()};
 }
 
 // The master that the source has, or else an original of more than 8 bits, which every tool's photograph is
@@ -94,8 +87,7 @@ void RequirePosedSet(const fs::path& source) {
         "F --no-subject'",
         path, word);
   }
-  if (fs::exists(source / "transforms.json", unknown) || fs::exists(source / "journal.jsonl", unknown))
-    return;
+  if (fs::exists(source / kTransformsFile, unknown) || fs::exists(source / kJournalFile, unknown)) return;
   for (const char* model : {".", "sparse/0", "sparse", "colmap/sparse/0"})
     for (const char* images : {"images.bin", "images.txt"})
       if (fs::exists(source / model / images, unknown))
@@ -121,7 +113,7 @@ LightField Import(const fs::path& source_path, const fs::path& dir, const Import
   if (!source.subject) source.subject = SubjectFromAxes(source);
   if (!source.subject)
     throw UsageError(
-        "{}: where the subject is cannot be told from the cameras (their axes are nearly parallel or do not "
+        "{}: the subject cannot be found from the cameras (their axes are nearly parallel or do not "
         "meet in "
         "front of them); give it with --subject x,y,z,radius",
         source_path.string());

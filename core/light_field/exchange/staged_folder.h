@@ -1,5 +1,5 @@
-// A new folder that is whole or not there: it is filled under a hidden name and renamed when it is done. What
-// a killed process leaves of it is removed by the next of that name.
+// Creates a folder atomically: it is filled under a hidden name and renamed at the end. The remains of a
+// killed process are removed by the next one with the same target.
 #pragma once
 
 #include <filesystem>
@@ -9,15 +9,14 @@ namespace ulf {
 
 class StagedFolder {
  public:
-  // For `target`, which must not exist or be empty (Error otherwise). Throws Error where nothing can be
-  // written.
+  // `target` must not exist or be empty. Throws Error otherwise, and when the folder cannot be written.
   explicit StagedFolder(std::filesystem::path target);
   StagedFolder(const StagedFolder&) = delete;
   StagedFolder& operator=(const StagedFolder&) = delete;
-  ~StagedFolder();  // removes what was not committed, with the folders above that were made for it
+  ~StagedFolder();  // without Commit(): removes the folder and the parents that were made for it
 
-  // Where to write until Commit(): beside the target (hidden, `.NAME.part`), or in it where it is the root of
-  // a file system of its own.
+  // The folder to write to until Commit(): beside the target (hidden, `.NAME.part`), or the target itself if
+  // it is the root of a file system.
   const std::filesystem::path& path() const { return path_; }
   // Syncs the file system and gives the folder its name. Throws DiskFullError, Error.
   void Commit();

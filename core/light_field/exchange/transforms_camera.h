@@ -1,5 +1,5 @@
-// A camera in transforms.json: intrinsics by the keys of nerfstudio and instant-ngp, of the set or of a
-// frame.
+// Cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for the whole set or
+// per frame.
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,17 @@
 namespace ulf {
 
 bool IsCameraKey(const std::string& key);
-// Those of an object's keys, without null values.
+// The camera keys of an object, without null values.
 nlohmann::json CameraKeysOf(const nlohmann::json& object);
-// Key by key, as nerfstudio reads them: what a frame says of its camera stands before what the set says. A
-// frame that gives its focal length, or its kind of lens, in one way gives it whole.
+// Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains
+// one key for the focal length, or for the lens model, no such key of the set is used.
 nlohmann::json MergedCameraKeys(const nlohmann::json& set, const nlohmann::json& frame);
 bool HasIntrinsics(const JsonPlace& place);
-// The size of `example_image` where none is given. Throws Error that names the place and the key.
+// The size is that of `example_image` if none is given. Throws Error that names the place and the key.
 CameraModel ReadCamera(const JsonPlace& place, const std::filesystem::path& example_image);
 
 void WriteCamera(const CameraModel& camera, nlohmann::json& object);
-// For sets of several cameras: nerfstudio looks for the kind of lens at the top alone.
+// For sets with several cameras: nerfstudio reads the lens model only at the top level.
 void WriteCameraKind(const std::vector<CameraModel>& cameras, nlohmann::json& object);
 
 }  // namespace ulf

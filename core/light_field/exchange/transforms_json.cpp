@@ -347,9 +347,9 @@ LightField ReadTransformsJson(const fs::path& file) {
   LightField light_field = ReadFrames(document, file, true);
   const JsonPlace top{document.top(), file.string()};
   ReadPointsOf(top, light_field);
-  if (StampFrom(top) && !fs::exists(light_field.root / "journal.jsonl"))
+  if (StampFrom(top) && !fs::exists(light_field.root / kJournalFile))
     light_field.doubts.push_back(fmt::format(
-        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to make it anew",
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
         light_field.root.string(), file.filename().string(), ShellWord(light_field.root.string())));
   return light_field;
 }

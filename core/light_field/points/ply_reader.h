@@ -1,5 +1,4 @@
-// Stanford PLY of any kind (text, little or big endian, any elements and properties), one number after
-// another.
+// Reads Stanford PLY of any kind (text, little or big endian, any elements and properties), number by number.
 #pragma once
 
 #include <array>
@@ -36,17 +35,17 @@ struct Header {
 // Throws Error that begins with `name`.
 Header ParseHeader(const std::string& bytes, const std::string& name);
 
-// The numbers behind the header. `bytes` and `header` must outlive it; throws Error that begins with `name`
-// where the file ends too early.
+// The numbers after the header. `bytes` and `header` must outlive it. Throws Error that begins with `name`
+// when the file is truncated.
 class Body {
  public:
   Body(const std::string& bytes, const Header& header, std::string name);
 
-  // At the beginning of an element: what its rows take up at least is there, so that a header cannot make
-  // anybody reserve more than the file holds.
+  // At the start of an element: throws unless the file has at least the minimum size of its rows, so that a
+  // header cannot make the caller allocate more than the file contains.
   void Require(const Element& element) const;
   double Next(Number type);
-  // Of a list how many numbers follow, else 1.
+  // The number of values that follow: the length of a list, else 1.
   double Count(const Property& property);
   void Skip(const Element& element);
 
@@ -64,7 +63,7 @@ class Body {
 
 namespace ulf {
 
-// A number as text files write it: "nan" and "inf" are numbers. False where `text` is none.
+// Parses a number, also "nan" and "inf". False: `text` is no number.
 bool ParseNumber(std::string_view text, double& value);
 
 }  // namespace ulf

@@ -26,7 +26,7 @@ std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observat
     ++rays;
   }
   if (rays < 2) return std::nullopt;
-  // Rays within a twentieth of a degree of each other meet anywhere.
+  // Rays within a twentieth of a degree of each other do not determine a point. Guessed.
   constexpr double kMinMeanSquaredSine = 1e-6;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(normal);
   if (solver.eigenvalues()(0) < kMinMeanSquaredSine * rays) return std::nullopt;
@@ -36,6 +36,7 @@ std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observat
 
 // One Gauss-Newton step under Huber's loss; zero where too few pictures show the place.
 Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
+  // Threshold of Huber's loss. Guessed: observations are good to less than a pixel.
   constexpr double kDoubtPx = 1;
   Matrix3d normal = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();

@@ -1,5 +1,5 @@
-// Where a point is by what pictures of known pose show: the place whose projections lie nearest to all its
-// observations. Image quantities are pixels, positions world units.
+// Triangulates a point from observations with known poses by minimising reprojection errors. Image points are
+// in pixels, positions in world units.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,11 +17,11 @@ struct PosedObservation {
   Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
 };
 
-// Begins at the place nearest to all rays; observations farther off than a pixel count less (Huber's loss).
-// None where fewer than two pictures show it before them, or their rays are as good as parallel.
+// Starts at the point nearest to all rays and minimises Huber's loss with a threshold of one pixel. None:
+// fewer than two cameras have the point in front of them, or the rays are nearly parallel.
 std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);
 
-// Distance of an observation from the point's projection; infinite where it has none.
+// Distance of an observation from the point's projection in pixels; infinite when it has none.
 double ReprojectionErrorPx(const PosedObservation& observation, const Eigen::Vector3d& point_in_world);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
-// Where a light field's points stand: points.ulf with what views show of them, and points.ply, the positions
-// for other programs, which follows from it.
+// Reads and writes a light field's points: points.ulf with observations, and points.ply with positions for
+// other programs, which is derived from it.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace ulf {
 
-// From points.ulf where that is there and whole, else from points.ply: positions alone. What is amiss is a
-// word in light_field.doubts.
+// Reads points.ulf; if it is missing or damaged, the positions in points.ply. Problems are added to
+// light_field.doubts.
 void ReadPoints(LightField& light_field);
 
-// From a PLY alone; false where there is none. One that is damaged is a word in light_field.doubts: points
-// are of use, and nothing that cannot be made again.
+// Reads positions from a PLY file; false: there is none. A damaged file is not an error but adds a message to
+// light_field.doubts, because a light field is usable without points.
 bool ReadPointPositions(const std::filesystem::path& ply, LightField& light_field);
 
 void WritePoints(const LightField& light_field);

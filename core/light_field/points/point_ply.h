@@ -1,4 +1,4 @@
-// Points as PLY. Ours (points.ply) are binary little-endian, x y z float, red green blue uchar.
+// Reads and writes points as PLY. Written files are binary little-endian: x y z float, red green blue uchar.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +10,8 @@
 namespace ulf {
 
 std::string PointPlyBytes(const std::vector<ScenePoint>& points);
-// The vertices of any PLY, with their colours where they have some; those that are not finite are left out.
-// Throws Error for what is no PLY or is truncated.
+// The vertices of any PLY, with their colours if any, without those that are not finite. Throws Error for a
+// file that is no PLY or is truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf

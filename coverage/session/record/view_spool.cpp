@@ -158,7 +158,7 @@ std::size_t ViewSpool::NextTogether(std::size_t most_views) const {
 }
 
 void ViewSpool::Loop() {
-  HaveSignalStack();
+  InstallSignalStack();
   MutexLock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
     changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
@@ -200,7 +200,7 @@ void ViewSpool::Loop() {
 
 // Whatever the disk says, for as long as there are views that wait for it.
 void ViewSpool::EncodeLoop() {
-  HaveSignalStack();
+  InstallSignalStack();
   MutexLock lock(mutex_);
   for (;;) {
     std::shared_ptr<PendingView> next;
@@ -227,7 +227,7 @@ void ViewSpool::EncodeLoop() {
 }
 
 void ViewSpool::PictureLoop() {
-  HaveSignalStack();
+  InstallSignalStack();
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kPictureNiceness);  // of this thread alone
   MutexLock lock(mutex_);
   for (;;) {

@@ -1,3 +1,5 @@
+// Tests: acquisition/aravis/aravis_automatics.
+//
 // What a camera changes by itself: full_camera.xml's automatics move their values while they run, and give
 // back the ones set by hand when they are off.
 #include <gmock/gmock.h>

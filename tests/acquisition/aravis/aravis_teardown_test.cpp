@@ -1,3 +1,5 @@
+// Tests: acquisition/aravis/aravis_session, acquisition/aravis/aravis_stream.
+//
 // Letting go of a camera that dies, at moments all around the library's own "control lost" signal, which
 // comes about five seconds after: a last reference that falls inside its emission would abort the process.
 #include <gmock/gmock.h>

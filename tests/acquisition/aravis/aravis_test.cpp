@@ -1,3 +1,6 @@
+// Tests: acquisition/aravis/aravis_device, acquisition/aravis/aravis_discovery,
+// acquisition/aravis/aravis_frames, acquisition/aravis/aravis_stream, acquisition/aravis/aravis_session.
+//
 // The Aravis device against Aravis's own fake GigE Vision camera in a process of its own, in a network of its
 // own.
 #include <gmock/gmock.h>

@@ -1,3 +1,7 @@
+// Tests: acquisition/aravis/stream_guard, acquisition/simulator/gige/gvcp_filter,
+// acquisition/simulator/gige/gvcp, acquisition/simulator/gige/taken_sockets,
+// acquisition/simulator/gige/gige_registers.
+//
 // Forged packets against both ends of a GigE Vision link: the known killers one by one, each against a camera
 // or a stream that must go on as if nothing had come. What the guard does with each is in stream_guard_test.
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests: acquisition/aravis/stream_guard.
+//
 // What the guard before a stream's socket lets through, packet by packet: a frame of 100,000 bytes in packets
 // of 576 and of 9,000.
 #include "acquisition/aravis/stream_guard.h"

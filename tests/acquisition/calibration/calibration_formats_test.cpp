@@ -1,3 +1,4 @@
+// Tests: acquisition/calibration/calibration_formats, commands/calibration/calibration_command.
 #include "acquisition/calibration/calibration_formats.h"
 
 #include <gmock/gmock.h>

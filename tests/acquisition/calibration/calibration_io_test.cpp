@@ -1,3 +1,4 @@
+// Tests: acquisition/calibration/calibration_io, core/geometry/camera_json.
 #include "acquisition/calibration/calibration_io.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// Tests: acquisition/calibration/intrinsics, core/geometry/sensor_window.
 #include "acquisition/calibration/intrinsics.h"
 
 #include <gmock/gmock.h>

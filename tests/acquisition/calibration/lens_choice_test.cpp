@@ -1,3 +1,6 @@
+// Tests: acquisition/calibration/lens_choice, acquisition/calibration/lens_fit,
+// acquisition/calibration/calibrate, acquisition/calibration/calibration_capture,
+// acquisition/calibration/calibration_picture, commands/calibration/calibration_report.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,3 +1,4 @@
+// Tests: acquisition/device/frame_queue, acquisition/device/frame_id_counter.
 #include "acquisition/device/frame_queue.h"
 
 #include <gmock/gmock.h>
@@ -91,14 +92,6 @@ TEST(BoundedQueue, CloseEndsAWaitingPop) {
   });
   EXPECT_FALSE(queue.Pop(10s));
   closer.join();
-}
-
-TEST(BoundedQueue, TryPushNeverWaits) {
-  BoundedQueue<int> queue(1, WhenFull::kBlock);
-  int one = 1, two = 2;
-  EXPECT_TRUE(queue.TryPush(one));
-  EXPECT_FALSE(queue.TryPush(two));
-  EXPECT_EQ(two, 2);
 }
 
 TEST(BoundedQueue, RefusesNoRoom) { EXPECT_THROW((BoundedQueue<int>(0, WhenFull::kBlock)), Error); }

@@ -1,3 +1,4 @@
+// Tests: acquisition/device/reconnecting_device, acquisition/device/background_closer.
 #include "acquisition/device/reconnecting_device.h"
 
 #include <gmock/gmock.h>
@@ -146,7 +147,7 @@ TEST(ReconnectingDevice, TimesGoOnWhateverTheCamerasClockDoes) {
       last_s = frame.device_time_s;
     }
     const std::string said = device->TakeEvents().back().text;
-    EXPECT_EQ(said.find("clock began anew") != std::string::npos, switched_off) << said;
+    EXPECT_EQ(said.find("clock restarted") != std::string::npos, switched_off) << said;
   }
 }
 

@@ -1,3 +1,5 @@
+// Tests: acquisition/device/replay_device, acquisition/device/paced_device, core/image/image_header,
+// core/base/name_order.
 #include <gmock/gmock.h>
 
 #include <fstream>

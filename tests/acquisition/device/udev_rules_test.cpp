@@ -1,3 +1,5 @@
+// Tests: acquisition/device/udev_rules, commands/camera/devices_command.
+//
 // The rules in udev/: what they do to cameras that are not there (replayed through umockdev into `udevadm
 // test`, with a view of the file system of the test's own), and whether missing ones are noticed.
 #include <gmock/gmock.h>

@@ -1,3 +1,9 @@
+// Tests: acquisition/gphoto2/gphoto_device, acquisition/gphoto2/gphoto_camera,
+// acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
+// acquisition/gphoto2/camera_settings, acquisition/gphoto2/capture_target,
+// acquisition/gphoto2/photograph_downloads, acquisition/gphoto2/photograph_frame,
+// acquisition/gphoto2/ptpip_descriptors, acquisition/device/photograph_inbox.
+//
 // A tethered camera over the stock ptp2 driver, on loopback.
 #include <fcntl.h>
 #include <libexif/exif-data.h>
@@ -546,10 +552,10 @@ TEST(PhotographicNumbers, AsCamerasWriteThem) {
   EXPECT_DOUBLE_EQ(PhotographicNumber("2\"").value(), 2);
   for (const char* text : {"Auto", "bulb", "", "1/0", "0", "f/", "12 apples"})
     EXPECT_FALSE(PhotographicNumber(text)) << text;
-  EXPECT_TRUE(MeansTheSame("1/60", "0.0166s"));
-  EXPECT_FALSE(MeansTheSame("1/60", "1/80")) << "a third of a stop is another setting";
-  EXPECT_FALSE(MeansTheSame("5.6", "6.3"));
-  EXPECT_TRUE(MeansTheSame("Manual", "manual"));
+  EXPECT_TRUE(IsSameSetting("1/60", "0.0166s"));
+  EXPECT_FALSE(IsSameSetting("1/60", "1/80")) << "a third of a stop is another setting";
+  EXPECT_FALSE(IsSameSetting("5.6", "6.3"));
+  EXPECT_TRUE(IsSameSetting("Manual", "manual"));
   EXPECT_EQ(ChoiceFor({"1/50", "1/60", "1/80"}, "0.0167"), "1/60");
   EXPECT_EQ(ChoiceFor({"JPEG Basic", "JPEG Fine", "NEF (Raw)"}, "fine"), "JPEG Fine");
   EXPECT_FALSE(ChoiceFor({"JPEG Basic", "JPEG Fine"}, "jpeg")) << "names two";

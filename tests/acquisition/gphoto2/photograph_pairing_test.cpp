@@ -1,3 +1,5 @@
+// Tests: acquisition/gphoto2/photograph_pairing.
+//
 // One photograph, two files: what waits for what, and which request it answers.
 #include "acquisition/gphoto2/photograph_pairing.h"
 
@@ -52,14 +54,14 @@ TEST(Photographs, AHalfWaitsForOneOnItsWayAndALateOneAnswersNothing) {
   const auto raw_is_coming = [](const std::string& stem) { return stem == "dsc_1"; };
   EXPECT_THAT(pairing.Take(19, raw_is_coming), IsEmpty());
   EXPECT_TRUE(pairing.Holds("dsc_1"));
-  EXPECT_FALSE(pairing.LateHalf("DSC_1.NEF", 19));
+  EXPECT_FALSE(pairing.LateFile("DSC_1.NEF", 19));
   EXPECT_THAT(pairing.Take(21), IsEmpty()) << "given up: as long as for one that was never announced";
   ASSERT_EQ(pairing.Take(22).size(), 1u);
 
-  EXPECT_FALSE(pairing.LateHalf("DSC_1.JPG", 25)) << "the camera counts anew";
-  EXPECT_FALSE(pairing.LateHalf("DSC_2.NEF", 25));
-  EXPECT_FALSE(pairing.LateHalf("DSC_1.NEF", 83));
-  auto late = pairing.LateHalf("DSC_1.NEF", 25);
+  EXPECT_FALSE(pairing.LateFile("DSC_1.JPG", 25)) << "the camera counts anew";
+  EXPECT_FALSE(pairing.LateFile("DSC_2.NEF", 25));
+  EXPECT_FALSE(pairing.LateFile("DSC_1.NEF", 83));
+  auto late = pairing.LateFile("DSC_1.NEF", 25);
   ASSERT_TRUE(late);
   EXPECT_EQ(late->announced_s, 100) << "the photograph's time";
   EXPECT_EQ(late->released_s, 99);
@@ -68,7 +70,7 @@ TEST(Photographs, AHalfWaitsForOneOnItsWayAndALateOneAnswersNothing) {
   const auto rest = pairing.Take(26);
   ASSERT_EQ(rest.size(), 1u) << "waits for nothing";
   EXPECT_TRUE(rest[0].First().is_late);
-  EXPECT_FALSE(pairing.LateHalf("DSC_1.NEF", 27)) << "once";
+  EXPECT_FALSE(pairing.LateFile("DSC_1.NEF", 27)) << "once";
 }
 
 std::vector<PtpipFile> RawAndJpeg(int number) {

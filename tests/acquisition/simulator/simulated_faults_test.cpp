@@ -1,3 +1,5 @@
+// Tests: acquisition/simulator/simulated_faults, acquisition/simulator/simulated_device.
+//
 // Faults that are asked for: their words, `sim:` with them, and the served camera with them.
 #include "acquisition/simulator/simulated_faults.h"
 

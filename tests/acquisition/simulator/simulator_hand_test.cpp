@@ -1,3 +1,5 @@
+// Tests: acquisition/simulator/hand, acquisition/simulator/hand_motion, acquisition/simulator/waves.
+//
 // The simulated hand: smooth, within its promises, and everywhere on the cap sooner or later.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,9 @@
+// Tests: acquisition/simulator/simulated_camera, acquisition/simulator/sensor,
+// acquisition/simulator/simulated_device, acquisition/simulator/scene/scene,
+// acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
+// acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
+// acquisition/simulator/scene/materials, acquisition/simulator/scene/noise.
+//
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.
 #include <gmock/gmock.h>

@@ -1,3 +1,6 @@
+// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report,
+// acquisition/calibration/calibration_capture, acquisition/calibration/calibration_guide.
+//
 // `ulf calibrate` from outside, and live collection from devices with their faults.
 #include <gmock/gmock.h>
 

@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   const volatile char goes_on = 1;
   if (thread == "main") return Overrun(&goes_on);
   std::thread([&] {
-    ulf::HaveSignalStack();
+    ulf::InstallSignalStack();
     prctl(PR_SET_NAME, "overrun");
     Overrun(&goes_on);
   }).join();

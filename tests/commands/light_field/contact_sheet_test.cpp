@@ -1,3 +1,5 @@
+// Tests: commands/light_field/contact_sheet, commands/light_field/sheet_command.
+//
 // The contact sheet: its layout alone, and whole from a light field that the simulator gave.
 #include "commands/light_field/contact_sheet.h"
 

@@ -1,3 +1,5 @@
+// Tests: commands/light_field/export_command, core/light_field/exchange/export_light_field.
+//
 // `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Tests: core/base/clock_offset.
 #include "core/base/clock_offset.h"
 
 #include <gmock/gmock.h>

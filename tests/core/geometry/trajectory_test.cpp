@@ -1,3 +1,4 @@
+// Tests: core/geometry/trajectory.
 #include "core/geometry/trajectory.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests: core/image/image.
+//
 // Mosaics as colour: the four orders, the precision, and the grey picture that the tracker sees.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// Tests: core/image/flat_field, core/geometry/sensor_window, core/light_field/view_images.
 #include "core/image/flat_field.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// Tests: core/image/pixel_format, core/image/unpack, core/image/jpeg_decoder.
 #include "core/image/pixel_format.h"
 
 #include <gmock/gmock.h>

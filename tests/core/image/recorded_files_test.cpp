@@ -1,3 +1,5 @@
+// Tests: core/image/tiff_file, core/base/atomic_file.
+//
 // Files as they come to the disk: several at once, all or none; pictures that every reader opens.
 #include <gmock/gmock.h>
 #include <sys/stat.h>

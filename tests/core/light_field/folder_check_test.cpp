@@ -1,3 +1,6 @@
+// Tests: core/light_field/folder_check, core/light_field/folder_repair, core/light_field/repair_plan,
+// core/light_field/derived_files, core/light_field/missing_journal, commands/light_field/repair_command.
+//
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
 #include "core/light_field/folder_check.h"
@@ -12,6 +15,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_repair.h"
@@ -121,11 +125,11 @@ TEST_F(Folder, RepairSaysWhatItDoesAndNothingElse) {
   Rewrite(dir() / "journal.jsonl",
           [](std::string& bytes) { bytes.resize(bytes.rfind('\n', bytes.size() * 2 / 3) + 1); });
   EXPECT_THAT(test::RunUlf("repair " + dir().string()).output,
-              AllOf(HasSubstr("would write the journal anew; the old one stays in kept/\n"),
+              AllOf(HasSubstr("would write the journal again; the old one stays in kept/\n"),
                     Not(HasSubstr("damaged"))));
   Rewrite(dir() / "journal.jsonl", [](std::string& bytes) { bytes[LineBegin(bytes, 4) + 9] = '\x01'; });
   EXPECT_THAT(test::RunUlf("repair " + dir().string() + " --write").output,
-              AllOf(HasSubstr("did this: write the journal anew without 1 damaged line; the old one stays"),
+              AllOf(HasSubstr("did this: write the journal again without 1 damaged line; the old one stays"),
                     Not(HasSubstr("done:"))));
 }
 
@@ -677,7 +681,7 @@ TEST_F(Folder, TwoLinesOfOneViewAreSaid) {
     const std::size_t begin = LineBegin(bytes, 5);
     bytes += bytes.substr(begin, bytes.find('\n', begin) + 1 - begin);
   });
-  ExpectSame(whole, ReadSaying({"view 2 has been told already"}));
+  ExpectSame(whole, ReadSaying({"view 2 is recorded twice"}));
 }
 
 // The writer that goes on keeps the damaged line where it is.

@@ -267,7 +267,7 @@ std::map<std::string, std::string> AllBytes(const fs::path& dir) {
   return bytes;
 }
 
-TEST(CaptureSession, DeterministicMeansTheSameBytes) {
+TEST(CaptureSession, DeterministicIsSameSettingBytes) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();
   options.cap = Cap::ParseDegrees("10x6");

@@ -1,3 +1,7 @@
+// Tests: core/light_field/exchange/export_light_field, core/light_field/exchange/colmap_model,
+// core/light_field/exchange/colmap_binary, core/light_field/exchange/colmap_text,
+// core/light_field/exchange/image_names, core/light_field/exchange/staged_folder, core/image/undistortion.
+//
 // A light field for other programs: what stays exactly as it is, what is undistorted, and that each program's
 // reader takes it.
 #include <gmock/gmock.h>

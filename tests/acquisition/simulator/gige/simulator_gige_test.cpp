@@ -1,3 +1,6 @@
+// Tests: acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
+// acquisition/simulator/gige/gige_address, commands/camera/simulate_command.
+//
 // The simulated camera over the wire: opened by the Aravis device like any other, on a loopback of this
 // process's own.
 #include <gmock/gmock.h>

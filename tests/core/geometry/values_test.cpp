@@ -1,3 +1,6 @@
+// Tests: core/geometry/rigid3, core/geometry/camera_model, core/image/image, core/base/device_uri,
+// core/light_field/view_numbers.
+//
 // Poses, cameras, images: the values everything else is made of.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

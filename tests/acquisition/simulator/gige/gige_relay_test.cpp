@@ -1,3 +1,5 @@
+// Tests: acquisition/simulator/gige/gige_relay, acquisition/simulator/gige/gige_address.
+//
 // The relay that simulates a bad link: before it the client that everything else uses, behind it a camera in
 // a process of its own. Values are checked pixel by pixel: a packet sent again must land where it belongs.
 #include <gmock/gmock.h>

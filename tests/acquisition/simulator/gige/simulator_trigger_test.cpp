@@ -1,3 +1,5 @@
+// Tests: acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/gige_registers.
+//
 // The simulated GigE Vision camera's triggers and its account of the last frame, by the library's own client:
 // as many frames as pulses, whatever else the client does.
 #include <arv.h>

@@ -1,0 +1,228 @@
+#include "acquisition/simulator/gige/genicam_description.h"
+
+#include <fmt/format.h>
+
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "acquisition/simulator/sensor.h"
+
+namespace ulf::acquisition {
+namespace {
+
+constexpr const char* kBegin = R"(<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription ModelName="HandheldSimulator" VendorName="ULF" StandardNameSpace="GEV"
+  ToolTip="Simulated hand-held camera of ulf" SchemaMajorVersion="1" SchemaMinorVersion="0" SchemaSubMinorVersion="1"
+  MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="7A0C1C52-3B1E-4B0B-9C55-0B0F53C6A001"
+  VersionGuid="7A0C1C52-3B1E-4B0B-9C55-0B0F53C6A002" xmlns="http://www.genicam.org/GenApi/Version_1_0">
+)";
+
+constexpr const char* kEnd = R"(
+  <Port Name="Device" NameSpace="Standard"/>
+</RegisterDescription>
+)";
+
+using Names = std::vector<std::string>;
+using Entries = std::vector<std::pair<std::string, std::string>>;  // name, value
+
+std::string Description(const std::string& text) {
+  return text.empty() ? "" : fmt::format("    <Description>{}</Description>\n", text);
+}
+
+// `space`: "Standard" for a name of the GenICam Standard Features Naming Convention, "Custom" for one of
+// ours.
+std::string Node(const char* kind, const std::string& name, const char* space, const std::string& inside) {
+  return fmt::format("  <{0} Name=\"{1}\" NameSpace=\"{2}\">\n{3}  </{0}>\n", kind, name, space, inside);
+}
+
+std::string Category(const std::string& name, const char* space, const Names& features) {
+  std::string inside;
+  for (const std::string& feature : features) inside += fmt::format("    <pFeature>{}</pFeature>\n", feature);
+  return fmt::format("\n{}", Node("Category", name, space, inside));
+}
+
+std::string RegisterAt(const char* address, int bytes, const char* access) {
+  return fmt::format(
+      "    <Address>{}</Address><Length>{}</Length><AccessMode>{}</AccessMode><pPort>Device</pPort>\n",
+      address, bytes, access);
+}
+
+std::string Text(const std::string& name, const char* address, int bytes) {
+  return Node("StringReg", name, "Standard", RegisterAt(address, bytes, "RO"));
+}
+
+// An unsigned number of four bytes.
+std::string Number(const std::string& name, const char* space, const char* address, const char* access,
+                   const std::string& description = "", bool may_be_cached = true) {
+  return Node("IntReg", name, space,
+              Description(description) + RegisterAt(address, 4, access) +
+                  (may_be_cached ? "" : "    <Cachable>NoCache</Cachable>\n") +
+                  "    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>\n");
+}
+
+// A number that clients write, in a register of its own. `most` names the feature that limits it.
+std::string Size(const std::string& name, const std::string& description, int least, const char* most,
+                 const char* address) {
+  return Node("Integer", name, "Standard",
+              Description(description) +
+                  fmt::format("    <pValue>{}Reg</pValue><Min>{}</Min><pMax>{}</pMax><Inc>2</Inc>\n", name,
+                              least, most)) +
+         Number(name + "Reg", "Custom", address, "RW");
+}
+
+std::string Enumeration(const std::string& name, const Entries& entries, const std::string& value,
+                        const std::string& description = "") {
+  std::string inside = Description(description);
+  for (const auto& [entry, number] : entries)
+    inside += fmt::format("    <EnumEntry Name=\"{}\" NameSpace=\"Standard\"><Value>{}</Value></EnumEntry>\n",
+                          entry, number);
+  return Node("Enumeration", name, "Standard", inside + fmt::format("    <pValue>{}</pValue>\n", value));
+}
+
+std::string Choice(const std::string& name, const Entries& entries, const char* address,
+                   const std::string& description = "") {
+  return Enumeration(name, entries, name + "Reg", description) +
+         Number(name + "Reg", "Custom", address, "RW");
+}
+
+std::string Command(const std::string& name, const char* value, int number) {
+  return Node("Command", name, "Standard",
+              fmt::format("    <pValue>{}</pValue><CommandValue>{}</CommandValue>\n", value, number));
+}
+
+// A real number that is kept in `reg` as a whole one. The two formulas turn it into that and back.
+struct Converted {
+  const char* name;
+  const char* space;
+  const char* description;
+  const char *least, *most, *unit;
+  const char* converter;
+  const char *to, *from;
+  const char* reg;
+  const char* address;
+};
+
+std::string Real(const Converted& c) {
+  const char* slope =
+      std::string_view(c.to).find("/ FROM") == std::string_view::npos ? "Increasing" : "Decreasing";
+  return Node("Float", c.name, c.space,
+              Description(c.description) +
+                  fmt::format("    <pValue>{}</pValue><Min>{}</Min><Max>{}</Max><Unit>{}</Unit>\n",
+                              c.converter, c.least, c.most, c.unit)) +
+         Node("Converter", c.converter, "Custom",
+              fmt::format("    <FormulaTo>{}</FormulaTo><FormulaFrom>{}</FormulaFrom>\n"
+                          "    <pValue>{}</pValue><Slope>{}</Slope>\n",
+                          c.to, c.from, c.reg, slope)) +
+         Number(c.reg, "Custom", c.address, "RW");
+}
+
+std::string Difference(const std::string& name, const char* all, const char* part) {
+  return Node(
+      "IntSwissKnife", name, "Custom",
+      fmt::format("    <pVariable Name=\"ALL\">{}</pVariable><pVariable Name=\"PART\">{}</pVariable>\n"
+                  "    <Formula>ALL - PART</Formula>\n",
+                  all, part));
+}
+
+std::string DeviceControl() {
+  return Category("DeviceControl", "Standard",
+                  {"DeviceVendorName", "DeviceModelName", "DeviceManufacturerInfo", "DeviceVersion",
+                   "DeviceSerialNumber"}) +
+         Text("DeviceVendorName", "0x48", 32) + Text("DeviceModelName", "0x68", 32) +
+         Text("DeviceVersion", "0x88", 32) + Text("DeviceManufacturerInfo", "0xa8", 48) +
+         Text("DeviceSerialNumber", "0xd8", 16);
+}
+
+std::string ImageFormatControl() {
+  Entries formats;
+  for (int i = 0; i <= static_cast<int>(SensorFormat::kBgr8); ++i) {
+    const PixelFormat& format = PixelsOf(static_cast<SensorFormat>(i));
+    formats.emplace_back(format.name, fmt::format("0x{:08X}", format.code));
+  }
+  return Category("ImageFormatControl", "Standard",
+                  {"SensorWidth", "SensorHeight", "Width", "Height", "OffsetX", "OffsetY", "PixelFormat"}) +
+         Number("SensorWidth", "Standard", "0x11c", "RO", "Width of the sensor, in pixels.") +
+         Number("SensorHeight", "Standard", "0x118", "RO", "Height of the sensor, in pixels.") +
+         Size("Width", "Width of the part of the sensor that is sent, in pixels.", 16, "SensorWidth",
+              "0x100") +
+         Size("Height", "Height of the part of the sensor that is sent, in pixels.", 16, "SensorHeight",
+              "0x104") +
+         Size("OffsetX", "Left edge of the part that is sent, in pixels.", 0, "OffsetXMax", "0x130") +
+         Difference("OffsetXMax", "SensorWidth", "Width") +
+         Size("OffsetY", "Top edge of the part that is sent, in pixels.", 0, "OffsetYMax", "0x134") +
+         Difference("OffsetYMax", "SensorHeight", "Height") +
+         Choice("PixelFormat", formats, "0x128", "How a pixel is sent; all formats are linear in light.");
+}
+
+std::string AcquisitionControl() {
+  return Category("AcquisitionControl", "Standard",
+                  {"AcquisitionMode", "AcquisitionStart", "AcquisitionStop", "AcquisitionFrameRate",
+                   "ExposureTime", "TriggerSelector", "TriggerMode", "TriggerSource", "TriggerSoftware",
+                   "LinePulseRate"}) +
+         Choice("AcquisitionMode", {{"Continuous", "1"}}, "0x12c") +
+         Command("AcquisitionStart", "AcquisitionReg", 1) + Command("AcquisitionStop", "AcquisitionReg", 0) +
+         Number("AcquisitionReg", "Custom", "0x124", "RW") +
+         Real({"AcquisitionFrameRate", "Standard", "Frames per second of the free-running camera.", "0.1",
+               "1000.0", "Hz", "FrameRateFromPeriod", "1000000.0 / FROM", "1000000.0 / TO", "FramePeriodReg",
+               "0x138"}) +
+         Real({"ExposureTime", "Standard",
+               "How long the shutter is open, in microseconds: more light, and more motion blur.", "10.0",
+               "1000000.0", "us", "ExposureFromReg", "FROM", "TO", "ExposureReg", "0x120"}) +
+         Enumeration("TriggerSelector", {{"FrameStart", "0"}}, "TriggerSelectorValue") +
+         "  <Integer Name=\"TriggerSelectorValue\" NameSpace=\"Custom\"><Value>0</Value></Integer>\n" +
+         Choice("TriggerMode", {{"Off", "0"}, {"On", "1"}}, "0x300") +
+         Choice("TriggerSource", {{"Line0", "0"}, {"Software", "1"}}, "0x1020") +
+         Real({"LinePulseRate", "Custom", "Pulses a second on the simulated input Line0.", "0.1", "200.0",
+               "Hz", "LineRateFromPeriod", "1000000.0 / FROM", "1000000.0 / TO", "LinePeriodReg", "0x1024"}) +
+         Command("TriggerSoftware", "TriggerSoftwareReg", 1) +
+         Number("TriggerSoftwareReg", "Custom", "0x30c", "RW");
+}
+
+// Gain is kept in tenths of a decibel.
+std::string AnalogControl() {
+  return Category("AnalogControl", "Standard", {"Gain"}) +
+         Real({"Gain", "Standard",
+               "Amplification before the converter, in decibels (20 dB: ten times the number).", "0.0",
+               "36.0", "dB", "GainFromReg", "FROM * 10.0", "TO / 10.0", "GainReg", "0x110"});
+}
+
+std::string LastFrame() {
+  const auto fact = [](const char* name, const char* address, const char* description) {
+    return Number(name, "Custom", address, "RO", description, false);
+  };
+  return Category("LastFrame", "Custom",
+                  {"LastFrameId", "LastFrameNumber", "LastExposureTime", "LastGain", "LastHandTime"}) +
+         fact("LastFrameId", "0x1000", "Number that the last frame was sent with: 16 bits.") +
+         fact("LastFrameNumber", "0x1004", "Frames taken, counted from 1.") +
+         fact("LastExposureTime", "0x1008", "Exposure of the last frame, in microseconds.") +
+         fact("LastGain", "0x100c", "Gain of the last frame, in tenths of a decibel.") +
+         fact("LastHandTime", "0x1010",
+              "How far the simulated hand had come at the last frame, in milliseconds.");
+}
+
+// The payload's size follows from the bits per pixel, which PFNC keeps in bits 16 to 23 of a format's code.
+std::string TransportLayerControl() {
+  return Category("TransportLayerControl", "Standard", {"PayloadSize"}) +
+         Node("IntSwissKnife", "PayloadSize", "Standard",
+              "    <pVariable Name=\"W\">Width</pVariable><pVariable Name=\"H\">Height</pVariable>\n"
+              "    <pVariable Name=\"CODE\">PixelFormatReg</pVariable>\n"
+              "    <Formula>W * H * ((CODE >> 16) &amp; 0xFF) / 8</Formula>\n") +
+         Node("Integer", "TLParamsLocked", "Standard",
+              "    <Visibility>Invisible</Visibility><Value>0</Value><Min>0</Min><Max>1</Max>\n");
+}
+
+}  // namespace
+
+const std::string& GenicamDescription() {
+  static const std::string description =
+      kBegin +
+      Category("Root", "Standard",
+               {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "AnalogControl", "LastFrame",
+                "TransportLayerControl"}) +
+      DeviceControl() + ImageFormatControl() + AcquisitionControl() + AnalogControl() + LastFrame() +
+      TransportLayerControl() + kEnd;
+  return description;
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,39 @@
+// The GigE Vision control protocol (GVCP) as bytes: a header of eight bytes, then what the command carries,
+// all big-endian.
+//
+//   request  key 0x42 (1), flags (1), command (2), bytes that follow (2), number of the request (2)
+//   answer   status (2), command + 1 (2), bytes that follow (2), number of the request (2)
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ulf::acquisition::gvcp {
+
+inline constexpr std::size_t kHeaderBytes = 8;
+
+enum Command : std::uint16_t {
+  kDiscovery = 0x02,
+  kDiscoveryAck = 0x03,
+  kResend = 0x40,
+  kReadRegister = 0x80,
+  kReadRegisterAck = 0x81,
+  kWriteRegister = 0x82,
+  kReadMemory = 0x84,
+  kWriteMemory = 0x86
+};
+
+inline std::uint16_t Half(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
+inline std::uint32_t Word(const std::uint8_t* at) {
+  return static_cast<std::uint32_t>(Half(at)) << 16 | Half(at + 2);
+}
+inline void PutHalf(std::uint8_t* at, std::uint32_t value) {
+  at[0] = static_cast<std::uint8_t>(value >> 8);
+  at[1] = static_cast<std::uint8_t>(value);
+}
+inline void PutWord(std::uint8_t* at, std::uint32_t value) {
+  PutHalf(at, value >> 16);
+  PutHalf(at + 2, value);
+}
+
+}  // namespace ulf::acquisition::gvcp

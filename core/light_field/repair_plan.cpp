@@ -1,0 +1,383 @@
+#include "core/light_field/repair_plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/folder_check.h"
+#include "core/light_field/points/point_io.h"
+#include "core/light_field/view_files.h"
+#include "core/light_field/view_numbers.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string NumbersOf(const std::map<int, View>& views) {
+  std::set<int> ids;
+  for (const auto& [id, view] : views) ids.insert(id);
+  return ViewNumbers(ids);
+}
+
+// The journal as far as it can be read. Where it has no header of its own, transforms.json gives one, else
+// the cameras of sparse/0.
+struct Found {
+  JournalContents journal;
+  std::optional<LightField> header;    // cameras and device
+  std::optional<LightField> settings;  // and the rest
+  std::string problem;                 // why its own header cannot be used
+  const char* header_from = kTransformsFile;
+};
+
+// True when ulf wrote the model: then its cameras are the journal's, in the same order.
+bool HeaderFromModel(const fs::path& dir, Found& found) {
+  const fs::path sparse = dir / "sparse/0";
+  if (!fs::is_regular_file(sparse / "images.txt") || !ReadColmapPoses(sparse / "images.txt").made_from)
+    return false;
+  LightField header;
+  header.root = dir;
+  try {
+    for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt"))
+      header.cameras.push_back(camera);
+  } catch (const Error& error) {
+    found.problem += fmt::format("; {}", error.what());
+    return false;
+  }
+  found.header = header;
+  found.header_from = "sparse/0";
+  return !found.header->cameras.empty();
+}
+
+bool HeaderFromTransforms(const fs::path& dir, Found& found) {
+  if (!fs::is_regular_file(dir / kTransformsFile)) return false;
+  TransformsText text;
+  try {
+    text = ReadTransformsText(dir / kTransformsFile);
+  } catch (const Error& error) {
+    found.problem += fmt::format("; {}", error.what());
+    return false;
+  }
+  if (!text.ours) {
+    found.problem += fmt::format("; {} is by another program", kTransformsFile);
+    return false;
+  }
+  found.settings = text.light_field;
+  found.header = std::move(text.light_field);
+  found.header->views.clear();
+  found.header->doubts.clear();
+  found.header->subject.reset();
+  found.header->up_in_world.reset();
+  found.header->goal.reset();
+  found.header->capture_s = 0;
+  found.header->reasons.clear();
+  return true;
+}
+
+Found FindJournal(const fs::path& dir) {
+  Found found;
+  if (fs::exists(dir / kJournalFile) && !fs::is_regular_file(dir / kJournalFile))
+    throw Error("{}: is no file; move it away, then repair", (dir / kJournalFile).string());
+  try {
+    if (!fs::exists(dir / kJournalFile))
+      throw Error("{}: there is no journal", (dir / kJournalFile).string());
+    found.journal = ReadJournal(dir / kJournalFile);
+    return found;
+  } catch (const Error& error) {
+    found.problem = error.what();
+  }
+  if (!HeaderFromTransforms(dir, found) && !HeaderFromModel(dir, found))
+    throw Error("{}; nothing else here tells the cameras as a capture left them: {}", found.problem,
+                fs::is_regular_file(dir / kTransformsFile)
+                    ? fmt::format("take the set in with 'ulf import {} -o NEW'", ShellWord(dir.string()))
+                    : fmt::format("restore {} or {} from a copy", kJournalFile, kTransformsFile));
+  if (fs::is_regular_file(dir / kJournalFile))
+    found.journal = ReadJournal(dir / kJournalFile, *found.header);
+  else
+    found.journal.light_field = *found.header;
+  return found;
+}
+
+// Finds the journal's camera for a camera of the other file: the one of most common views, else one with the
+// same model.
+std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
+  std::map<int, int> ours_by_id;
+  for (const View& view : journal.views) ours_by_id[view.id] = view.camera;
+  std::map<int, std::map<int, int>> votes;
+  for (const View& view : other.views)
+    if (const auto found = ours_by_id.find(view.id); found != ours_by_id.end())
+      ++votes[view.camera][found->second];
+  std::map<int, int> matched;
+  for (int camera = 0; camera < static_cast<int>(other.cameras.size()); ++camera) {
+    const auto same = std::find(journal.cameras.begin(), journal.cameras.end(),
+                                other.cameras[static_cast<std::size_t>(camera)]);
+    if (const auto found = votes.find(camera); found != votes.end())
+      matched[camera] =
+          std::max_element(found->second.begin(), found->second.end(), [](const auto& a, const auto& b) {
+            return a.second < b.second;
+          })->first;
+    else if (same != journal.cameras.end())
+      matched[camera] = static_cast<int>(same - journal.cameras.begin());
+    else if (journal.cameras.size() == 1 && other.cameras.size() == 1)
+      matched[camera] = 0;
+  }
+  return matched;
+}
+
+bool HasItsImage(const fs::path& dir, const View& view) {
+  return fs::is_regular_file(dir / view.image_path) ||
+         (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path));
+}
+
+// Recovers views from transforms.json, which contains all values of a view; camera indices become the
+// journal's.
+void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                           RepairPlan& plan) {
+  if (!check.transforms.KnowsMoreThanJournal()) return;
+  const LightField& other = *check.from_transforms;
+  const std::map<int, int> cameras = MatchCameras(journal, other);
+  std::map<int, View> without_image;
+  for (auto [id, view] : check.transforms.unknown) {
+    const auto camera = cameras.find(view.camera);
+    if (camera == cameras.end()) continue;
+    view.camera = camera->second;
+    (HasItsImage(dir, view) ? plan.recovered : without_image)[id] = view;
+  }
+  if (!without_image.empty())
+    plan.found.push_back(fmt::format("{}: the photographs of {} are missing: they cannot come back",
+                                     (dir / kTransformsFile).string(), NumbersOf(without_image)));
+  for (const auto& [id, view] : check.transforms.lost_poses) plan.poses[id] = view.cam_from_world;
+  // If the journal contains later lines, its poses are newer.
+  const bool is_newer =
+      check.transforms.lineage == Lineage::kJournalShort || check.transforms.lineage == Lineage::kUnknown;
+  if (!is_newer) return;
+  for (const auto& [id, view] : check.transforms.other_poses) plan.poses[id] = view.cam_from_world;
+  for (const auto& [theirs, ours] : cameras)
+    if (const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
+        !(camera == journal.cameras[static_cast<std::size_t>(ours)]))
+      plan.cameras[ours] = camera;
+  if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
+}
+
+// The model names no masters: a file of the view's name in masters/ is its own where the photograph can be
+// made from it, in one of the ways in which a master's numbers are read.
+void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
+  const fs::path master = fs::path("masters") / fs::path(view.image_path).stem().concat(".tif");
+  if (!fs::is_regular_file(dir / master) || !fs::is_regular_file(dir / view.image_path)) return;
+  LightField alone;
+  alone.root = dir;
+  alone.cameras = journal.cameras;
+  View& tried = alone.views.emplace_back(view);
+  tried.master_path = master.generic_string();
+  for (const Transfer transfer : {Transfer::kLinear, Transfer::kSrgb})
+    for (const Mosaic mosaic : {Mosaic::kNone, Mosaic::kRggb, Mosaic::kGrbg, Mosaic::kGbrg, Mosaic::kBggr}) {
+      tried.master_transfer = transfer;
+      tried.master_mosaic = mosaic;
+      try {
+        PictureFromMaster(dir, tried);
+        if (const PictureCheck check = CheckPictures(alone);
+            !check.others.empty() || !check.damaged_masters.empty())
+          continue;
+      } catch (const std::exception&) {
+        continue;  // no picture, or none that can be read this way
+      }
+      view = tried;
+      return;
+    }
+}
+
+// Recovers views from sparse/0, which contains poses, cameras and names only.
+void RecoverFromModel(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                      RepairPlan& plan) {
+  if (!check.model.KnowsMoreThanJournal()) return;
+  const bool transforms_tell_poses = check.transforms.KnowsMoreThanJournal();
+  for (auto [id, view] : check.model.unknown) {
+    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
+    if (plan.recovered.contains(id) || !camera_known || !HasItsImage(dir, view)) continue;
+    FindMaster(dir, journal, view);
+    plan.recovered[id] = view;
+  }
+  // A truncated file has corrections of some views only; poses would be inconsistent.
+  if (!transforms_tell_poses && check.model.lineage == Lineage::kJournalShort && !check.model.is_cut)
+    for (const auto& [id, view] : check.model.other_poses) plan.poses[id] = view.cam_from_world;
+}
+
+// Views are recovered even if their folder was moved.
+void PlanRemovals(const fs::path& dir, const LightField& light_field, const FolderCheck& check,
+                  RepairPlan& plan) {
+  const std::size_t gone = check.missing_images.size(), views = light_field.views.size();
+  if (gone == 0) return;
+  const std::string missing =
+      fmt::format("{}: the photographs of {} are missing", dir.string(),
+                  ViewNumbers({check.missing_images.begin(), check.missing_images.end()}));
+  if (gone > 1 && 2 * gone > views) {
+    plan.found.push_back(missing + ": most of all; put images/ and masters/ back where they were");
+    return;
+  }
+  plan.found.push_back(missing);
+  plan.taken_out = check.missing_images;
+}
+
+// Those that are not their masters' can be made anew, those of a wrong size alone cannot.
+void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
+  const PictureCheck check = CheckPictures(light_field);
+  if (!check.damaged_masters.empty())
+    plan.found.push_back(
+        fmt::format("{}: the masters of {} cannot be read: their photographs of 8 bits are used",
+                    dir.string(), ViewNumbers({check.damaged_masters.begin(), check.damaged_masters.end()})));
+  if (const std::size_t damaged = check.damaged.size(); damaged > 0) {
+    plan.found.push_back(fmt::format(
+        "{}: the photographs of {} cannot be read, and nothing else holds them; "
+        "copy them again from where they came{}",
+        dir.string(), ViewNumbers({check.damaged.begin(), check.damaged.end()}),
+        damaged > 1 && 2 * damaged > light_field.views.size() ? ": most of all"
+                                                              : ", else their views are taken out"));
+    if (!(damaged > 1 && 2 * damaged > light_field.views.size()))
+      plan.taken_out.insert(plan.taken_out.end(), check.damaged.begin(), check.damaged.end());
+  }
+  std::set<int> alone;
+  for (const View& view : light_field.views) {
+    if (std::find(check.others.begin(), check.others.end(), view.id) == check.others.end()) continue;
+    if (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path))
+      plan.pictures_of_others.push_back(view.id);
+    else
+      alone.insert(view.id);
+  }
+  if (!alone.empty())
+    plan.found.push_back(fmt::format("{}: the photographs of {} have not their camera's size; restore them",
+                                     dir.string(), ViewNumbers(alone)));
+}
+
+// Removes the hint at the command that is running.
+std::string WithoutRepairHint(std::string words) {
+  for (const char* pointer : {"; 'ulf repair", ", 'ulf repair"})
+    if (const std::size_t at = words.find(pointer); at != std::string::npos) words.resize(at);
+  return words;
+}
+
+// Derived files that were made from this journal and are not as they are made: damaged, or edited. And points
+// that cannot be read.
+void CompareDerived(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+                    RepairPlan& plan) {
+  LightField light_field = journal;
+  ReadPoints(light_field);
+  for (const std::string& doubt : light_field.doubts) plan.found.push_back(doubt);
+  plan.damaged_points = !light_field.doubts.empty();
+  const bool no_ply = !light_field.points.empty() && !fs::exists(dir / "points.ply");
+  if (no_ply) plan.found.push_back(fmt::format("{}: is missing", (dir / "points.ply").string()));
+  plan.new_derived |= plan.damaged_points || no_ply;
+  if (check.transforms.lineage != Lineage::kCurrent || check.model.lineage != Lineage::kCurrent) return;
+  const auto stamp = StampOf(dir / kJournalFile);
+  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp);
+  // Observations and points are kept with fewer digits than they were derived with, so that those files are
+  // compared by what a cut takes away.
+  const auto says_otherwise = [&](const char* name, bool same) {
+    if (same) return;
+    plan.found.push_back(fmt::format("{}: is not as it was made from the journal", (dir / name).string()));
+    (name == std::string(kTransformsFile) ? plan.other_transforms : plan.other_model) = true;
+    plan.new_derived = true;
+  };
+  const auto text = [&](const char* name) {
+    return fs::is_regular_file(dir / name) ? ReadWholeFile(dir / name) : std::string();
+  };
+  const auto lines = [](const std::string& of) { return std::count(of.begin(), of.end(), '\n'); };
+  const std::string images = text("sparse/0/images.txt"), points = text("sparse/0/points3D.txt");
+  says_otherwise("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
+  says_otherwise("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
+  says_otherwise("sparse/0/points3D.txt", points.ends_with('\n'));
+  says_otherwise(kTransformsFile, text(kTransformsFile) == TransformsJsonText(light_field, stamp));
+}
+
+RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
+  const JournalContents& journal = found.journal;
+  const FolderCheck check = CheckFolder(dir, journal, false);
+  RepairPlan plan;
+  if (found.header)
+    plan.found.push_back(fmt::format(
+        "{}; {}", WithoutRepairHint(found.problem),
+        found.settings
+            ? "a flat field that the header had cannot be put back"
+            : "sparse/0 tells poses and cameras alone: what else the header held cannot be put back (device, "
+              "threshold, where the calibration is from, flat field); without the journal's other lines, nor "
+              "can subject, up, goal and times (ulf render and ulf info take --subject, a resumed capture "
+              "takes --quality)"));
+  plan.header_from = found.header_from;
+  for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
+  plan.header = found.header;
+  plan.views_before = journal.light_field.views.size();
+  plan.damaged_lines = journal.damaged.size();
+  plan.longest_stamp = std::max(check.transforms.made_from_bytes, check.model.made_from_bytes);
+  RecoverFromTransforms(dir, journal.light_field, check, plan);
+  RecoverFromModel(dir, journal.light_field, check, plan);
+  if (found.settings) plan.settings = found.settings;
+  PlanRemovals(dir, journal.light_field, check, plan);
+  PlanPictures(dir, journal.light_field, plan);
+  for (const View& view : journal.light_field.views)
+    plan.missing_pictures |= PictureFollowsFromMaster(view) && !fs::exists(dir / view.image_path) &&
+                             fs::is_regular_file(dir / view.master_path);
+  plan.new_journal = plan.header || !plan.recovered.empty() || !plan.poses.empty() || !plan.cameras.empty() ||
+                     !plan.taken_out.empty() || plan.settings || !journal.damaged.empty();
+  plan.new_derived = plan.new_journal || check.not_closed || !check.transforms.IsOurs() ||
+                     !check.model.IsOurs() || check.model.is_cut;
+  if (!plan.new_journal) CompareDerived(dir, journal.light_field, check, plan);
+  plan.views_after = plan.views_before + plan.recovered.size() - plan.taken_out.size();
+  return plan;
+}
+
+void SayPictures(const fs::path& dir, RepairPlan& plan) {
+  if (plan.pictures_of_others.empty()) return;
+  const std::string views = ViewNumbers({plan.pictures_of_others.begin(), plan.pictures_of_others.end()});
+  plan.found.push_back(fmt::format("{}: the photographs in images/ of {} are not those of their masters",
+                                   dir.string(), views));
+  plan.steps.push_back(
+      fmt::format("move the photographs of {} to unposed/ and make them again from their masters", views));
+}
+
+void SaySteps(const fs::path& dir, RepairPlan& plan) {
+  if (plan.header) plan.steps.push_back(fmt::format("give the journal a header from {}", plan.header_from));
+  if (!plan.recovered.empty())
+    plan.steps.push_back(fmt::format("put {} back into the journal ({})",
+                                     Counted(plan.recovered.size(), "view"), NumbersOf(plan.recovered)));
+  if (!plan.poses.empty())
+    plan.steps.push_back(fmt::format("take over {} that the journal has lost the correction of",
+                                     Counted(plan.poses.size(), "pose")));
+  if (!plan.cameras.empty()) plan.steps.push_back("take over the corrected intrinsics");
+  if (plan.settings && !plan.header)
+    plan.steps.push_back(fmt::format(
+        "put back what {} still tells of subject, up, goal and the session's counts", kTransformsFile));
+  if (!plan.taken_out.empty())
+    plan.steps.push_back(fmt::format("take {} out of the light field",
+                                     ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
+  if (plan.new_journal)
+    plan.steps.push_back(!fs::exists(dir / kJournalFile)
+                             ? "write a journal"
+                             : fmt::format("write the journal again{}; the old one stays in kept/",
+                                           plan.damaged_lines == 0
+                                               ? ""
+                                               : " without " + Counted(plan.damaged_lines, "damaged line")));
+  SayPictures(dir, plan);
+  if (plan.missing_pictures) plan.steps.push_back(kMakePicturesStep);
+  if (plan.new_derived)
+    plan.steps.push_back(
+        "write transforms.json, sparse/0 and the points' files again; what in them does not follow from the "
+        "journal goes to kept/");
+}
+
+}  // namespace
+
+RepairPlan PlanRepair(const fs::path& dir) {
+  if (!fs::is_directory(dir))
+    throw Error("{}: there is no such folder; give the folder of a light field", dir.string());
+  RepairPlan plan = PlanFrom(dir, FindJournal(dir));
+  SaySteps(dir, plan);
+  return plan;
+}
+
+JournalContents ReadDamagedJournal(const fs::path& dir) { return FindJournal(dir).journal; }
+
+}  // namespace ulf

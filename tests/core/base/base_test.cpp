@@ -1,0 +1,197 @@
+// Tests: core/base/quantile, core/base/counted, core/base/lowercase, core/base/shell_word, core/base/at,
+// core/base/model_choice, core/base/output_path, core/base/progress, core/base/stop_signal,
+// core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
+// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex.
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "core/base/at.h"
+#include "core/base/available_memory.h"
+#include "core/base/counted.h"
+#include "core/base/device_uri.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/lowercase.h"
+#include "core/base/model_choice.h"
+#include "core/base/mutex.h"
+#include "core/base/output_path.h"
+#include "core/base/progress.h"
+#include "core/base/quantile.h"
+#include "core/base/shell_word.h"
+#include "core/base/signal_stack.h"
+#include "core/base/silent_solver.h"
+#include "core/base/stage_times.h"
+#include "core/base/stop_signal.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(Quantile, IsTheValueOfTheNearestRank) {
+  EXPECT_EQ(Quantile({5, 1, 4, 2, 3}, 0), 1);
+  EXPECT_EQ(Quantile({5, 1, 4, 2, 3}, 0.9), 5);
+  EXPECT_EQ(Quantile({5, 1, 4, 2, 3}, 1), 5);
+  EXPECT_EQ(Median({5, 1, 4, 2, 3}), 3);
+  EXPECT_EQ(Median({4, 1, 3, 2}), 3) << "the upper one of the two in the middle";
+  EXPECT_EQ(Median({}), 0);
+}
+
+TEST(Texts, NumbersNamesAndCommandsAreWrittenForPeople) {
+  EXPECT_EQ(Counted(1, "view"), "1 view");
+  EXPECT_EQ(Counted(0, "view"), "0 views");
+  EXPECT_EQ(Lowercase("DSC_0001.JPG"), "dsc_0001.jpg");
+  EXPECT_EQ(Lowercase("\xC3\x84"), "\xC3\x84") << "bytes of other scripts stay";
+  EXPECT_EQ(ShellWord("vase/journal.jsonl"), "vase/journal.jsonl");
+  EXPECT_EQ(ShellWord("my vase"), "\"my vase\"");
+  EXPECT_EQ(ShellWord("5$"), "\"5\\$\"");
+  EXPECT_EQ(ShellWord(""), "\"\"");
+  const Error error("{} is missing", "journal.jsonl");
+  EXPECT_STREQ(error.what(), "journal.jsonl is missing");
+}
+
+TEST(ModelChoiceText, MarksTheChosenCandidate) {
+  const ModelChoice choice{"lens", "least error", {{"pinhole", "2.0 px"}, {"radial", "0.2 px", true}}};
+  EXPECT_EQ(ToText(choice), "lens: least error\n  pinhole  2.0 px\n* radial   0.2 px\n");
+  const auto json = ToJson(choice);
+  EXPECT_EQ(json["candidates"][0]["chosen"], false);
+  EXPECT_EQ(json["candidates"][1]["evidence"], "0.2 px");
+}
+
+TEST(OutputPath, RefusesWhatCannotBeWritten) {
+  const ScratchFolder folder;
+  EXPECT_NO_THROW(RequireWritable((folder / "report.json").string()));
+  EXPECT_THAT([&] { RequireWritable(folder.path().string()); },
+              ThrowsMessage<UsageError>(HasSubstr("is a folder")));
+  EXPECT_THAT([&] { RequireWritable((folder / "missing/report.json").string()); },
+              ThrowsMessage<UsageError>(HasSubstr("does not exist")));
+  EXPECT_NO_THROW(RequireWritablePicture((folder / "view.JPG").string()));
+  EXPECT_THAT([&] { RequireWritablePicture((folder / "view.gif").string()); },
+              ThrowsMessage<UsageError>(HasSubstr(".png or .jpg")));
+  RequireWritableFolder((folder / "a/b").string());
+  EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b"));
+  std::ofstream(folder / "file").put('x');
+  EXPECT_THROW(RequireWritableFolder((folder / "file").string()), UsageError);
+}
+
+TEST(DeviceUriTest, OptionsAreReadWithinTheirRange) {
+  const DeviceUri uri = DeviceUri::Parse("sim:studio?fps=15&queue=4&seed=1.5");
+  EXPECT_EQ(uri.Number("fps", 30, 1, 100), 15);
+  EXPECT_EQ(uri.Number("gain", 2, 0, 10), 2);
+  EXPECT_EQ(uri.Whole("queue", 1, 8), 4);
+  EXPECT_EQ(uri.Whole("buffers", 1, 8), std::nullopt);
+  EXPECT_THROW(uri.Number("fps", 30, 20, 100), UsageError);
+  EXPECT_THROW(uri.Whole("queue", 5, 8), UsageError);
+  EXPECT_THROW(uri.Whole("seed", 1, 8), UsageError);
+  EXPECT_THAT([&] { uri.AllowOnly({"fps", "queue"}); }, ThrowsMessage<UsageError>(HasSubstr("seed")));
+}
+
+TEST(ProgressText, SaysLinesAtOnceAndSharesOnlyOfLongWork) {
+  ::testing::internal::CaptureStderr();
+  {
+    Progress progress("render");
+    progress.Show(0.5);
+    progress.Say("one picture is damaged");
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "one picture is damaged\n");
+}
+
+TEST(StopOnSignalTest, ASignalAsksAndDoesNotEndTheProcess) {
+  {
+    const StopOnSignal stop;
+    EXPECT_FALSE(StopOnSignal::Asked());
+    std::raise(SIGTERM);
+    EXPECT_TRUE(StopOnSignal::Asked());
+  }
+  struct sigaction after {};
+  sigaction(SIGTERM, nullptr, &after);
+  EXPECT_EQ(after.sa_handler, SIG_DFL);
+}
+
+TEST(SignalStack, AThreadGetsOne) {
+  stack_t stack{};
+  std::thread([&] {
+    InstallSignalStack();
+    sigaltstack(nullptr, &stack);
+  }).join();
+  EXPECT_EQ(stack.ss_flags & SS_DISABLE, 0);
+  EXPECT_GE(stack.ss_size, static_cast<std::size_t>(MINSIGSTKSZ));
+}
+
+TEST(SilentSolverTest, PrintsNothingAndUsesOneThread) {
+  const auto options = SilentSolver(7);
+  EXPECT_EQ(options.max_num_iterations, 7);
+  EXPECT_EQ(options.num_threads, 1);
+  EXPECT_EQ(options.logging_type, ceres::SILENT);
+}
+
+TEST(AvailableMemoryTest, IsAtMostTheProcesssOwnLimit) {
+  EXPECT_GT(AvailableMemory(), 1u << 20);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  constexpr std::uint64_t kLeft = 64 << 20;
+  rlimit limit = before;
+  limit.rlim_cur = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + kLeft;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limit), 0);
+  const std::uint64_t available = AvailableMemory();
+  setrlimit(RLIMIT_AS, &before);
+  EXPECT_LE(available, kLeft);
+}
+
+TEST(MutexTest, OneThreadAtATimeAndAWaitEndsWithItsPredicate) {
+  Mutex mutex;
+  ConditionVariable changed;
+  int count = 0;
+  std::thread other([&] {
+    for (int i = 0; i < 1000; ++i) {
+      const MutexLock lock(mutex);
+      ++count;
+    }
+    changed.notify_all();
+  });
+  {
+    MutexLock lock(mutex);
+    EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(10), [&] { return count == 1000; }));
+    EXPECT_FALSE(changed.wait_for(lock, std::chrono::milliseconds(1), [&] { return count > 1000; }));
+    bool is_held = false;
+    std::thread([&] {
+      if (mutex.try_lock())
+        mutex.unlock();
+      else
+        is_held = true;
+    }).join();
+    EXPECT_TRUE(is_held);
+  }
+  other.join();
+}
+
+TEST(Clocks, TheThreadsClockCountsWorkAndNotSleep) {
+  const double cpu_s = ThreadCpuSeconds();
+  const auto steady = std::chrono::steady_clock::now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_LT(ThreadCpuSeconds() - cpu_s, 0.04);
+  EXPECT_GE(SecondsSince(steady), 0.05);
+  EXPECT_GT(EpochSeconds(), 1.7e9);
+  double sum_s = 1;
+  {
+    StageTimer timer(&sum_s);
+    volatile double work = 0;
+    for (int i = 0; i < 100000; ++i) work = work + i;
+    timer.Stop();
+  }
+  EXPECT_GT(sum_s, 1);
+  EXPECT_EQ(std::vector<int>({1, 2, 3})[At(2)], 3);
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,85 @@
+// Tests: core/image/exr_file, core/image/image_header, core/image/jpeg_file.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/error.h"
+#include "core/image/exr_file.h"
+#include "core/image/image_header.h"
+#include "core/image/jpeg_file.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+std::string Encoded(const char* ending, const cv::Mat& pixels) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(ending, pixels, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(ExrFile, KeepsLinearLightAndRefusesATruncatedFile) {
+  const ScratchFolder folder;
+  cv::Mat bgr(3, 5, CV_32FC3);
+  cv::randu(bgr, 0, 30000);
+  bgr.at<cv::Vec3f>(1, 1)[2] = std::numeric_limits<float>::infinity();
+  const std::string bytes = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);
+  const auto path = folder / "light.exr";
+  WriteBytes(path, bytes);
+  const cv::Mat read = ReadExr(path.string());
+  ASSERT_EQ(read.size(), bgr.size());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(read.at<cv::Vec3f>(2, 4)[i], bgr.at<cv::Vec3f>(2, 4)[i]);
+  EXPECT_TRUE(std::isinf(read.at<cv::Vec3f>(1, 1)[2]));
+  WriteBytes(path, bytes.substr(0, bytes.size() / 2));
+  EXPECT_THROW(ReadExr(path.string()), Error);
+}
+
+TEST(ExrFile, HalfFloatsBeyondTheirRangeAreTheLargest) {
+  const cv::Mat half = HalfFromFloat(cv::Mat(1, 1, CV_32FC1, cv::Scalar(1e6)));
+  cv::Mat back;
+  half.convertTo(back, CV_32F);
+  EXPECT_EQ(back.at<float>(0), 65504);
+}
+
+TEST(ImageHeader, IsReadFromTheFirstBytes) {
+  const ScratchFolder folder;
+  const cv::Mat grey16(48, 64, CV_16UC1, cv::Scalar(7)), bgra(48, 64, CV_8UC4, cv::Scalar(1, 2, 3, 4));
+  WriteBytes(folder / "grey.png", Encoded(".png", grey16));
+  WriteBytes(folder / "alpha.png", Encoded(".png", bgra));
+  WriteBytes(folder / "colour.jpg", Encoded(".jpg", cv::Mat(48, 64, CV_8UC3)));
+  const auto grey = ReadImageHeader((folder / "grey.png").string());
+  ASSERT_TRUE(grey);
+  EXPECT_EQ(grey->bits, 16);
+  EXPECT_EQ(grey->channels, 1);
+  EXPECT_FALSE(grey->alpha);
+  const auto alpha = ReadImageHeader((folder / "alpha.png").string());
+  ASSERT_TRUE(alpha);
+  EXPECT_TRUE(alpha->alpha);
+  const auto colour = ReadImageHeader((folder / "colour.jpg").string());
+  ASSERT_TRUE(colour);
+  EXPECT_EQ(colour->Text(), "JPEG 64x48, 3 channels of 8 bits");
+  WriteBytes(folder / "cut.png", Encoded(".png", grey16).substr(0, 20));
+  EXPECT_FALSE(ReadImageHeader((folder / "cut.png").string()));
+  EXPECT_FALSE(ReadImageHeader((folder / "missing.png").string()));
+}
+
+TEST(JpegFile, IsDecodedWholeOrNotAtAll) {
+  cv::Mat pixels(48, 64, CV_8UC3);
+  cv::randu(pixels, 0, 255);
+  const std::string bytes = Encoded(".jpg", pixels);
+  EXPECT_EQ(DecodeJpeg(bytes).size(), pixels.size());
+  EXPECT_TRUE(DecodeJpeg(bytes.substr(0, bytes.size() / 2)).empty());
+  EXPECT_TRUE(DecodeJpeg("no picture").empty());
+  EXPECT_FALSE(ReadExif(bytes).exposure_s) << "there is no Exif";
+  EXPECT_EQ(ReadExif(bytes).orientation, 1);
+}
+
+}  // namespace
+}  // namespace ulf::test
