@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "commands/number_checks.h"
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/model_choice.h"
@@ -141,16 +142,14 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
   json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
   json["rms_after_sigmas"] = result.rms_after_sigmas;
   json["settled"] = result.settled;
-  if (result.contradicted >= 0)
-    json["contradicted"] = before.views[static_cast<std::size_t>(result.contradicted)].id;
+  if (result.contradicted >= 0) json["contradicted"] = before.views[At(result.contradicted)].id;
   json["moved"] = {{"median", result.moved_median}, {"largest", result.moved_max}, {"units", before.units}};
-  if (result.moved_most >= 0)
-    json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
+  if (result.moved_most >= 0) json["moved"]["view"] = before.views[At(result.moved_most)].id;
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
   if (result.center_sigma_max) {
     json["predicted_error"] = {{"median", *result.center_sigma_median},
                                {"largest", *result.center_sigma_max}};
-    json["predicted_error"]["view"] = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    json["predicted_error"]["view"] = before.views[At(result.least_sure)].id;
   }
   json["lenses"] = nlohmann::ordered_json::array();
   for (const tracking::LensEstimate& fit : result.lens_fits)
@@ -224,11 +223,10 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   fmt::print(
       "cameras moved by {:.5f} {} (median; largest {:.5f}, view {}) and turned by {:.3f} degrees "
       "(largest {:.3f})\n",
-      result.moved_median, unit, result.moved_max,
-      before.views[static_cast<std::size_t>(std::max(0, result.moved_most))].id, result.turned_median_deg,
-      result.turned_max_deg);
+      result.moved_median, unit, result.moved_max, before.views[At(std::max(0, result.moved_most))].id,
+      result.turned_median_deg, result.turned_max_deg);
   if (result.center_sigma_max) {
-    const int view = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    const int view = before.views[At(result.least_sure)].id;
     if (std::isfinite(*result.center_sigma_max))
       fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
                  *result.center_sigma_median, unit, *result.center_sigma_max, view);
@@ -242,7 +240,7 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
         "the adjustment has not settled: more would still change; check the start poses, or refine again\n");
   if (result.contradicted >= 0)
     fmt::print("most points of view {} disagree with where it was put\n",
-               before.views[static_cast<std::size_t>(result.contradicted)].id);
+               before.views[At(result.contradicted)].id);
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (!result.views[v].registered)
       fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,

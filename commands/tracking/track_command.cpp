@@ -56,8 +56,8 @@ struct TrackArgs {
   bool json = false;
 };
 
-// What cv::ORB costs on the same frame, at the size that is tracked, thread and moment: the unit in which
-// tracking cost is told.
+// CPU milliseconds of cv::ORB on the same frame, at the tracked size, in the same thread: the unit in which
+// the cost of tracking is reported.
 double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::TrackedSize& size) {
   cv::Mat gray = GrayForTracking(frame.image);
   if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
@@ -69,7 +69,7 @@ double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::
   return 1000 * (ThreadCpuSeconds() - start_s);
 }
 
-// A run, and the poses that the device itself knows (simulator, recorded light field).
+// A run, and the poses that the device knows (simulator, recorded light field).
 struct Followed {
   TrackRun run;
   std::vector<TimedPose> known;
@@ -86,7 +86,7 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
   return poses;
 }
 
-// Until the device is over, enough frames have come or the operator ends it.
+// Tracks until the device ends, enough frames have come or the operator stops.
 void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
                   std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
   TrackRun& run = followed.run;
@@ -108,8 +108,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                        .features = args.features,
                        .max_side_px = args.tracking_side_px,
                        .wait_for_mapper = !device.IsLive(),
-                       .readout_s = args.readout.readout_s,
-                       .compensate_found_readout = args.readout.compensate_found},
+                       .readout = args.readout},
            .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
@@ -173,13 +172,13 @@ int RunTrack(const TrackArgs& args) {
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
-  // OpenCV would spread single frames over all cores, which the other threads need.
+  // OpenCV would use all cores for a single frame; the other threads need them.
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
   const auto device = acquisition::OpenDevice(acquisition::WithReplaySpeed(uri, args.speed));
   const auto [run, known] = Follow(args, spec, *device);
-  // The report is printed whatever the disk says.
+  // Print the report even when a file cannot be written.
   std::vector<std::string> unwritten;
   for (const auto& [path, poses] : {std::pair(&args.output, &run.live), {&args.final_output, &run.final}})
     try {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 
@@ -47,7 +48,7 @@ Counts Count(const TrackRun& run) {
   counts.frames = static_cast<int>(run.frames.size());
   tracking::TrackState before = tracking::TrackState::kInitializing;
   for (int i = 0; i < counts.frames; ++i) {
-    const TrackedFrame& frame = run.frames[static_cast<std::size_t>(i)];
+    const TrackedFrame& frame = run.frames[At(i)];
     const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
