@@ -81,7 +81,7 @@ void Scale(double scale, Keyframe& keyframe) {
 }
 
 bool ScaleIsGiven(const SharedMap& shared) {
-  const Map& map = shared.map;
+  const Map& map = shared.ReadByOwner();
   int pinned = 0;
   for (const int id : map.living())
     pinned += map.keyframe(id).pinned || (shared.world_given && !map.keyframe(id).corners.empty());
@@ -108,8 +108,8 @@ std::set<int> AllPointsOf(const Map& map, const std::vector<int>& keyframes) {
 LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
                        const LoopOptions& options)
     : camera_(camera),
-      map_(owned.map),
-      shared_(owned.shared),
+      owned_(owned),
+      map_(owned.shared.ReadByOwner()),
       index_(index),
       seed_(seed),
       options_(options),
@@ -140,7 +140,7 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
 
 std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) const {
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
-  const bool rigid = ScaleIsGiven(shared_);
+  const bool rigid = ScaleIsGiven(owned_.shared);
   const auto with_points = [](const Keyframe& keyframe) {
     std::vector<int> features;
     for (int i = 0; i < keyframe.features->size(); ++i)
@@ -308,41 +308,42 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     graph.edges.push_back({node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old,
                            options_.loop_weight * loop.points / kPointsOfUnitWeight});
   const PoseGraphSummary solved = OptimizePoseGraph(
-      graph, {.rigid = ScaleIsGiven(shared_), .unit = map_.MedianDepth(agreeing.back().recent)});
+      graph, {.rigid = ScaleIsGiven(owned_.shared), .unit = map_.MedianDepth(agreeing.back().recent)});
   spdlog::debug("loop {} to {} closed: pose graph of {} keyframes and {} edges, cost {:.4g} -> {:.4g}",
                 agreeing.back().recent, agreeing.back().old, keyframes.size(), graph.edges.size(),
                 solved.initial_cost, solved.final_cost);
   if (!solved.usable) return std::nullopt;
 
   ClosedLoop closed;
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(owned_.shared);
   std::vector<std::pair<int, Similarity3>> moved;
   for (std::size_t i = 0; i < keyframes.size(); ++i)
     moved.emplace_back(keyframes[i], graph.cam_from_world[i]);
   closed.recent = Neighbourhood(map_, agreeing.back().recent, options_.neighbourhood);
   closed.old = Neighbourhood(map_, agreeing.back().old, options_.neighbourhood);
-  MoveMap(map_, moved);
+  MoveMap(owned_.map, moved);
   for (const LoopHypothesis& loop : agreeing) MergePoints(loop);
-  ++shared_.revision;
-  ++shared_.loops;
+  ++owned_.shared.revision;
+  ++owned_.shared.loops;
   return closed;
 }
 
 void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {
+  Map& map = owned_.map;
   for (const auto& [recent, old] : hypothesis.same) {
-    const int gone = map_.Resolve(recent), kept = map_.Resolve(old);
+    const int gone = map.Resolve(recent), kept = map.Resolve(old);
     if (gone < 0 || kept < 0 || gone == kept) continue;
     std::set<int> before;
-    for (const Observation& o : map_.point(kept).observations) before.insert(o.keyframe);
-    map_.Merge(gone, kept);
+    for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
+    map.Merge(gone, kept);
     // The moved observations were measured against the other point's patch: use their corners instead.
-    for (Observation& o : map_.point(kept).observations)
+    for (Observation& o : map.point(kept).observations)
       if (!before.contains(o.keyframe)) {
-        const Feature& feature = (*map_.keyframe(o.keyframe).features)[o.feature];
+        const Feature& feature = (*map.keyframe(o.keyframe).features)[o.feature];
         o.img = feature.img;
         o.sigma_px = DetectedSigmaPx(feature.level);
       }
-    map_.Update(kept);
+    map.Update(kept);
   }
 }
 

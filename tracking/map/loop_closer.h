@@ -57,11 +57,11 @@ class LoopCloser {
   bool Agree(const LoopHypothesis& a, const LoopHypothesis& b) const;
   Similarity3 Correction(const LoopHypothesis& hypothesis) const;
   std::optional<ClosedLoop> Close(const std::vector<LoopHypothesis>& agreeing);
-  void MergePoints(const LoopHypothesis& hypothesis);
+  void MergePoints(const LoopHypothesis& hypothesis) ULF_REQUIRES(owned_.shared.mutex);
 
   CameraModel camera_;
-  Map& map_;
-  SharedMap& shared_;
+  OwnedMap& owned_;
+  const Map& map_;
   const KeyframeIndex& index_;
   unsigned seed_;
   LoopOptions options_;

@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -165,28 +164,6 @@ class Map {
   std::deque<Free> free_;
 };
 
-// A mutex that measures how long threads other than the map's owner wait for it.
-class MapMutex {
- public:
-  void lock() {
-    if (mutex_.try_lock()) return;
-    if (std::this_thread::get_id() == owner_) return mutex_.lock();
-    const auto start = std::chrono::steady_clock::now();
-    mutex_.lock();
-    longest_ = std::max(longest_, std::chrono::steady_clock::now() - start);
-  }
-  void unlock() { mutex_.unlock(); }
-
-  // Call these while it is locked.
-  void SetOwner(std::thread::id owner) { owner_ = owner; }
-  double LongestWaitSeconds() const { return std::chrono::duration<double>(longest_).count(); }
-
- private:
-  std::mutex mutex_;
-  std::atomic<std::thread::id> owner_{};
-  std::chrono::steady_clock::duration longest_{};
-};
-
 // A measured rolling shutter (readout_estimator.h).
 struct ReadoutEstimate {
   double readout_s = 0;  // from the first row to the last; negative: from the last
@@ -194,26 +171,51 @@ struct ReadoutEstimate {
   int keyframes = 0;     // that it was measured on
 };
 
-// What others may know of a map that one thread changes: they hold the mutex to read it.
+// What others may know of a map that one thread changes: they hold its lock (MapLock) to read it.
 struct SharedMap {
   explicit SharedMap(const Map& owned) : map(owned) {}
-  mutable MapMutex mutex;
-  const Map& map;
+  // For the thread that changes the map, and for others while the mapper rests. Not analysed: reading without
+  // the lock is safe because nobody changes the map meanwhile, and the analysis knows no threads.
+  const Map& ReadByOwner() const ULF_NO_THREAD_SAFETY_ANALYSIS { return map; }
+
+  mutable Mutex mutex;
+  const Map& map ULF_GUARDED_BY(mutex);
+  std::atomic<std::thread::id> owner{};  // the mapper's thread
+  // The longest that any other thread waited for the lock.
+  mutable std::chrono::steady_clock::duration longest_wait ULF_GUARDED_BY(mutex){};
   std::atomic<int> loops{0};             // closed so far
   std::atomic<bool> world_given{false};  // the map is in the world in which fiducials are given
   // Counts corrections that move much at once: poses that were kept should be asked for again.
   std::atomic<int> revision{0};
-  // How often a rolling shutter was measured, and the last result (under the mutex).
+  // How often a rolling shutter was measured, and the last result.
   std::atomic<int> readouts_measured{0};
-  std::optional<ReadoutEstimate> readout;
+  std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
 };
 
-// A map and the right to change it, which the mapper alone has. Its thread reads without the mutex and holds
+// Holds the map's lock, and measures how long any thread but the mapper's waited for it.
+class ULF_SCOPED_CAPABILITY MapLock {
+ public:
+  explicit MapLock(const SharedMap& shared) ULF_ACQUIRE(shared.mutex) : mutex_(shared.mutex) {
+    if (mutex_.try_lock()) return;
+    const auto start = std::chrono::steady_clock::now();
+    mutex_.lock();
+    if (std::this_thread::get_id() != shared.owner)
+      shared.longest_wait = std::max(shared.longest_wait, std::chrono::steady_clock::now() - start);
+  }
+  ~MapLock() ULF_RELEASE() { mutex_.unlock(); }
+  MapLock(const MapLock&) = delete;
+  MapLock& operator=(const MapLock&) = delete;
+
+ private:
+  Mutex& mutex_;
+};
+
+// A map and the right to change it, which the mapper alone has. Its thread reads without the lock and takes
 // it for every change, so that other threads wait for microseconds only.
 struct OwnedMap {
-  explicit OwnedMap(Map given) : map(std::move(given)) {}
-  Map map;
-  SharedMap shared{map};
+  explicit OwnedMap(Map given) : map(std::move(given)), shared(map) {}
+  Map map ULF_GUARDED_BY(shared.mutex);
+  SharedMap shared;
 };
 
 }  // namespace ulf::tracking

@@ -101,10 +101,10 @@ bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes, const 
 void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index,
                const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
                const BundleProblem& problem) {
-  auto& [map, shared] = owned;
   std::vector<int> changed;  // points that lost observations
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(owned.shared);
+    Map& map = owned.map;
     for (const auto& [id, index] : camera_index)
       map.keyframe(id).cam_from_world = problem.cam_from_world[At(index)];
     for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
@@ -116,12 +116,12 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
   }
   constexpr std::size_t kAtOnce = 500;  // points in one hold of the lock: some tens of microseconds. Guessed
   for (std::size_t from = 0; from < point_ids.size(); from += kAtOnce) {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(owned.shared);
     for (std::size_t i = from; i < std::min(point_ids.size(), from + kAtOnce); ++i)
-      map.UpdateGeometry(point_ids[i]);
+      owned.map.UpdateGeometry(point_ids[i]);
   }
-  const std::lock_guard lock(shared.mutex);
-  for (const int id : changed) map.Update(id);
+  const MapLock lock(owned.shared);
+  for (const int id : changed) owned.map.Update(id);
 }
 
 }  // namespace
@@ -129,7 +129,7 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
 BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options,
                         const GivenWorldOptions& given_world) {
-  const Map& map = owned.map;
+  const Map& map = owned.shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
   std::vector<int> point_ids;

@@ -42,7 +42,7 @@ Mapper::Mapper(const CameraModel& camera, Map map, bool synchronous, const Mappe
 
 Mapper::~Mapper() {
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     ending_ = true;
     cut_short_ = true;
   }
@@ -52,29 +52,30 @@ Mapper::~Mapper() {
 
 bool Mapper::Take(FrameReport report) {
   {
-    const std::lock_guard lock(shared_.mutex);
-    for (const int point : report.expected) ++map_.point(point).expected;
-    for (const int point : report.found) ++map_.point(point).found;
-    if (report.velocity && !map_.living().empty())
-      if (Keyframe& newest = map_.keyframe(map_.living().back()); newest.time_s == report.velocity->time_s)
+    const MapLock lock(owned_.shared);
+    Map& map = owned_.map;
+    for (const int point : report.expected) ++map.point(point).expected;
+    for (const int point : report.found) ++map.point(point).found;
+    if (report.velocity && !map.living().empty())
+      if (Keyframe& newest = map.keyframe(map.living().back()); newest.time_s == report.velocity->time_s)
         newest.velocity = report.velocity->velocity;
   }
   return !report.keyframe || Offer(std::move(*report.keyframe));
 }
 
 void Mapper::NoteView(int view_id, std::span<const MapObservation> seen) {
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(owned_.shared);
   for (const MapObservation& o : seen)
     // The mapper may have merged or removed the point since.
-    if (const int point = map_.Resolve(o.point); point >= 0) map_.AddView(point, {view_id, o.img});
+    if (const int point = map_.Resolve(o.point); point >= 0) owned_.map.AddView(point, {view_id, o.img});
 }
 
 void Mapper::SetReadout(double readout_s) {
   Rest();
   {
-    const std::lock_guard lock(shared_.mutex);
-    GiveRows(camera_, map_, readout_s);
-    ++shared_.revision;
+    const MapLock lock(owned_.shared);
+    GiveRows(camera_, owned_.map, readout_s);
+    ++owned_.shared.revision;
   }
   AdjustSoon();
 }
@@ -86,7 +87,7 @@ bool Mapper::Offer(NewKeyframe keyframe) {
     return true;
   }
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     ThrowFailure();
     if (next_ || (working_ && !in_background_)) return false;
     next_ = std::move(keyframe);
@@ -97,14 +98,14 @@ bool Mapper::Offer(NewKeyframe keyframe) {
 }
 
 void Mapper::Drain() {
-  std::unique_lock lock(work_mutex_);
-  changed_.wait(lock, [&] { return !next_ && !working_ && !owed_; });
+  MutexLock lock(work_mutex_);
+  changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) { return !next_ && !working_ && !owed_; });
   ThrowFailure();
 }
 
 void Mapper::Rest() {
-  std::unique_lock lock(work_mutex_);
-  changed_.wait(lock, [&] {
+  MutexLock lock(work_mutex_);
+  changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) {
     if (!next_) owed_ = false;
     cut_short_ = in_background_;
     return !next_ && !working_;
@@ -120,7 +121,7 @@ void Mapper::AdjustSoon() {
   after_loop_ = true;  // as much has moved as by a loop
   if (synchronous_) return AdjustInBackground();
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     owed_ = true;
   }
   changed_.notify_all();
@@ -128,13 +129,10 @@ void Mapper::AdjustSoon() {
 
 void Mapper::Run() {
   HaveSignalStack();
-  {
-    const std::lock_guard lock(shared_.mutex);
-    shared_.mutex.SetOwner(std::this_thread::get_id());
-  }
-  std::unique_lock lock(work_mutex_);
+  owned_.shared.owner = std::this_thread::get_id();
+  MutexLock lock(work_mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return ending_ || next_ || owed_; });
+    changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) { return ending_ || next_ || owed_; });
     if (ending_) return;
     std::optional<NewKeyframe> keyframe = std::exchange(next_, std::nullopt);
     working_ = true;
@@ -203,12 +201,12 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   };
   int first, second;
   {
-    const std::lock_guard lock(shared_.mutex);
-    first = map_.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
+    const MapLock lock(owned_.shared);
+    first = owned_.map.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
     Rigid3 second_from_first = start.second_from_first;
     second_from_first.translation *= scale;
-    second = map_.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
-    map_.keyframe(second).color = color;
+    second = owned_.map.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
+    owned_.map.keyframe(second).color = color;
     for (std::size_t i = 0; i < start.matches.size(); ++i) {
       const FeatureMatch& match = start.matches[i];
       const Feature &a = (*start.first.features)[match.first], &b = (*start.second.features)[match.second];
@@ -220,16 +218,16 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   // The adjustment has changed depths: scale the median to one again.
   const double again = 1 / map_.MedianDepth(first);
   {
-    const std::lock_guard lock(shared_.mutex);
-    map_.keyframe(second).cam_from_world.translation *= again;
+    const MapLock lock(owned_.shared);
+    owned_.map.keyframe(second).cam_from_world.translation *= again;
     for (const int point : map_.PointsSeenBy(first)) {
-      map_.point(point).position *= again;
-      map_.Update(point);
+      owned_.map.point(point).position *= again;
+      owned_.map.Update(point);
     }
   }
   for (const int keyframe : {first, second}) {
-    const std::lock_guard lock(shared_.mutex);
-    map_.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+    const MapLock lock(owned_.shared);
+    owned_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
@@ -252,30 +250,30 @@ bool Mapper::FinishSeeds(int min_points) {
   if (map_.LivingPoints() < min_points) return false;
   // The views are the points' record: most of what a view should show was found in a few views only. Without
   // it the tracker would expect the first frame to show half of everything, and refuse it.
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(owned_.shared);
   for (const Keyframe& keyframe : map_.keyframes())
     for (const Candidate& candidate : GatherCandidates(map_, camera_, keyframe.cam_from_world))
-      ++map_.point(candidate.id).expected;
+      ++owned_.map.point(candidate.id).expected;
   for (const MapPoint& point : map_.points())
-    map_.point(point.id).found = static_cast<int>(point.observations.size());
+    owned_.map.point(point.id).found = static_cast<int>(point.observations.size());
   return true;
 }
 
 void Mapper::MoveWorld(const Similarity3& given_from_map) {
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(owned_.shared);
   std::vector<std::pair<int, Similarity3>> moved;
   for (const int id : map_.living())
     moved.emplace_back(id,
                        Similarity3::FromRigid(map_.keyframe(id).cam_from_world) * given_from_map.Inverse());
-  MoveMap(map_, moved);
+  MoveMap(owned_.map, moved);
   loops_->Reset();
-  shared_.world_given = true;
+  owned_.shared.world_given = true;
 }
 
 void Mapper::Reset() {
-  const std::lock_guard lock(shared_.mutex);
-  map_.Clear();
-  shared_.world_given = false;
+  const MapLock lock(owned_.shared);
+  owned_.map.Clear();
+  owned_.shared.world_given = false;
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();
@@ -311,8 +309,8 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
 }
 
 void Mapper::CullRecentPoints(int newest) {
-  const std::lock_guard lock(shared_.mutex);
-  std::erase_if(recent_points_, [&](int id) {
+  const MapLock lock(owned_.shared);
+  std::erase_if(recent_points_, [&](int id) ULF_REQUIRES(owned_.shared.mutex) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
@@ -320,7 +318,7 @@ void Mapper::CullRecentPoints(int newest) {
         point.expected >= options_.telling_frames && point.found < options_.min_found_share * point.expected;
     const bool never_confirmed = age >= options_.confirmed_age && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
-      map_.RemovePoint(id);
+      owned_.map.RemovePoint(id);
       return true;
     }
     return age >= options_.settled_age;
@@ -369,7 +367,7 @@ void Mapper::AdjustInBackground() {
   AdjustWhole(BundleOptionsOf(options_.moved));
   if (cut_short_) return;
   after_loop_ = false;
-  ++shared_.revision;
+  ++owned_.shared.revision;
 }
 
 void Mapper::AdjustAll() {
@@ -387,9 +385,9 @@ void Mapper::AdjustWhole(const BundleOptions& options) {
   Adjust(all, {}, stoppable);
   if (!measure_readout_ || cut_short_) return;
   const auto readout = EstimateReadout(camera_, map_, options_.readout);
-  const std::lock_guard lock(shared_.mutex);
-  shared_.readout = readout;
-  ++shared_.readouts_measured;
+  const MapLock lock(owned_.shared);
+  owned_.shared.readout = readout;
+  ++owned_.shared.readouts_measured;
 }
 
 void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held,
@@ -414,8 +412,8 @@ void Mapper::CullKeyframes(int newest) {
     }
     if (redundant <= options_.superfluous_share * total) continue;
     index_.Remove(id);
-    const std::lock_guard lock(shared_.mutex);
-    map_.RemoveKeyframe(id);
+    const MapLock lock(owned_.shared);
+    owned_.map.RemoveKeyframe(id);
   }
 }
 

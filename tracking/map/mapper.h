@@ -14,15 +14,14 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <thread>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "tracking/estimation/bundle_adjustment.h"
@@ -100,7 +99,7 @@ class Mapper {
  private:
   void Run();
   bool Offer(NewKeyframe keyframe);
-  void ThrowFailure();  // the caller holds work_mutex_
+  void ThrowFailure() ULF_REQUIRES(work_mutex_);
   void Process(NewKeyframe& offered);
   int Insert(NewKeyframe& offered);
   void CullRecentPoints(int newest);
@@ -113,15 +112,15 @@ class Mapper {
   void AdjustWhole(const BundleOptions& options);
   void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);
   void CullKeyframes(int newest);
-  void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
+  void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other)
+      ULF_REQUIRES(owned_.shared.mutex);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;
   std::vector<int> Neighbours(int keyframe, int most) const;
   std::vector<int> NeighboursByPose(int keyframe, int most) const;
 
   CameraModel camera_;
   OwnedMap owned_;
-  Map& map_ = owned_.map;
-  SharedMap& shared_ = owned_.shared;
+  const Map& map_ = owned_.shared.ReadByOwner();
   KeyframeIndex index_;
   bool synchronous_;
   std::unique_ptr<LoopCloser> loops_;
@@ -131,14 +130,14 @@ class Mapper {
   bool after_loop_ = false;  // a loop was closed since everything was adjusted
   std::atomic<bool> measure_readout_{false};
 
-  std::mutex work_mutex_;  // guards the following
-  std::condition_variable changed_;
-  std::optional<NewKeyframe> next_;
-  bool working_ = false;
-  bool in_background_ = false;  // the present work may be cut short
-  bool owed_ = false;           // an adjustment of everything is due
-  std::exception_ptr failure_;  // thrown in the mapper's thread
-  bool ending_ = false;
+  Mutex work_mutex_;
+  ConditionVariable changed_;
+  std::optional<NewKeyframe> next_ ULF_GUARDED_BY(work_mutex_);
+  bool working_ ULF_GUARDED_BY(work_mutex_) = false;
+  bool in_background_ ULF_GUARDED_BY(work_mutex_) = false;  // the present work may be cut short
+  bool owed_ ULF_GUARDED_BY(work_mutex_) = false;           // an adjustment of everything is due
+  std::exception_ptr failure_ ULF_GUARDED_BY(work_mutex_);  // thrown in the mapper's thread
+  bool ending_ ULF_GUARDED_BY(work_mutex_) = false;
   std::atomic<bool> cut_short_{false};
   std::thread thread_;
 };

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "core/base/at.h"
+#include "core/base/mutex.h"
 
 namespace ulf::tracking {
 
@@ -62,8 +62,10 @@ RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, co
   // One extractor serves neighbouring views, whose images are alike, whatever the number of threads.
   constexpr int kChunk = 8;
   const int count = static_cast<int>(scene.views.size());
-  std::mutex mutex;
-  int done = 0;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } read;
   ForAll((count + kChunk - 1) / kChunk, [&](int chunk) {
     int lens = -1;
     std::optional<FeatureExtractor> extractor;
@@ -78,8 +80,8 @@ RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, co
         view.registered = false;
         view.why = error.what();
       }
-      const std::lock_guard lock(mutex);
-      stage.Show(static_cast<double>(++done) / count, fmt::format("reading view {}", done));
+      const MutexLock lock(read.mutex);
+      stage.Show(static_cast<double>(++read.done) / count, fmt::format("reading view {}", read.done));
     }
   });
   return scene;
@@ -90,8 +92,10 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
   constexpr double kLeastBandPx = 2, kBandErrors = 4;  // about an epipolar line. Guessed
   const double band_px = std::max(kLeastBandPx, kBandErrors * error_px);
   std::vector<PairMatches> matched(pairs.size());
-  std::mutex mutex;
-  int done = 0;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   ForAll(static_cast<int>(pairs.size()), [&](int p) {
     const auto [first, second] = pairs[At(p)];
     PairMatches& pair = matched[At(p)];
@@ -106,9 +110,9 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
       pair = MatchAroundPose(scene, first, second, error_px, kMinPairMatches);
     }
     if (static_cast<int>(pair.matches.size()) < kMinPairMatches) pair.matches.clear();
-    const std::lock_guard lock(mutex);
-    stage.Show(static_cast<double>(++done) / static_cast<double>(pairs.size()),
-               fmt::format("comparing views, pair {} of {}", done, pairs.size()));
+    const MutexLock lock(shown.mutex);
+    stage.Show(static_cast<double>(++shown.done) / static_cast<double>(pairs.size()),
+               fmt::format("comparing views, pair {} of {}", shown.done, pairs.size()));
   });
   return matched;
 }

@@ -84,7 +84,7 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
   StageTimer matching(&stages.matching_s);
   FramePose frame_pose;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     frame_pose.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
   }
   std::vector<int> first;
@@ -172,7 +172,7 @@ std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const Key
 // Asks the keyframes that look like this image but show other points than its pose rests on.
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
                                       const FramePose& frame_pose, LeftOut& left_out) const {
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(shared_);
   std::unordered_map<int, int> shows;  // by keyframe: how many of the points it sees
   for (const PointMatch& match : frame_pose.matches) {
     const int id = frame_pose.CandidateOf(match).id;
@@ -191,7 +191,7 @@ void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& 
 std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
   KeyframePoints points;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     points = PointsOf(shared_.map, keyframe);
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
@@ -204,7 +204,7 @@ std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image,
   FramePose frame_pose;
   frame_pose.cam_from_world = cam_from_world;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
   }
   return RefineTwice(image, std::move(frame_pose));

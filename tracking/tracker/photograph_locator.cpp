@@ -76,7 +76,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
   const double unit = PxAt640(small_.width);
   FramePose frame_pose;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     frame_pose.candidates = GatherCandidates(shared_.map, small_, near);
   }
   for (const double radius_px : {options_.near_radius_px * unit, options_.far_radius_px * unit}) {

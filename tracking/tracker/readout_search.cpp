@@ -3,11 +3,9 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <nlohmann/json.hpp>
 
 namespace ulf::tracking {
 
@@ -38,7 +36,7 @@ void ReadoutSearch::Step() {
   if (shared.readouts_measured == judged_) return;
   std::optional<ReadoutEstimate> estimate;
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     judged_ = shared.readouts_measured;
     estimate = shared.readout;
   }

@@ -38,14 +38,14 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 void Tracker::Finish() {
   state_->mapper.Rest();
   state_->mapper.AdjustAll();
-  state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
+  state_->calibration = CheckCalibration(state_->camera, state_->shared.ReadByOwner());
   if (state_->calibration) *state_->calibration = state_->calibration->Of(state_->size.original());
   const auto rolling = state_->Rolling();
   if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   return state_->shared.map.PoseOf(anchor);
 }
 
@@ -58,7 +58,7 @@ std::vector<VisiblePoint> Tracker::VisiblePoints() const {
 std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
 
 std::vector<ScenePoint> Tracker::Points() const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   std::vector<ScenePoint> points;
   for (const MapPoint& point : state_->shared.map.points())
     if (point.alive) points.push_back({point.position, point.rgb, 0, point.views});
@@ -101,8 +101,9 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
 
 void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
   state_->mapper.Drain();
-  if (state_->shared.map.LivingPoints() == 0) return;
-  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtWorkingSize(key)));
+  const Map& map = state_->shared.ReadByOwner();
+  if (map.LivingPoints() == 0) return;
+  WriteFileAtomically(file, MapToBytes(map, state_->size.KeyAtWorkingSize(key)));
 }
 
 std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
@@ -124,12 +125,12 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 }
 
 TrackerStatistics Tracker::Statistics() const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   return {state_->shared.map.LivingKeyframes(),
           state_->shared.map.LivingPoints(),
           state_->keyframes_left_out,
           state_->shared.loops,
-          state_->shared.mutex.LongestWaitSeconds(),
+          std::chrono::duration<double>(state_->shared.longest_wait).count(),
           state_->calibration,
           state_->Rolling(),
           static_cast<int>(state_->shared.map.keyframes().size()),

@@ -53,7 +53,7 @@ std::optional<Readout> Tracker::State::Rolling() const {
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     last_pose = shared.map.PoseOf(last.anchor);
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
@@ -111,8 +111,7 @@ bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   return true;
 }
 
-// Anchors a pose to the living keyframe that shares most points with its matches. The caller holds the map's
-// lock.
+// Anchors a pose to the living keyframe that shares most points with its matches.
 Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
@@ -130,7 +129,6 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
           map.keyframe(reference).unit};
 }
 
-// The caller holds the map's lock.
 void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
   track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
   if (rows.rolls()) track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
@@ -162,7 +160,7 @@ void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& t
   now.time_s = time_s;
   std::vector<double> motion_px;
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     for (const PointMatch& match : frame_pose.matches) {
       const Candidate& candidate = frame_pose.CandidateOf(match);
       if (const auto before = last.img_of_point.find(candidate.id); before != last.img_of_point.end())
@@ -215,7 +213,7 @@ std::optional<FrameReport::KeyframeVelocity> Tracker::State::VelocityOfKeyframe(
                                                                                 const FramePose& frame_pose) {
   const std::optional<BeforeKeyframe> before = std::exchange(before_keyframe, std::nullopt);
   if (!before || image.time_s - before->time_s >= 2 * options.longest_step_s) return std::nullopt;
-  const std::lock_guard lock(shared.mutex);
+  const MapLock lock(shared);
   return FrameReport::KeyframeVelocity{
       before->keyframe_time_s, TwistBetween(shared.map.PoseOf(before->anchor), frame_pose.cam_from_world,
                                             image.time_s - before->time_s)};
@@ -225,7 +223,7 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
                                                       const FramePose& frame_pose, StageTimes& stages) const {
   const StageTimer timer(&stages.keyframe_s);
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     if (!WantsKeyframe(frame_pose, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth))
       return std::nullopt;
   }
@@ -283,19 +281,20 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   image = attempt.start->second;
   StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
   // The map is kept only if this frame can be tracked on it.
-  last.anchor = {
-      shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1, {}, 1};
-  if (last.anchor.keyframe_id >= 0) {
+  {
+    const MapLock lock(shared);
+    const int keyframes = static_cast<int>(shared.map.keyframes().size());
+    last.anchor = {shared.map.LivingKeyframes() > 0 ? keyframes - 1 : -1, {}, 1};
     for (const MapPoint& point : shared.map.points())
       if (point.alive) last.img_of_point[point.id] = point.observations.back().img;
-    if (Follow(image, track)) {
-      state = TrackState::kTracking;
-      frames_since_keyframe = 0;
-      track.keyframe = true;
-      initializer.Restart();
-      map_start = MapStart{attempt.model, attempt.evidence};
-      return;
-    }
+  }
+  if (last.anchor.keyframe_id >= 0 && Follow(image, track)) {
+    state = TrackState::kTracking;
+    frames_since_keyframe = 0;
+    track.keyframe = true;
+    initializer.Restart();
+    map_start = MapStart{attempt.model, attempt.evidence};
+    return;
   }
   spdlog::debug("frame {}: the first map did not hold", frame);
   track.start->obstacle = StartObstacle::kMapDidNotHold;
@@ -423,7 +422,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(
   Track track;
   track.state = TrackState::kTracking;
   track.map_id = map_id;
-  const std::lock_guard lock(shared.mutex);
+  const MapLock lock(shared);
   Describe(*frame_pose, track);
   track.anchor = AnchorOf(*frame_pose);
   track.seen = SeenIn(*frame_pose, [](const Vector2d& img, const Vector3d&) { return img; });

@@ -231,16 +231,16 @@ TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
 // A whole map's adjustment moves nothing that the images leave open.
 TEST(MapTest, AdjustingEverythingKeepsTheMapWhereItIs) {
   World world(6);
+  // The first keyframe is the one that is wrong: held, it would turn and move all others.
+  world.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
   OwnedMap owned(world.map);
-  Map& map = owned.map;
+  const Map& map = owned.shared.ReadByOwner();
   const auto mean_center = [&] {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const int id : map.living())
       mean += map.keyframe(id).cam_from_world.OriginInSource() / map.LivingKeyframes();
     return mean;
   };
-  // The first keyframe is the one that is wrong: held, it would turn and move all others.
-  map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
   const Eigen::Vector3d before = mean_center();
   const Eigen::Vector3d fourth = map.keyframe(4).cam_from_world.OriginInSource();
   const BundleSummary summary = AdjustMap(world.camera, owned, map.living(), {},

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <mutex>
 #include <type_traits>
 #include <utility>
 
@@ -62,7 +61,7 @@ TEST(MapperTest, DuplicatesMerge) {
   ASSERT_GE(split, 5);
   const int before = world.map.LivingPoints();
   Mapper mapper(world.camera, world.map, true);
-  const Map& map = mapper.shared().map;
+  const Map& map = mapper.shared().ReadByOwner();
   NewKeyframe offered;
   const Keyframe& last = map.keyframe(3);
   offered.keyframe.cam_from_world = last.cam_from_world;
@@ -78,7 +77,7 @@ TEST(MapperTest, DuplicatesMerge) {
 TEST(MapperTest, CountsWhatFramesShouldHaveSeenAndSaw) {
   World world(4);
   Mapper mapper(world.camera, world.map, true);
-  const Map& map = mapper.shared().map;
+  const Map& map = mapper.shared().ReadByOwner();
   const int found = world.points[0], missed = world.points[1];
   EXPECT_TRUE(mapper.Take({.expected = {found, missed}, .found = {found}}));
   EXPECT_TRUE(mapper.Take({.expected = {found}, .found = {found}}));
@@ -92,7 +91,7 @@ TEST(MapperTest, GivesAVelocityToTheKeyframeOfItsTimeOnly) {
   World world(4);
   world.map.keyframe(3).time_s = 5;
   Mapper mapper(world.camera, world.map, true);
-  const Map& map = mapper.shared().map;
+  const Map& map = mapper.shared().ReadByOwner();
   mapper.Take({.velocity = FrameReport::KeyframeVelocity{4, Twist::Ones()}});
   EXPECT_FALSE(map.keyframe(3).velocity);
   mapper.Take({.velocity = FrameReport::KeyframeVelocity{5, Twist::Ones()}});
@@ -104,22 +103,23 @@ TEST(MapperTest, GivesAVelocityToTheKeyframeOfItsTimeOnly) {
 TEST(MapperTest, TakesReportsBesideItsThread) {
   World world(6);
   Mapper mapper(world.camera, world.map, false);
+  const SharedMap& shared = mapper.shared();
   const int point = world.points[0];
   int taken = 0;
   for (int k = 0; k < 20; ++k) {
     FrameReport report{.expected = {point}, .found = {}};
     {
-      const std::lock_guard lock(mapper.shared().mutex);
-      report.keyframe = LikeKeyframe(mapper.shared().map, mapper.shared().map.living().back(), 10 + k);
+      const MapLock lock(shared);
+      report.keyframe = LikeKeyframe(shared.map, shared.map.living().back(), 10 + k);
     }
     taken += mapper.Take(std::move(report));
-    const std::lock_guard lock(mapper.shared().mutex);
-    const MapPoint& seen = mapper.shared().map.point(point);
+    const MapLock lock(shared);
+    const MapPoint& seen = shared.map.point(point);
     EXPECT_TRUE(!seen.alive || seen.expected == k + 1) << seen.expected;
   }
   mapper.Drain();
   EXPECT_GE(taken, 1);
-  EXPECT_EQ(static_cast<int>(mapper.shared().map.keyframes().size()), 6 + taken);
+  EXPECT_EQ(static_cast<int>(mapper.shared().ReadByOwner().keyframes().size()), 6 + taken);
 }
 
 TEST(MapperTest, NotesViewsWithThePointsThatMergedOnesBecame) {
@@ -130,7 +130,7 @@ TEST(MapperTest, NotesViewsWithThePointsThatMergedOnesBecame) {
   Mapper mapper(world.camera, world.map, true);
   const std::vector<MapObservation> seen{{gone, {1, 2}}, {removed, {3, 4}}};
   mapper.NoteView(7, seen);
-  const MapPoint& point = mapper.shared().map.point(kept);
+  const MapPoint& point = mapper.shared().ReadByOwner().point(kept);
   ASSERT_EQ(point.views.size(), 1u);
   EXPECT_EQ(point.views[0].view_id, 7);
   EXPECT_EQ(point.views[0].in_img, Eigen::Vector2d(1, 2));
@@ -152,7 +152,7 @@ TEST(MapperTest, ForgetsEverythingOnReset) {
   EXPECT_TRUE(mapper.shared().world_given);
   mapper.Reset();
   EXPECT_FALSE(mapper.shared().world_given);
-  EXPECT_EQ(mapper.shared().map.LivingPoints(), 0);
+  EXPECT_EQ(mapper.shared().ReadByOwner().LivingPoints(), 0);
   EXPECT_TRUE(mapper.index().Query(*world.map.keyframe(2).features, 1).empty());
 }
 
