@@ -232,30 +232,27 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
                  *result.center_sigma_median, unit, *result.center_sigma_max, view);
     else
       fmt::print(
-          "they do not hold together: parts of them share too few points to say how they lie to each "
-          "other\n");
+          "parts of the views share too few points: the images do not determine their relative poses\n");
   }
   if (!result.settled)
-    fmt::print(
-        "the adjustment has not settled: more would still change; check the start poses, or refine again\n");
+    fmt::print("the adjustment has not converged: check the start poses, or refine again\n");
   if (result.contradicted >= 0)
-    fmt::print("most points of view {} disagree with where it was put\n",
+    fmt::print("most observations of view {} contradict its pose\n",
                before.views[At(result.contradicted)].id);
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (!result.views[v].registered)
-      fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,
+      fmt::print("view {} ({}) keeps its pose: {}\n", before.views[v].id, before.views[v].image_path,
                  result.views[v].why);
   if (result.groups > 1)
-    fmt::print(
-        "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
-        result.groups);
+    fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
+               result.groups);
   for (const tracking::LensEstimate& fit : result.lens_fits)
-    fmt::print(
-        "{}: {}\n",
-        args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
-        Describe(fit));
+    fmt::print("{}: {}\n",
+               args.options.intrinsics ? "new intrinsics"
+                                       : "the images support other intrinsics (--intrinsics takes them over)",
+               Describe(fit));
   if (args.options.intrinsics && result.lens_fits.empty())
-    fmt::print("the intrinsics stay: nothing speaks for others\n");
+    fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)
     if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
@@ -331,17 +328,19 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
   command->add_flag("--intrinsics", args->options.intrinsics,
-                    "Also the lens, as far as the images tell (else it is only said)");
-  command->add_option("--features", args->options.features, "Corners per view (else by the number of views)")
+                    "Also refine the lens, as far as the images determine it (default: only report it)");
+  command
+      ->add_option("--features", args->options.features, "Corners per view (default: by the number of views)")
       ->check(CLI::Range(300, 10000));
   command->add_option("--max-side", args->options.max_side_px, "Larger pictures are reduced to it, px")
       ->check(CLI::Range(320, 20000));
-  command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
+  command->add_option("--threads", args->threads, "Processors to use; the result is the same for any number")
       ->check(CLI::Range(1, 256));
-  command->add_option("--seed", args->options.seed, "Of every random draw");
+  command->add_option("--seed", args->options.seed, "Seed of every random draw");
   command->add_option("--truth", args->truth,
-                      "True poses, TUM format: prints the error as recorded, before and after");
-  command->add_flag("--explain", args->explain, "Why these intrinsics: what was tried, and what it gained");
+                      "True poses, TUM format: prints the errors as recorded, before and after");
+  command->add_flag("--explain", args->explain,
+                    "Say why these intrinsics: what was tried, and what it gained");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "

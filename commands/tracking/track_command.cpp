@@ -205,7 +205,7 @@ int RunTrack(const TrackArgs& args) {
   }
   std::fflush(stdout);
   if (!args.plot.empty() && run.live.empty())
-    spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
+    spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
@@ -224,8 +224,9 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
   command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
-  command->add_option("--truth", args->truth,
-                      "True poses, TUM format: prints the error (without it, what the device knows)");
+  command->add_option(
+      "--truth", args->truth,
+      "True poses, TUM format: prints the error (default: the device's own poses, where it has them)");
   command->add_option("--plot", args->plot,
                       "Picture of the run, .png, .svg or .pdf: the way from above and from behind, error, "
                       "quality and points over time");
@@ -236,22 +237,25 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   AddReadoutOption(*command, args->readout);
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
-      ->add_option("--speed", args->speed,
-                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->add_option(
+          "--speed", args->speed,
+          "Speed of a recording: 1 for real time, N for N times as fast; none or 0: as fast as possible")
       ->check(NonNegative());
   command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
   command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
   AddTrackingSideOption(*command, args->tracking_side_px);
-  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_option("--seed", args->seed, "Seed of every random draw");
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
-  command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");
+  command->add_flag("--benchmark", args->benchmark,
+                    "Also time cv::ORB with 1000 features on the same frames");
   command->add_flag("--explain", args->explain,
-                    "What started the map, and what the map keeps of what it made");
+                    "Say why the map started from its model, and what it kept of what it made");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
-      "--truth reference.txt --plot run.png\nSIGINT ends a live camera's run: poses are written and figures "
-      "printed.");
+      "--truth reference.txt --plot run.png\nSIGINT ends the run of a live camera: the program writes the "
+      "poses "
+      "and prints the report.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 

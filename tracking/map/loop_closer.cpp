@@ -141,23 +141,15 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
 std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) const {
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
   const bool rigid = ScaleIsGiven(owned_.shared);
-  const auto with_points = [](const Keyframe& keyframe) {
-    std::vector<int> features;
-    for (int i = 0; i < keyframe.features->size(); ++i)
-      if (keyframe.point_of_feature[At(i)] >= 0) features.push_back(i);
-    return features;
-  };
-  const auto position = [&](const Keyframe& keyframe, int feature) {
-    const int point = keyframe.point_of_feature[At(feature)];
-    return Vector3d(keyframe.cam_from_world * map_.point(point).position);
-  };
-  const auto matches = MatchAll(*recent.features, with_points(recent), *old.features, with_points(old),
+  const KeyframePoints of_recent = PointsOf(map_, recent_id), of_old = PointsOf(map_, old_id);
+  const auto matches = MatchAll(*recent.features, of_recent.with_points, *old.features, of_old.with_points,
                                 {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
   if (static_cast<int>(matches.size()) < options_.min_matches) return std::nullopt;
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
     const Feature &a = (*recent.features)[match.first], &b = (*old.features)[match.second];
-    pairs.push_back({position(recent, match.first), position(old, match.second), a.img, b.img,
+    pairs.push_back({recent.cam_from_world * of_recent.positions[At(match.first)],
+                     old.cam_from_world * of_old.positions[At(match.second)], a.img, b.img,
                      DetectedSigmaPx(a.level), DetectedSigmaPx(b.level)});
   }
   const auto sampled =

@@ -325,7 +325,7 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
   EXPECT_THAT(imported.output, HasSubstr("they are known to"));
-  EXPECT_THAT(imported.output, Not(HasSubstr("has not settled")));
+  EXPECT_THAT(imported.output, Not(HasSubstr("has not converged")));
   EXPECT_LT(room.Errors(room.scratch / "copy").center, 0.002);
 }
 
