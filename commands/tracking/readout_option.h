@@ -1,11 +1,11 @@
-// `--readout-ms`, as the commands that track have it.
+// The option `--readout-ms` of the commands that track.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <string>
 
-#include "tracking/tracker/readout_args.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::commands {
 
@@ -20,7 +20,7 @@ inline void AddReadoutOption(CLI::App& command, tracking::ReadoutArgs& args) {
               args.readout_s = 1e-3 * std::stod(text);
           },
           "Rolling shutter: milliseconds from the first row to the last (below 0: read from the last; 0: "
-          "global), or auto: compensated when found (without the option it is looked for and said)")
+          "global), or auto: compensated when found (without the option it is measured and reported)")
       ->check([](const std::string& text) {
         double ms = 0;
         const bool good = text == "auto" || (CLI::detail::lexical_cast(text, ms) && std::abs(ms) <= 1000);

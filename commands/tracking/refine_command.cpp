@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "commands/number_checks.h"
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/model_choice.h"
@@ -141,16 +142,14 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
   json["reprojection_after_px"] = {{"rms", result.rms_after_px}, {"median", result.median_after_px}};
   json["rms_after_sigmas"] = result.rms_after_sigmas;
   json["settled"] = result.settled;
-  if (result.contradicted >= 0)
-    json["contradicted"] = before.views[static_cast<std::size_t>(result.contradicted)].id;
+  if (result.contradicted >= 0) json["contradicted"] = before.views[At(result.contradicted)].id;
   json["moved"] = {{"median", result.moved_median}, {"largest", result.moved_max}, {"units", before.units}};
-  if (result.moved_most >= 0)
-    json["moved"]["view"] = before.views[static_cast<std::size_t>(result.moved_most)].id;
+  if (result.moved_most >= 0) json["moved"]["view"] = before.views[At(result.moved_most)].id;
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
   if (result.center_sigma_max) {
     json["predicted_error"] = {{"median", *result.center_sigma_median},
                                {"largest", *result.center_sigma_max}};
-    json["predicted_error"]["view"] = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    json["predicted_error"]["view"] = before.views[At(result.least_sure)].id;
   }
   json["lenses"] = nlohmann::ordered_json::array();
   for (const tracking::LensEstimate& fit : result.lens_fits)
@@ -224,40 +223,36 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   fmt::print(
       "cameras moved by {:.5f} {} (median; largest {:.5f}, view {}) and turned by {:.3f} degrees "
       "(largest {:.3f})\n",
-      result.moved_median, unit, result.moved_max,
-      before.views[static_cast<std::size_t>(std::max(0, result.moved_most))].id, result.turned_median_deg,
-      result.turned_max_deg);
+      result.moved_median, unit, result.moved_max, before.views[At(std::max(0, result.moved_most))].id,
+      result.turned_median_deg, result.turned_max_deg);
   if (result.center_sigma_max) {
-    const int view = before.views[static_cast<std::size_t>(result.least_sure)].id;
+    const int view = before.views[At(result.least_sure)].id;
     if (std::isfinite(*result.center_sigma_max))
       fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
                  *result.center_sigma_median, unit, *result.center_sigma_max, view);
     else
       fmt::print(
-          "they do not hold together: parts of them share too few points to say how they lie to each "
-          "other\n");
+          "parts of the views share too few points: the images do not determine their relative poses\n");
   }
   if (!result.settled)
-    fmt::print(
-        "the adjustment has not settled: more would still change; check the start poses, or refine again\n");
+    fmt::print("the adjustment has not converged: check the start poses, or refine again\n");
   if (result.contradicted >= 0)
-    fmt::print("most points of view {} disagree with where it was put\n",
-               before.views[static_cast<std::size_t>(result.contradicted)].id);
+    fmt::print("most observations of view {} contradict its pose\n",
+               before.views[At(result.contradicted)].id);
   for (std::size_t v = 0; v < before.views.size(); ++v)
     if (!result.views[v].registered)
-      fmt::print("left as it was: view {} ({}): {}\n", before.views[v].id, before.views[v].image_path,
+      fmt::print("view {} ({}) keeps its pose: {}\n", before.views[v].id, before.views[v].image_path,
                  result.views[v].why);
   if (result.groups > 1)
-    fmt::print(
-        "the views fall into {} groups that share no points: how these lie to each other is as it was\n",
-        result.groups);
+    fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
+               result.groups);
   for (const tracking::LensEstimate& fit : result.lens_fits)
-    fmt::print(
-        "{}: {}\n",
-        args.options.intrinsics ? "new intrinsics" : "the images prefer (taken over with --intrinsics)",
-        Describe(fit));
+    fmt::print("{}: {}\n",
+               args.options.intrinsics ? "new intrinsics"
+                                       : "the images support other intrinsics (--intrinsics takes them over)",
+               Describe(fit));
   if (args.options.intrinsics && result.lens_fits.empty())
-    fmt::print("the intrinsics stay: nothing speaks for others\n");
+    fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)
     if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
@@ -333,17 +328,19 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
   command->add_flag("--intrinsics", args->options.intrinsics,
-                    "Also the lens, as far as the images tell (else it is only said)");
-  command->add_option("--features", args->options.features, "Corners per view (else by the number of views)")
+                    "Also refine the lens, as far as the images determine it (default: only report it)");
+  command
+      ->add_option("--features", args->options.features, "Corners per view (default: by the number of views)")
       ->check(CLI::Range(300, 10000));
   command->add_option("--max-side", args->options.max_side_px, "Larger pictures are reduced to it, px")
       ->check(CLI::Range(320, 20000));
-  command->add_option("--threads", args->threads, "Processors to use; the result does not depend on it")
+  command->add_option("--threads", args->threads, "Processors to use; the result is the same for any number")
       ->check(CLI::Range(1, 256));
-  command->add_option("--seed", args->options.seed, "Of every random draw");
+  command->add_option("--seed", args->options.seed, "Seed of every random draw");
   command->add_option("--truth", args->truth,
-                      "True poses, TUM format: prints the error as recorded, before and after");
-  command->add_flag("--explain", args->explain, "Why these intrinsics: what was tried, and what it gained");
+                      "True poses, TUM format: prints the errors as recorded, before and after");
+  command->add_flag("--explain", args->explain,
+                    "Say why these intrinsics: what was tried, and what it gained");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "

@@ -56,8 +56,8 @@ struct TrackArgs {
   bool json = false;
 };
 
-// What cv::ORB costs on the same frame, at the size that is tracked, thread and moment: the unit in which
-// tracking cost is told.
+// CPU milliseconds of cv::ORB on the same frame, at the tracked size, in the same thread: the unit in which
+// the cost of tracking is reported.
 double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::TrackedSize& size) {
   cv::Mat gray = GrayForTracking(frame.image);
   if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
@@ -69,7 +69,7 @@ double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::
   return 1000 * (ThreadCpuSeconds() - start_s);
 }
 
-// A run, and the poses that the device itself knows (simulator, recorded light field).
+// A run, and the poses that the device knows (simulator, recorded light field).
 struct Followed {
   TrackRun run;
   std::vector<TimedPose> known;
@@ -86,7 +86,7 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
   return poses;
 }
 
-// Until the device is over, enough frames have come or the operator ends it.
+// Tracks until the device ends, enough frames have come or the operator stops.
 void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
                   std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
   TrackRun& run = followed.run;
@@ -108,8 +108,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                        .features = args.features,
                        .max_side_px = args.tracking_side_px,
                        .wait_for_mapper = !device.IsLive(),
-                       .readout_s = args.readout.readout_s,
-                       .compensate_found_readout = args.readout.compensate_found},
+                       .readout = args.readout},
            .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
@@ -173,13 +172,13 @@ int RunTrack(const TrackArgs& args) {
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
-  // OpenCV would spread single frames over all cores, which the other threads need.
+  // OpenCV would use all cores for a single frame; the other threads need them.
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
   const auto device = acquisition::OpenDevice(acquisition::WithReplaySpeed(uri, args.speed));
   const auto [run, known] = Follow(args, spec, *device);
-  // The report is printed whatever the disk says.
+  // Print the report even when a file cannot be written.
   std::vector<std::string> unwritten;
   for (const auto& [path, poses] : {std::pair(&args.output, &run.live), {&args.final_output, &run.final}})
     try {
@@ -206,7 +205,7 @@ int RunTrack(const TrackArgs& args) {
   }
   std::fflush(stdout);
   if (!args.plot.empty() && run.live.empty())
-    spdlog::warn("{}: not drawn, since no frame has a pose", args.plot);
+    spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
@@ -225,8 +224,9 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
   command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
-  command->add_option("--truth", args->truth,
-                      "True poses, TUM format: prints the error (without it, what the device knows)");
+  command->add_option(
+      "--truth", args->truth,
+      "True poses, TUM format: prints the error (default: the device's own poses, where it has them)");
   command->add_option("--plot", args->plot,
                       "Picture of the run, .png, .svg or .pdf: the way from above and from behind, error, "
                       "quality and points over time");
@@ -237,22 +237,25 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   AddReadoutOption(*command, args->readout);
   command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
   command
-      ->add_option("--speed", args->speed,
-                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+      ->add_option(
+          "--speed", args->speed,
+          "Speed of a recording: 1 for real time, N for N times as fast; none or 0: as fast as possible")
       ->check(NonNegative());
   command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
   command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
   AddTrackingSideOption(*command, args->tracking_side_px);
-  command->add_option("--seed", args->seed, "Of every random draw");
+  command->add_option("--seed", args->seed, "Seed of every random draw");
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
-  command->add_flag("--benchmark", args->benchmark, "Time cv::ORB with 1000 features in the same run, too");
+  command->add_flag("--benchmark", args->benchmark,
+                    "Also time cv::ORB with 1000 features on the same frames");
   command->add_flag("--explain", args->explain,
-                    "What started the map, and what the map keeps of what it made");
+                    "Say why the map started from its model, and what it kept of what it made");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
-      "--truth reference.txt --plot run.png\nSIGINT ends a live camera's run: poses are written and figures "
-      "printed.");
+      "--truth reference.txt --plot run.png\nSIGINT ends the run of a live camera: the program writes the "
+      "poses "
+      "and prints the report.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 

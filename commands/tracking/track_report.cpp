@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 
@@ -47,11 +48,11 @@ Counts Count(const TrackRun& run) {
   counts.frames = static_cast<int>(run.frames.size());
   tracking::TrackState before = tracking::TrackState::kInitializing;
   for (int i = 0; i < counts.frames; ++i) {
-    const TrackedFrame& frame = run.frames[static_cast<std::size_t>(i)];
+    const TrackedFrame& frame = run.frames[At(i)];
     const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
-    // A camera that is found in the frame that lost it was lost, too.
+    // A camera that was found again in the frame that lost it counts as lost, too.
     counts.lost += before == tracking::TrackState::kTracking &&
                    (track.state != tracking::TrackState::kTracking || track.relocalized);
     if (!counts.first_tracked && track.cam_from_world) counts.first_tracked = i;
@@ -84,7 +85,7 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
   report["rotation_" + which + "_rmse_deg"] = number(&TrajectoryError::rotation_rmse_deg);
 }
 
-// `of`: one for every frame that has a pose, or none at all.
+// `of`: one pose for every frame that has one, or none at all.
 GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
   GivenPoses poses;
   if (of.live.empty()) return poses;
@@ -122,8 +123,8 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
   return text;
 }
 
-// What kept the map from starting, by the frames' own words; empty where no map was to start.
-std::string MostOftenInTheWay(const TrackRun& run) {
+// The most frequent obstacle to starting the map; empty where the source makes no map.
+std::string MostFrequentObstacle(const TrackRun& run) {
   std::map<tracking::StartObstacle, int> frames;
   for (const TrackedFrame& frame : run.frames)
     if (frame.track.start) ++frames[frame.track.start->obstacle];
@@ -267,7 +268,7 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   if (counts.first_tracked)
     text += fmt::format("initialised at frame {}, {:.1f} % tracked from there on\n", *counts.first_tracked,
                         100 * counts.TrackedShareFromThere());
-  else if (const std::string obstacle = MostOftenInTheWay(run); !obstacle.empty())
+  else if (const std::string obstacle = MostFrequentObstacle(run); !obstacle.empty())
     text += "never initialised: " + obstacle + "\n";
   else
     text +=
@@ -316,26 +317,26 @@ std::vector<ModelChoice> Explained(const TrackRun& run) {
     const tracking::MotionEvidence& seen = start->evidence;
     const auto of_matches = [&](int count) { return fmt::format("{} of {} matches", count, seen.matches); };
     const bool flat = start->model == tracking::RelativePoseModel::kHomography;
-    choices.push_back(
-        {"model that started the map",
-         fmt::format(
-             "a rotation that explains nearly all starts none; flat where a homography explains 85 % of "
-             "what the essential matrix does; the motion's best rival is worse by {:.0f} (needed: {:.0f} "
-             "variances of the noise)",
-             seen.runner_up, seen.runner_up_needed),
-         {{"rotation", of_matches(seen.by_rotation), false},
-          {"homography", of_matches(seen.by_homography), flat},
-          {"essential matrix", of_matches(seen.by_essential), !flat}}});
+    choices.push_back({"model that started the map",
+                       fmt::format("no map starts where a rotation explains nearly all matches; the scene is "
+                                   "flat where a homography "
+                                   "explains 85 % of what the essential matrix does; the cost of the best "
+                                   "other motion is higher by "
+                                   "{:.0f} variances of the noise ({:.0f} needed)",
+                                   seen.runner_up, seen.runner_up_needed),
+                       {{"rotation", of_matches(seen.by_rotation), false},
+                        {"homography", of_matches(seen.by_homography), flat},
+                        {"essential matrix", of_matches(seen.by_essential), !flat}}});
   }
   choices.push_back(
       {"keyframes",
-       "a frame becomes one where the last one's points thin out or the camera has moved or turned; "
-       "one of which others see nearly all points goes again",
+       "a frame becomes a keyframe where it shows few of the last one's points, or the camera has moved or "
+       "turned; a keyframe goes where others see nearly all of its points",
        {{"kept", fmt::format("{}", run.map.keyframes), true},
         {"made", fmt::format("{}", run.map.keyframes_made), false},
         {"every frame", fmt::format("{}", run.frames.size()), false}}});
   choices.push_back({"map points",
-                     "a new point goes again where it is not found as often as it should be",
+                     "a new point goes where it is found less often than it should be",
                      {{"kept", fmt::format("{}", run.map.map_points), true},
                       {"made", fmt::format("{}", run.map.points_made), false}}});
   return choices;

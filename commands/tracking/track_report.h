@@ -1,7 +1,7 @@
-// What a tracked sequence came to, for `ulf track`: in words, as JSON, and what its picture needs.
+// Reports a tracked sequence for `ulf track`: as text, as JSON, and as data for the plot.
 //
-// Errors are in the truth's units, which TUM files give in metres. A map that is thrown away within its first
-// frames (Track::map_id) was another world: its poses stand in the files, but only those of the last map are
+// Errors are in the truth's units, which are metres in TUM files. A map that was discarded within its first
+// frames (Track::map_id) was another world: its poses are in the files, but only those of the last map are
 // compared.
 #pragma once
 
@@ -31,10 +31,10 @@ struct TrackRun {
   bool deterministic = false;  // mapping ran inside the frames
   std::vector<TrackedFrame> frames;
   std::vector<TimedPose> live, final;
-  GivenPoses middle_row;           // the camera at its frames' times, where a rolling shutter is compensated
+  GivenPoses middle_row;           // the camera's own poses, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   tracking::TrackerStatistics map;
-  std::string broke;  // what ended the run early, where, and why; empty: nothing
+  std::string broke;  // what ended the run early: where and why; empty: nothing
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
@@ -45,7 +45,7 @@ GivenPoses OfLastMap(const TrackRun& run);
 struct TrackErrors {
   std::string truth_name;
   std::vector<TimedPose> truth;
-  int earlier_maps = 0;  // poses of maps that were thrown away: left out
+  int earlier_maps = 0;  // poses of discarded maps, which are not compared
   std::optional<TrajectoryError> live = {}, final = {};
   std::optional<TrajectoryError> middle_row_live = {}, middle_row_final = {};
 };
@@ -55,7 +55,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
 
 nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
 std::string ToText(const TrackRun& run, const TrackErrors* errors);
-// Of the model that started the map, and of what the map keeps.
+// Why the map started from its model, and why it keeps what it keeps.
 std::vector<ModelChoice> Explained(const TrackRun& run);
 
 // A stretch of frames without a pose, after the first that had one.

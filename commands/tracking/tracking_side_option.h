@@ -1,4 +1,4 @@
-// `--tracking-side`, as the commands that track have it.
+// The option `--tracking-side` of the commands that track.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -32,7 +32,7 @@ struct Box {
   double Width() const { return right - left; }
 };
 
-// The views are as high as the way is; the charts over time lie below.
+// The views' height follows the way's; the charts over time lie below.
 struct Layout {
   Box above, behind, upper, lower;
   double height;
@@ -116,14 +116,14 @@ Range RangeOf(const std::vector<Line>& lines, int axis) {
   return range.from > range.to ? Range{} : range;
 }
 
-// More than this between two of them, and something is missing there.
+// A longer step between two times means that poses are missing.
 double GapSeconds(const std::vector<double>& times_s) {
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < times_s.size(); ++i) steps_s.push_back(times_s[i] - times_s[i - 1]);
   return 2.5 * Median(steps_s);
 }
 
-// A line must not cross a stretch without poses.
+// Breaks the line where poses are missing.
 std::string LineData(const std::string& name, const Line& line) {
   const double gap_s = GapSeconds(line.times_s);
   std::string data = fmt::format("${} << EOD\n", name);
@@ -136,7 +136,7 @@ std::string LineData(const std::string& name, const Line& line) {
   return data + "EOD\n";
 }
 
-// Where the camera went while it was lost: along the truth where that is known, else straight on.
+// The way while the camera was lost: along the truth where that is known, else straight.
 Line LostWays(const std::vector<LostStretch>& stretches, const Line& way) {
   constexpr double kSameTime_s = 1e-3;
   Line lost{"no pose", fmt::format("lines lw 4 lc rgb '{}'", kLostColor), {}, {}};
@@ -185,7 +185,7 @@ std::string Views(const std::vector<Line>& lines, const Layout& layout, const st
   return script;
 }
 
-// Behind both charts over time: where there was no pose.
+// Marks the stretches without a pose behind both charts over time.
 std::string Shaded(const std::vector<LostStretch>& stretches, double start_s) {
   std::string script;
   int object = 1;

@@ -1,8 +1,8 @@
-// A tracked run as one picture: from above and from the side in equal axes, truth against live and final
-// poses (aligned with it), with the stretches where the camera was lost; below, error, quality and points
-// over time.
+// Draws a tracked run: the way from above and from behind in equal axes, truth against live and final poses
+// (aligned with it), with the stretches where the camera was lost; below, error, quality and points over
+// time.
 //
-// Right, forward and up are those of the cameras on average: a scanning hand holds its camera upright.
+// Right, forward and up are those of the mean camera: a scanning hand holds its camera upright.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace ulf::commands {
 
-// `errors`: none where no truth is known; lengths are map units then. Throws as DrawChart() does.
+// `errors`: null without a truth; lengths are map units then. Throws as DrawChart() does.
 void PlotRun(const std::string& path, const TrackRun& run, const TrackErrors* errors,
              const std::string& title);
 

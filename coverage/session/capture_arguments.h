@@ -8,7 +8,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "coverage/session/capture_session.h"
 #include "tracking/sources/pose_source.h"
-#include "tracking/tracker/readout_args.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {
 

@@ -220,15 +220,14 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
     throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
                      info.uri);
-  prepared.poses = args.poses.Open(prepared.camera,
-                                   {.tracker = {.deterministic = args.deterministic,
-                                                .max_side_px = args.tracking_side_px,
-                                                .wait_for_mapper = !prepared.device->IsLive(),
-                                                .readout_s = args.readout.readout_s,
-                                                .compensate_found_readout = args.readout.compensate_found},
-                                    .subject = options->subject,
-                                    .metric = info.bus == "simulated",
-                                    .stop = StopOnSignal::Asked});
+  prepared.poses =
+      args.poses.Open(prepared.camera, {.tracker = {.deterministic = args.deterministic,
+                                                    .max_side_px = args.tracking_side_px,
+                                                    .wait_for_mapper = !prepared.device->IsLive(),
+                                                    .readout = args.readout},
+                                        .subject = options->subject,
+                                        .metric = info.bus == "simulated",
+                                        .stop = StopOnSignal::Asked});
   if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
     RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
   if (!prepared.writer) {

@@ -172,7 +172,8 @@ BENCHMARK(BM_TrackedFrame)->UseManualTime()->MinTime(2)->Unit(benchmark::kMillis
 struct LargeMap {
   static constexpr int kRooms = 100, kPictures = 10;
   CameraModel camera = TexturedRoom::Camera();
-  SharedMap shared{camera};
+  OwnedMap owned{Map(camera)};
+  SharedMap& shared = owned.shared;
   KeyframeIndex index{1};
   std::vector<std::shared_ptr<const Pyramid>> lost;  // pictures of some rooms that are not in the map
   std::vector<std::shared_ptr<const FeatureSet>> lost_features;
@@ -196,16 +197,16 @@ struct LargeMap {
         AddKeyframe(pose, features, first, points);
         if (!first) first = features;
       }
-      for (const int point : points) shared.map.Update(point);
+      for (const int point : points) owned.map.Update(point);
     }
     for (const Keyframe& keyframe : shared.map.keyframes()) index.Add(keyframe);
     for (const MapPoint& point : shared.map.points())
-      shared.map.point(point.id).found = shared.map.point(point.id).expected = 10;
+      owned.map.point(point.id).found = owned.map.point(point.id).expected = 10;
   }
 
   void AddKeyframe(const Rigid3& pose, const std::shared_ptr<const FeatureSet>& features,
                    const std::shared_ptr<const FeatureSet>& first, std::vector<int>& points) {
-    Map& map = shared.map;
+    Map& map = owned.map;
     Keyframe keyframe;
     keyframe.cam_from_world = pose;
     keyframe.features = features;
@@ -230,7 +231,7 @@ struct LargeMap {
 void BM_RelocalizeAmong1000Keyframes(benchmark::State& state) {
   cv::setNumThreads(1);
   const LargeMap large;
-  const FrameLocator locator(large.camera, large.shared, 200);
+  const FrameLocator locator(large.camera, large.shared, 1000);
   std::size_t next = 0, found = 0, asked = 0;
   const double start_s = ThreadCpuSeconds();
   for (auto _ : state) {

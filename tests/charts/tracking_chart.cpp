@@ -18,7 +18,7 @@ struct Variation {
   std::string panel, series, name;
   TrackerOptions options;
   bool IsUsual() const {
-    return options.features == kUsual.features && options.pyramid_levels == kUsual.pyramid_levels &&
+    return options.features == kUsual.features && options.corners.levels == kUsual.corners.levels &&
            options.mapping.keyframe_moved == kUsual.mapping.keyframe_moved;
   }
 };
@@ -32,7 +32,7 @@ std::vector<Variation> Grid(const ChartEffort& effort) {
                             fmt::format("a keyframe each {:g} % of the depth", 100 * moved),
                             std::to_string(features), kUsual};
         variation.options.features = features;
-        variation.options.pyramid_levels = levels;
+        variation.options.corners.levels = levels;
         variation.options.mapping.keyframe_moved = moved;
         grid.push_back(variation);
       }
@@ -49,7 +49,7 @@ std::vector<Variation> OneAtATime(const std::string& recording, const ChartEffor
     add("features", std::to_string(features), [&](TrackerOptions& options) { options.features = features; });
   for (const int levels : effort.Of(std::vector<int>{}, {4, 2}))
     add("pyramid levels", fmt::format("{} levels", levels),
-        [&](TrackerOptions& options) { options.pyramid_levels = levels; });
+        [&](TrackerOptions& options) { options.corners.levels = levels; });
   for (const double moved : effort.Of(std::vector<double>{}, {0.015, 0.08}))
     add("keyframes", fmt::format("each {:g} %", 100 * moved),
         [&](TrackerOptions& options) { options.mapping.keyframe_moved = moved; });

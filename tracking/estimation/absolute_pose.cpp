@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
@@ -28,10 +29,6 @@ constexpr double kLostPointSigmas2 = 1e4;
 // the chart in docs/tracking_measured.md, "What the quality value says".
 constexpr double kCommonError = 1.5;
 constexpr double kLeastResidual = 0.1;  // few residuals can be small by chance
-
-double HuberCost(double squared, double limit) {
-  return squared <= limit * limit ? squared : 2 * limit * std::sqrt(squared) - limit * limit;
-}
 
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
@@ -151,7 +148,7 @@ class PoseSearch {
     const auto pose = BestOfRivals(*found);
     if (!pose) return std::nullopt;
     AbsolutePoseResult result{*pose, {}, found->iterations};
-    for (const int i : Inliers(*pose)) result.inliers.push_back(index_[static_cast<std::size_t>(i)]);
+    for (const int i : Inliers(*pose)) result.inliers.push_back(index_[At(i)]);
     return result;
   }
 
@@ -164,14 +161,14 @@ class PoseSearch {
   std::vector<Rigid3> Solve(const std::vector<int>& sample) const {
     std::array<Vector3d, 3> points, rays;
     for (std::size_t k = 0; k < 3; ++k) {
-      points[k] = seen_[static_cast<std::size_t>(sample[k])].point_in_world;
-      rays[k] = rays_[static_cast<std::size_t>(sample[k])];
+      points[k] = seen_[At(sample[k])].point_in_world;
+      rays[k] = rays_[At(sample[k])];
     }
     return SolveP3p(points, rays);
   }
 
   double Residual2(const Rigid3& pose, int i) const {
-    const PointObservation& seen = seen_[static_cast<std::size_t>(i)];
+    const PointObservation& seen = seen_[At(i)];
     const auto img = camera_.ImgFromCam(pose * seen.point_in_world);
     return img ? (*img - seen.img).squaredNorm() : std::numeric_limits<double>::infinity();
   }
@@ -180,7 +177,7 @@ class PoseSearch {
     if (inliers.size() < 6) return std::nullopt;
     std::vector<PointObservation> used;
     for (const int i : inliers) {
-      used.push_back(seen_[static_cast<std::size_t>(i)]);
+      used.push_back(seen_[At(i)]);
       used.back().sigma_px = options_.threshold_px / 2.45;
     }
     const auto refined = RefinePose(camera_, used, pose, {.rounds = 1, .max_iterations = 5});
@@ -209,8 +206,8 @@ class PoseSearch {
     for (std::size_t k = 0; k < kDrawn; ++k) {
       std::vector<int> sample(3);
       internal::DrawSample(random, static_cast<int>(inliers.size()), sample);
-      for (int& i : sample) i = inliers[static_cast<std::size_t>(i)];
-      const auto ray = [&](std::size_t at) { return rays_[static_cast<std::size_t>(sample[at])]; };
+      for (int& i : sample) i = inliers[At(i)];
+      const auto ray = [&](std::size_t at) { return rays_[At(sample[at])]; };
       samples.emplace_back(-(ray(1) - ray(0)).cross(ray(2) - ray(0)).norm(), sample);
     }
     std::partial_sort(samples.begin(), samples.begin() + kUsed, samples.end());
@@ -225,8 +222,7 @@ class PoseSearch {
   std::optional<Rigid3> BestOfRivals(const SamplingResult<Rigid3>& found) const {
     constexpr std::size_t kRefined = 6;
     std::vector<double> distances;
-    for (const int i : found.inliers)
-      distances.push_back((found.model * seen_[static_cast<std::size_t>(i)].point_in_world).norm());
+    for (const int i : found.inliers) distances.push_back((found.model * seen_[At(i)].point_in_world).norm());
     const double distance = Median(std::move(distances));
     std::vector<Explained> rivals = Suggestions(found.inliers);
     std::erase_if(

@@ -1,12 +1,13 @@
-// One camera's pose from map points it sees: found from nothing (P3P inside our sampler), and refined from a
-// guess.
+// Estimates one camera's pose from map points it sees: without a guess (P3P inside the seeded sampler), and
+// by refinement of a guess.
 //
 // Errors are reprojection errors in distorted pixels, divided by each observation's sigma. The refinement is
-// Levenberg-Marquardt over six parameters (a twist in the camera frame) with Huber weights, then gates
-// outliers and repeats: lean enough to run several times a frame.
+// Levenberg-Marquardt over six parameters (a twist in the camera frame) with Huber weights; then it drops
+// outliers and repeats. It is fast enough to run several times a frame.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -16,6 +17,11 @@
 
 namespace ulf::tracking {
 
+// Huber's loss of a squared error, quadratic up to `limit`.
+inline double HuberCost(double squared, double limit) {
+  return squared <= limit * limit ? squared : 2 * limit * std::sqrt(squared) - limit * limit;
+}
+
 struct PointObservation {
   Eigen::Vector3d point_in_world = Eigen::Vector3d::Zero();
   Eigen::Vector2d img = Eigen::Vector2d::Zero();
@@ -24,23 +30,23 @@ struct PointObservation {
 
 struct RefinePoseOptions {
   double huber_sigmas = 2.45;  // sqrt(5.99): 95 % of Gaussian errors in two dimensions
-  double gate_sigmas = 2.45;   // beyond it an observation is an outlier of the result
-  int rounds = 3;              // of refining and gating
-  int max_iterations = 8;      // a round
-  double min_step = 1e-6;      // a step that turns by less and moves by less (of the distance) ends a round
+  double gate_sigmas = 2.45;   // an observation that is off by more is an outlier
+  int rounds = 3;              // of refining and gating. Guessed
+  int max_iterations = 8;      // in a round. Guessed
+  double min_step = 1e-6;      // a smaller step (radians plus share of the distance) ends a round. Guessed
 };
 
 struct PoseRefinement {
   Rigid3 cam_from_world;
   std::vector<bool> inlier;  // by observation
   int inliers = 0;
-  // Of the twist (rotation, translation) in the camera frame, for unit sigma observations.
+  // Covariance of the twist (rotation, translation) in the camera frame, for unit sigma observations.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  // One standard deviation of the camera centre, world units, as geometry, residuals and experience have it.
+  // One standard deviation of the camera centre, world units, from geometry, residuals and measured error.
   double center_sigma = 0;
 };
 
-// None when fewer than four observations remain or the geometry does not fix a pose.
+// None when fewer than four observations remain or the geometry does not determine a pose.
 std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
                                          std::span<const PointObservation> observations,
                                          const Rigid3& initial_cam_from_world,
@@ -59,7 +65,8 @@ struct AbsolutePoseResult {
   int iterations = 0;
 };
 
-// From point-to-image matches of which many may be wrong. None without `min_inliers` that agree.
+// Estimates the pose from matches of which many may be wrong. None without `min_inliers` that agree, or where
+// a clearly different pose explains the matches about as well.
 std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
                                                std::span<const PointObservation> observations,
                                                const AbsolutePoseOptions& options = {});

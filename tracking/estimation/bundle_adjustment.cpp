@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/base/silent_solver.h"
 #include "tracking/estimation/residuals.h"
@@ -34,7 +35,7 @@ class Watcher final : public ceres::IterationCallback {
 };
 
 std::size_t LensOf(const BundleProblem& problem, int camera) {
-  return problem.lens.empty() ? 0 : static_cast<std::size_t>(problem.lens[static_cast<std::size_t>(camera)]);
+  return problem.lens.empty() ? 0 : At(problem.lens[At(camera)]);
 }
 
 double Rms(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
@@ -59,7 +60,7 @@ void AddObservations(const std::vector<CameraModel>& lenses, BundleProblem& prob
                      ceres::LossFunction* loss, const BundleOptions& options, ceres::Problem& ceres_problem) {
   for (const BundleObservation& seen : problem.observations) {
     if (seen.outlier) continue;
-    const auto c = static_cast<std::size_t>(seen.camera), p = static_cast<std::size_t>(seen.point);
+    const auto c = At(seen.camera), p = At(seen.point);
     const std::size_t l = LensOf(problem, seen.camera);
     if (options.free.Count() == 0)
       ceres_problem.AddResidualBlock(new ReprojectionCost(lenses[l], seen.img, seen.sigma_px), loss,
@@ -160,8 +161,8 @@ int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem,
 void FindLeastKept(const BundleProblem& problem, BundleSummary& summary) {
   std::vector<int> all(problem.cam_from_world.size(), 0), kept(all.size(), 0);
   for (const BundleObservation& seen : problem.observations) {
-    ++all[static_cast<std::size_t>(seen.camera)];
-    kept[static_cast<std::size_t>(seen.camera)] += !seen.outlier;
+    ++all[At(seen.camera)];
+    kept[At(seen.camera)] += !seen.outlier;
   }
   for (std::size_t c = 0; c < all.size(); ++c) {
     const double share = all[c] > 0 ? static_cast<double>(kept[c]) / all[c] : 1;
@@ -203,9 +204,8 @@ double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& p
 
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
                           const BundleObservation& seen) {
-  const auto img = lenses[LensOf(problem, seen.camera)].ImgFromCam(
-      problem.cam_from_world[static_cast<std::size_t>(seen.camera)] *
-      problem.points[static_cast<std::size_t>(seen.point)]);
+  const auto img = lenses[LensOf(problem, seen.camera)].ImgFromCam(problem.cam_from_world[At(seen.camera)] *
+                                                                   problem.points[At(seen.point)]);
   return img ? (*img - seen.img).squaredNorm() / (seen.sigma_px * seen.sigma_px) : 1e8;
 }
 
@@ -258,9 +258,7 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
     return summary;
   }
   if (!points_known && std::count(fixed.begin(), fixed.end(), true) == 1)
-    RestoreScale(problem,
-                 static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), true) - fixed.begin()),
-                 centers_before);
+    RestoreScale(problem, At(std::find(fixed.begin(), fixed.end(), true) - fixed.begin()), centers_before);
   summary.final_rms_sigmas = Rms(lenses, problem);
   return summary;
 }

@@ -1,17 +1,19 @@
-// Poses and points that together explain all observations best (Triggs et al. 2000), solved by Ceres.
+// Adjusts poses and points so that together they explain all observations best (Triggs et al. 2000), with
+// Ceres. Image quantities are pixels, poses cam_from_world in any unit.
 //
-// Minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops observations
-// that no longer fit and repeats. Most errors are far below their sigmas, but a patch that is seen from the
-// side, or lies over an edge in depth, is off by a lot and by the same in neighbouring views: where the start
-// is good, Cauchy's loss on the scale of the errors themselves (their median) keeps those from bending the
-// poses. The gauge: cameras marked fixed stay; with none fixed the first one is,
-// unless points are known, which say where everything is; with a single fixed camera the scale is restored
-// afterwards, so that nothing floats. Single-threaded, hence repeatable: with several threads Ceres adds in
-// the order in which they come.
+// It minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops
+// observations that no longer fit and repeats. Most errors are far below their sigmas, but a patch that is
+// seen from the side, or lies over an edge in depth, is off by much more, and by the same in neighbouring
+// views. Where the start is good, Cauchy's loss on the scale of the errors themselves (their median) keeps
+// such errors from bending the poses.
+//
+// Gauge: cameras marked fixed stay. With none fixed the first camera is, unless known points hold the world.
+// With a single fixed camera the scale is restored afterwards. The solver has one thread and is therefore
+// repeatable: several threads would add in varying order.
 //
 // Intrinsics may be free: all cameras of one lens share them. Up to 120 free cameras the reduced system is
 // solved dense, beyond by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
-// sees the same things, as in a light field.
+// sees the same things, as in a light field (measured: docs/charts/bundle.png).
 #pragma once
 
 #include <Eigen/Core>
@@ -39,40 +41,40 @@ struct BundleProblem {
   std::vector<bool> fixed;  // by camera
   std::vector<int> lens;    // by camera, index into the camera models; empty: all have the first
   std::vector<Eigen::Vector3d> points;
-  std::vector<bool> known;  // by point: it stays where it is; shorter: the rest do not
+  std::vector<bool> known;  // by point: it stays; points beyond the end are free
   std::vector<BundleObservation> observations;
 };
 
-// Of the reduced system, points eliminated.
+// The solver of the reduced system (points eliminated).
 enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
 
 struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
   double huber_sigmas = 2.45;
-  // In place of Huber's: Cauchy's loss, which begins to doubt at so many times the errors' own scale. 0:
-  // Huber.
+  // Cauchy's loss in place of Huber's: its width in units of the errors' own scale. 0: Huber's.
   double cauchy_scales = 0;
   double gate_sigmas = 2.45;
-  // Observations farther off than so many times the errors' own scale go, too. 0: only gate_sigmas counts.
+  // Drop observations that are off by more than so many times the errors' own scale, too. 0: only
+  // gate_sigmas.
   double gate_scales = 0;
-  const std::atomic<bool>* stop = nullptr;  // ends early, keeping what was reached
+  const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;
   double function_tolerance = 1e-5;        // relative change of the cost that ends a solution
-  std::function<void(int)> progress = {};  // after every iteration, with how many there were
+  std::function<void(int)> progress = {};  // called after every iteration with their number
 };
 
 struct BundleSummary {
-  // The solver came to something, and no fewer than half of the observations agree with it (where more do
-  // not, they may as well be the ones that are right). Otherwise everything is as it was.
+  // The solver found a solution with which at least half of the observations agree. Otherwise the problem is
+  // unchanged.
   bool usable = false;
-  bool settled = false;           // the last solution ended by itself: more iterations would change little
+  bool settled = false;           // the last solution converged: more iterations would change little
   double initial_rms_sigmas = 0;  // root mean square error over sigma
   double final_rms_sigmas = 0;    // of the observations kept
   int outliers = 0;
-  // Of the views that have any observations the one that keeps the smallest share of them: where less than
-  // half agree, what it sees contradicts where it was put. -1: none.
+  // The camera that keeps the smallest share of its observations: below one half they contradict its pose.
+  // -1: none.
   int least_kept_camera = -1;
   double least_kept = 1;
   int iterations = 0;
@@ -86,7 +88,7 @@ BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
 BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// What one standard deviation of the errors really is, in sigmas: from their median, so that a few large ones
+// One standard deviation of the errors in units of their sigmas, from the median, so that a few large errors
 // do not count.
 double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/at.h"
 #include "tracking/estimation/two_view_motion.h"
 
 // Column by column and with lazy products: Eigen's blocked ones of large matrices expect memory that is
@@ -42,12 +43,11 @@ void AddPoint(const std::vector<CameraModel>& lenses, const BundleProblem& probl
   Matrix3d of_point = Matrix3d::Zero();
   std::vector<Share> shares;
   for (const BundleObservation* seen : observations) {
-    const auto c = static_cast<std::size_t>(seen->camera);
+    const auto c = At(seen->camera);
     const Rigid3& pose = problem.cam_from_world[c];
     const Vector3d in_cam = pose * problem.points[point];
     Eigen::Matrix<double, 2, 3> img_by_point;
-    const auto img = lenses[problem.lens.empty() ? 0 : static_cast<std::size_t>(problem.lens[c])].ImgFromCam(
-        in_cam, &img_by_point);
+    const auto img = lenses[problem.lens.empty() ? 0 : At(problem.lens[c])].ImgFromCam(in_cam, &img_by_point);
     if (!img) continue;
     img_by_point /= seen->sigma_px;
     Eigen::Matrix<double, 2, 6> by_camera;
@@ -80,8 +80,8 @@ NormalMatrix MakeNormalMatrix(const std::vector<CameraModel>& lenses, const Bund
   normal.seen.assign(problem.cam_from_world.size(), false);
   for (const BundleObservation& seen : problem.observations) {
     if (seen.outlier) continue;
-    by_point[static_cast<std::size_t>(seen.point)].push_back(&seen);
-    normal.seen[static_cast<std::size_t>(seen.camera)] = true;
+    by_point[At(seen.point)].push_back(&seen);
+    normal.seen[At(seen.camera)] = true;
   }
   int blocks = 0;
   for (std::size_t c = 0; c < problem.cam_from_world.size(); ++c)

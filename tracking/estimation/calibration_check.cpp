@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/base/at.h"
 #include "tracking/estimation/lens_evidence.h"
 #include "tracking/map/map.h"
 
@@ -81,14 +82,14 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   std::vector<int> index(map.keyframes().size(), -1);
   for (const Keyframe& keyframe : map.keyframes()) {
     if (!keyframe.alive) continue;
-    index[static_cast<std::size_t>(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
+    index[At(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
     problem.cam_from_world.push_back(keyframe.cam_from_world);
   }
   for (const MapPoint& point : map.points()) {
     if (!point.alive) continue;
     for (const Observation& o : point.observations)
-      problem.observations.push_back({index[static_cast<std::size_t>(o.keyframe)],
-                                      static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
+      problem.observations.push_back(
+          {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
     problem.points.push_back(point.position);
   }
   return CheckCalibration(given, problem);

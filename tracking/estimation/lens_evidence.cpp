@@ -8,7 +8,9 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/residuals.h"
 
 namespace ulf::tracking {
@@ -20,12 +22,8 @@ constexpr double kHuberSigmas = 2.45;
 // `scale`.
 double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale) {
   double cost = 0;
-  for (const BundleObservation& seen : problem.observations) {
-    const double squared = SquaredErrorSigmas(lenses, problem, seen) / (scale * scale);
-    cost += squared <= kHuberSigmas * kHuberSigmas
-                ? squared
-                : 2 * kHuberSigmas * std::sqrt(squared) - kHuberSigmas * kHuberSigmas;
-  }
+  for (const BundleObservation& seen : problem.observations)
+    cost += HuberCost(SquaredErrorSigmas(lenses, problem, seen) / (scale * scale), kHuberSigmas);
   return cost;
 }
 
@@ -39,8 +37,7 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
   const Eigen::MatrixXd directions = FreeDirections(lens, free);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
   std::vector<std::vector<const BundleObservation*>> by_point(problem.points.size());
-  for (const BundleObservation& seen : problem.observations)
-    by_point[static_cast<std::size_t>(seen.point)].push_back(&seen);
+  for (const BundleObservation& seen : problem.observations) by_point[At(seen.point)].push_back(&seen);
   const IntrinsicsBlock block = ToBlock(lens);
   for (std::size_t p = 0; p < by_point.size(); ++p) {
     if (by_point[p].size() < 2) continue;
@@ -49,7 +46,7 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
     Eigen::MatrixXd lens_cross = Eigen::MatrixXd::Zero(own, 3);
     for (const BundleObservation* seen : by_point[p]) {
       const IntrinsicsReprojectionCost cost(lens, seen->img, seen->sigma_px);
-      const PoseBlock pose = ToBlock(problem.cam_from_world[static_cast<std::size_t>(seen->camera)]);
+      const PoseBlock pose = ToBlock(problem.cam_from_world[At(seen->camera)]);
       const double* parameters[] = {pose.data(), problem.points[p].data(), block.data()};
       Eigen::Vector2d error;
       Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
@@ -139,45 +136,38 @@ BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvid
   std::vector<int> of_lens;
   std::vector<bool> observed(problem.cam_from_world.size());
   for (const BundleObservation& seen : problem.observations)
-    if (!seen.outlier) observed[static_cast<std::size_t>(seen.camera)] = true;
+    if (!seen.outlier) observed[At(seen.camera)] = true;
   for (int c = 0; c < static_cast<int>(problem.cam_from_world.size()); ++c)
-    if (observed[static_cast<std::size_t>(c)] &&
-        (problem.lens.empty() ? 0 : problem.lens[static_cast<std::size_t>(c)]) == lens)
-      of_lens.push_back(c);
+    if (observed[At(c)] && (problem.lens.empty() ? 0 : problem.lens[At(c)]) == lens) of_lens.push_back(c);
   BundleProblem part;
   std::vector<int> camera_of(problem.cam_from_world.size(), -1);
-  const std::size_t count = std::min(of_lens.size(), static_cast<std::size_t>(options.max_cameras));
+  const std::size_t count = std::min(of_lens.size(), At(options.max_cameras));
   for (std::size_t i = 0; i < count; ++i) {
     const int c = of_lens[i * of_lens.size() / count];
-    camera_of[static_cast<std::size_t>(c)] = static_cast<int>(part.cam_from_world.size());
-    part.cam_from_world.push_back(problem.cam_from_world[static_cast<std::size_t>(c)]);
+    camera_of[At(c)] = static_cast<int>(part.cam_from_world.size());
+    part.cam_from_world.push_back(problem.cam_from_world[At(c)]);
   }
   part.fixed.assign(part.cam_from_world.size(), false);
   if (!part.fixed.empty()) part.fixed[0] = true;
   std::vector<int> seen_by(problem.points.size(), 0);
   const auto takes_part = [&](const BundleObservation& seen) {
-    return !seen.outlier && camera_of[static_cast<std::size_t>(seen.camera)] >= 0;
+    return !seen.outlier && camera_of[At(seen.camera)] >= 0;
   };
-  for (const BundleObservation& seen : problem.observations)
-    seen_by[static_cast<std::size_t>(seen.point)] += takes_part(seen);
+  for (const BundleObservation& seen : problem.observations) seen_by[At(seen.point)] += takes_part(seen);
   std::vector<int> order;
   for (int p = 0; p < static_cast<int>(seen_by.size()); ++p)
-    if (seen_by[static_cast<std::size_t>(p)] >= 2) order.push_back(p);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return seen_by[static_cast<std::size_t>(a)] > seen_by[static_cast<std::size_t>(b)];
-  });
-  if (order.size() > static_cast<std::size_t>(options.max_points))
-    order.resize(static_cast<std::size_t>(options.max_points));
+    if (seen_by[At(p)] >= 2) order.push_back(p);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return seen_by[At(a)] > seen_by[At(b)]; });
+  if (order.size() > At(options.max_points)) order.resize(At(options.max_points));
   std::vector<int> point_of(problem.points.size(), -1);
   for (const int p : order) {
-    point_of[static_cast<std::size_t>(p)] = static_cast<int>(part.points.size());
-    part.points.push_back(problem.points[static_cast<std::size_t>(p)]);
+    point_of[At(p)] = static_cast<int>(part.points.size());
+    part.points.push_back(problem.points[At(p)]);
   }
   for (const BundleObservation& seen : problem.observations) {
-    const int p = point_of[static_cast<std::size_t>(seen.point)];
+    const int p = point_of[At(seen.point)];
     if (p >= 0 && takes_part(seen))
-      part.observations.push_back(
-          {camera_of[static_cast<std::size_t>(seen.camera)], p, seen.img, seen.sigma_px, false});
+      part.observations.push_back({camera_of[At(seen.camera)], p, seen.img, seen.sigma_px, false});
   }
   return part;
 }

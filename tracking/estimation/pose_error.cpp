@@ -10,13 +10,14 @@ double QualityOf(double center_sigma, double distance) {
   return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
 }
 
-void MapDriftEstimate::Give(const Anchored& anchor, const Rigid3& cam_from_world) {
+void MapDriftEstimate::Add(const Anchored& anchor, const Rigid3& cam_from_world) {
   given_.push_back({anchor, cam_from_world});
   if (given_.size() > kRecent) given_.pop_front();
 }
 
-double MapDriftEstimate::Of(const Map& map, double distance) const {
-  // What is known of a map that has not been adjusted yet counts as two keyframes.
+double MapDriftEstimate::CenterSigma(const Map& map, double distance) const {
+  // The prior for a map that has not been adjusted yet (share of the distance) counts as two keyframes.
+  // Guessed.
   constexpr double kYoung = 0.00015, kYoungCounts = 2;
   double sum = kYoungCounts * kYoung * kYoung * distance * distance;
   for (const Given& given : given_)

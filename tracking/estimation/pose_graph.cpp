@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/silent_solver.h"
+#include "tracking/estimation/two_view_motion.h"
 
 namespace ulf::tracking {
 namespace {
@@ -31,12 +33,6 @@ Similarity3 FromBlock(const double* block) {
           {block[4], block[5], block[6]}};
 }
 
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 Vector3d RotationVector(const Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return turn.angle() * turn.axis();
@@ -45,7 +41,7 @@ Vector3d RotationVector(const Matrix3d& rotation) {
 // The derivative of the rotation vector by a small rotation on the right; transposed, by one on the left.
 Matrix3d InverseRightJacobian(const Vector3d& turn) {
   const double angle = turn.norm();
-  const Matrix3d cross = Cross(turn);
+  const Matrix3d cross = CrossMatrix(turn);
   const double factor =
       angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
   return Matrix3d::Identity() + 0.5 * cross + factor * cross * cross;
@@ -127,7 +123,7 @@ Vector7d PoseGraphError(const PoseGraphEdge& edge, const Similarity3& from, cons
     by_to->setZero();
     by_to->topLeftCorner<3, 3>() = right.transpose() * back;
     by_to->block<3, 3>(3, 0) =
-        (-Cross(difference.translation) * back - back * Cross(shift) / measured.scale) / unit;
+        (-CrossMatrix(difference.translation) * back - back * CrossMatrix(shift) / measured.scale) / unit;
     by_to->block<3, 3>(3, 3) = back / (measured.scale * unit);
     by_to->block<3, 1>(3, 6) = (difference.translation + back * shift / measured.scale) / unit;
     (*by_to)(6, 6) = 1;
@@ -151,9 +147,8 @@ PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& opt
     }
   if (!any_fixed && !blocks.empty()) problem.SetParameterBlockConstant(blocks.front().data());
   for (const PoseGraphEdge& edge : graph.edges)
-    problem.AddResidualBlock(new EdgeCost(edge, options.unit), nullptr,
-                             blocks[static_cast<std::size_t>(edge.from)].data(),
-                             blocks[static_cast<std::size_t>(edge.to)].data());
+    problem.AddResidualBlock(new EdgeCost(edge, options.unit), nullptr, blocks[At(edge.from)].data(),
+                             blocks[At(edge.to)].data());
   ceres::Solver::Options solver = SilentSolver(options.max_iterations);
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   ceres::Solver::Summary solved;

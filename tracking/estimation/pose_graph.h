@@ -1,5 +1,5 @@
-// Poses that agree best with measured relative poses (Strasdat, Montiel and Davison 2010): spreads the error
-// of a closed loop over the way that led to it.
+// Finds the poses that agree best with measured relative poses (Strasdat, Montiel and Davison 2010). It
+// spreads the error of a closed loop over the way that led to it.
 //
 // A node is a similarity cam_from_world, because scale drifts like position does while nothing metric is in
 // sight; with `rigid` all scales stay what they are. An edge says what to_from_from should be. Its error

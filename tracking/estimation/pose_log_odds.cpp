@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/at.h"
 #include "tracking/features/matching.h"
 #include "tracking/tracker/frame_locator.h"
 
@@ -14,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Two looks of the same thing differ by less.
+// Two descriptors of the same thing differ by less.
 constexpr int kTwinBits = kSureDistance;
 
 // Logarithm of the probability of a count that varies by `spread` of its mean beyond what counting does
@@ -33,12 +34,13 @@ double LogMixture(double a, double b, double h) {
 
 }  // namespace
 
-double PoseLogOdds(const CameraModel& camera, const FramePose& located, const LeftOut& left_out) {
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out) {
   constexpr int kColumns = 4, kRows = 3;
-  constexpr double kByChance = 0.05;  // of the points looked for, a wrong pose finds fewer
-  constexpr double kHidden = 0.5;     // of the cells, before anything is known
-  constexpr double kSpread = 0.4;     // of what is found about what should be, from cell to cell
-  constexpr double kUnnoticed = 0.1;  // of what repeats, is not left out
+  // Checked by the tests of relocalization (docs/tracking.md, "Found again"); guessed one by one.
+  constexpr double kByChance = 0.05;  // share of the searched points that a wrong pose finds, at most
+  constexpr double kHidden = 0.5;     // prior probability that a cell is hidden
+  constexpr double kSpread = 0.4;     // relative spread of the counts from cell to cell
+  constexpr double kUnnoticed = 0.1;  // share of the repetitive points that is not excluded
   struct Cell {
     double looked_for = 0, expected = 0, found = 0, repeats = 0;
   };
@@ -46,18 +48,18 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& located, const Le
   const auto cell_of = [&](const Vector2d& img) -> Cell& {
     const int column = std::clamp(static_cast<int>(kColumns * img.x() / camera.width), 0, kColumns - 1);
     const int row = std::clamp(static_cast<int>(kRows * img.y() / camera.height), 0, kRows - 1);
-    return cells[static_cast<std::size_t>(row * kColumns + column)];
+    return cells[At(row * kColumns + column)];
   };
-  const auto counts = [&](int i) { return left_out.empty() || !left_out[static_cast<std::size_t>(i)]; };
-  for (const int i : located.looked_for) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
-    const auto img = camera.ImgFromCam(located.cam_from_world * candidate.position);
+  const auto counts = [&](int i) { return left_out.empty() || !left_out[At(i)]; };
+  for (const int i : frame_pose.looked_for) {
+    const Candidate& candidate = frame_pose.candidates[At(i)];
+    const auto img = camera.ImgFromCam(frame_pose.cam_from_world * candidate.position);
     if (!img || !counts(i)) continue;
     Cell& cell = cell_of(*img);
     ++cell.looked_for;
     cell.expected += candidate.find_rate;
   }
-  for (const PointMatch& match : located.matches) {
+  for (const PointMatch& match : frame_pose.matches) {
     Cell& cell = cell_of(match.img);
     ++(counts(match.candidate) ? cell.found : cell.repeats);
   }
@@ -72,55 +74,52 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& located, const Le
   return evidence;
 }
 
-void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture, const FramePose& located,
-                             LeftOut& left_out) {
-  constexpr double kApartPx = 10;  // the same corner on other levels is no twin
+void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
+                             const FramePose& frame_pose, LeftOut& left_out) {
   struct Look {
     const Descriptor* descriptor;
     Vector2d img;
     double apart_px;
   };
   std::vector<Look> looks;
-  std::vector<std::optional<Vector2d>> img_of(located.candidates.size());
+  std::vector<std::optional<Vector2d>> img_of(frame_pose.candidates.size());
   for (const Feature& feature : picture.all())
-    looks.push_back({&feature.descriptor, feature.img, kApartPx * LevelScale(feature.level)});
-  for (const int i : located.in_view) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
-    const auto img = camera.ImgFromCam(located.cam_from_world * candidate.position);
+    looks.push_back({&feature.descriptor, feature.img, kTwinApartPx * LevelScale(feature.level)});
+  for (const int i : frame_pose.in_view) {
+    const Candidate& candidate = frame_pose.candidates[At(i)];
+    const auto img = camera.ImgFromCam(frame_pose.cam_from_world * candidate.position);
     if (!img) continue;
-    img_of[static_cast<std::size_t>(i)] = img;
-    const double distance = (located.cam_from_world * candidate.position).norm();
+    img_of[At(i)] = img;
+    const double distance = (frame_pose.cam_from_world * candidate.position).norm();
     looks.push_back({&candidate.descriptor, *img,
-                     kApartPx * LevelScale(NearestLevel(candidate.reference_distance / distance))});
+                     kTwinApartPx * LevelScale(NearestLevel(candidate.reference_distance / distance))});
   }
-  left_out.resize(located.candidates.size(), false);
-  for (const int i : located.looked_for) {
-    const auto& img = img_of[static_cast<std::size_t>(i)];
-    if (left_out[static_cast<std::size_t>(i)] || !img) continue;
-    const Descriptor& descriptor = located.candidates[static_cast<std::size_t>(i)].descriptor;
-    left_out[static_cast<std::size_t>(i)] = std::any_of(looks.begin(), looks.end(), [&](const Look& other) {
+  left_out.resize(frame_pose.candidates.size(), false);
+  for (const int i : frame_pose.looked_for) {
+    const auto& img = img_of[At(i)];
+    if (left_out[At(i)] || !img) continue;
+    const Descriptor& descriptor = frame_pose.candidates[At(i)].descriptor;
+    left_out[At(i)] = std::any_of(looks.begin(), looks.end(), [&](const Look& other) {
       return Distance(descriptor, *other.descriptor) <= kTwinBits &&
              (*img - other.img).squaredNorm() > other.apart_px * other.apart_px;
     });
   }
 }
 
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& located, LeftOut& left_out) {
-  left_out.resize(located.candidates.size(), false);
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out) {
+  left_out.resize(frame_pose.candidates.size(), false);
   constexpr double kApart = 0.05;  // of the distance: nearer is a second copy of the same point
-  const Vector3d center = located.cam_from_world.OriginInSource();
+  const Vector3d center = frame_pose.cam_from_world.OriginInSource();
   std::vector<const MapPoint*> others;
-  for (const int id : map.keyframe(keyframe).point_of_feature)
-    if (id >= 0) others.push_back(&map.point(id));
-  for (const int i : located.looked_for) {
-    if (left_out[static_cast<std::size_t>(i)]) continue;
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
+  for (const int id : map.PointsSeenBy(keyframe)) others.push_back(&map.point(id));
+  for (const int i : frame_pose.looked_for) {
+    if (left_out[At(i)]) continue;
+    const Candidate& candidate = frame_pose.candidates[At(i)];
     const double apart = kApart * (candidate.position - center).norm();
-    left_out[static_cast<std::size_t>(i)] =
-        std::any_of(others.begin(), others.end(), [&](const MapPoint* other) {
-          return Distance(candidate.descriptor, other->descriptor) <= kTwinBits &&
-                 (candidate.position - other->position).squaredNorm() > apart * apart;
-        });
+    left_out[At(i)] = std::any_of(others.begin(), others.end(), [&](const MapPoint* other) {
+      return Distance(candidate.descriptor, other->descriptor) <= kTwinBits &&
+             (candidate.position - other->position).squaredNorm() > apart * apart;
+    });
   }
 }
 

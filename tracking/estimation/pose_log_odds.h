@@ -1,16 +1,14 @@
-// Whether a pose is to be believed, by what was found of what it should see.
+// Computes the log odds that a pose is right, from the points that were found of those that it should see.
 //
-// Two explanations compete in each cell of a 4 x 3 grid over the image. The pose is right: then as many
-// points are found as their record says, give or take what such counts vary by, or the cell is hidden by
-// something (a hand) and hardly any are. Or it is wrong: then points are found by chance, a small share of
-// those that were looked for. The evidence is the logarithm of the odds between the two, summed over the
-// cells. A hand that hides two thirds of the picture costs little; finding some points everywhere and
-// missing most of them, as a wrong pose among similar things does, speaks against the pose however many
-// they are.
+// Two explanations compete in each cell of a 4 x 3 grid over the image. If the pose is right, either as many
+// points are found as their find rates say, within the spread of such counts, or something (a hand) hides the
+// cell and hardly any are found. If it is wrong, points are found by chance: a small share of those that were
+// searched. The evidence is the logarithm of the odds, summed over the cells. A hand that hides two thirds of
+// the image costs little. Some points found everywhere and most of them missed, as under a wrong pose among
+// similar things, is evidence against the pose, however many they are.
 //
-// What repeats is found in the wrong place as well as in the right one: it is left out of the count, found or
-// not, when no prediction says which place it is. On a wall of equal tiles nothing is left, and nothing is
-// believed.
+// Repetitive points are found in a wrong place as well as in the right one. Without a prediction they are
+// excluded from the count, found or not. On a wall of equal tiles none remain, and no pose is accepted.
 #pragma once
 
 #include <vector>
@@ -23,22 +21,23 @@ namespace ulf::tracking {
 
 struct FramePose;
 
-// What must be outweighed: nothing where a prediction led to the pose; a thousand to one where what the
-// picture looks like did.
+// Log odds that a pose must exceed: even odds where a prediction led to it, a thousand to one where the image
+// alone did.
 inline constexpr double kFollowedLogOdds = 0;
 inline constexpr double kRelocalizedLogOdds = 7;
 
-// By candidate: whether to leave it out.
+// By candidate: whether it is excluded.
 using LeftOut = std::vector<bool>;
 
 // Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
-double PoseLogOdds(const CameraModel& camera, const FramePose& located, const LeftOut& left_out = {});
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out = {});
 
-// Leaves out what looks like something elsewhere in the picture, or like another point that the pose should
-// see there.
-void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture, const FramePose& located,
-                             LeftOut& left_out);
-// Leaves out what looks like another place's points, those that a keyframe sees. The map's lock is held.
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& located, LeftOut& left_out);
+// Excludes candidates that look like something elsewhere in the image, or like another point that the pose
+// should see.
+void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
+                             const FramePose& frame_pose, LeftOut& left_out);
+// Excludes candidates that look like points of another place, which a keyframe shows. The caller holds the
+// map's lock.
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out);
 
 }  // namespace ulf::tracking

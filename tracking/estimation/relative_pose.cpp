@@ -11,6 +11,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/opengv_bridge.h"
@@ -30,7 +31,7 @@ double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Matrix3d correlation = Matrix3d::Zero();
   for (const int i : used) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const RayPair& pair = pairs[At(i)];
     correlation += pair.second * pair.first.transpose();
   }
   const Eigen::JacobiSVD<Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -48,7 +49,7 @@ std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> 
     return rotation ? std::vector<Matrix3d>{*rotation} : std::vector<Matrix3d>{};
   };
   const auto residual2 = [&](const Matrix3d& rotation, int i) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const RayPair& pair = pairs[At(i)];
     return (rotation * pair.first - pair.second).squaredNorm();
   };
   const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
@@ -72,8 +73,8 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
   const auto solve = [&](const std::vector<int>& sample) {
     std::array<Vector3d, 5> first, second;
     for (std::size_t k = 0; k < 5; ++k) {
-      first[k] = pairs[static_cast<std::size_t>(sample[k])].first;
-      second[k] = pairs[static_cast<std::size_t>(sample[k])].second;
+      first[k] = pairs[At(sample[k])].first;
+      second[k] = pairs[At(sample[k])].second;
     }
     std::vector<Motion> motions;
     for (const Matrix3d& essential : SolveFivePoint(first, second)) {
@@ -84,7 +85,7 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
     return motions;
   };
   const auto residual2 = [&](const Motion& motion, int i) {
-    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
+    const double error = EpipolarError(motion.essential, pairs[At(i)]);
     return error * error;
   };
   const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
@@ -100,7 +101,7 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
 std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
   for (const int i : used) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const RayPair& pair = pairs[At(i)];
     Eigen::Matrix<double, 3, 9> rows;  // [second]x H first = 0, H row by row
     const Matrix3d cross = CrossMatrix(pair.second);
     for (int r = 0; r < 3; ++r)
@@ -124,7 +125,7 @@ std::optional<SamplingResult<Matrix3d>> SampleHomography(std::span<const RayPair
     return homography ? std::vector<Matrix3d>{*homography} : std::vector<Matrix3d>{};
   };
   const auto residual2 = [&](const Matrix3d& homography, int i) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const RayPair& pair = pairs[At(i)];
     return ((homography * pair.first).normalized() - pair.second).squaredNorm();
   };
   const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
@@ -206,7 +207,7 @@ std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<cons
   motion = RefineMotion(motion, pairs, all, 1.5 * threshold);
   std::vector<int> near;
   for (const int i : all)
-    if (EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]) < threshold) near.push_back(i);
+    if (EpipolarError(motion.essential, pairs[At(i)]) < threshold) near.push_back(i);
   if (static_cast<int>(near.size()) < kMinMatches) return std::nullopt;
   auto faced = BestMotion(motion.essential, pairs, near);
   if (faced) faced->direction_sigma = motion.direction_sigma;
@@ -228,7 +229,7 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
     return costs;
   };
   const auto index_of_least = [](const std::vector<double>& costs) {
-    return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+    return At(std::min_element(costs.begin(), costs.end()) - costs.begin());
   };
   const std::size_t nearest = index_of_least(
       costs_by([&](const Motion& motion) { return TruncatedCost(motion, pairs, all, threshold); }));
@@ -306,10 +307,8 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     // A rotation takes up most of a distant wall's parallax, not nine tenths of it: with so little left the
     // search, which costs more than tracking a frame, cannot end well.
     constexpr double kLeastLeftOver = 0.1, kNearlyAll = 0.9;
-    if (result.median_parallax_deg<kLeastLeftOver *
-                                   options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
-            kNearlyAll *
-        static_cast<double>(pairs.size())) {
+    if ((result.median_parallax_deg < kLeastLeftOver * options.min_parallax_deg) &&
+        (static_cast<double>(rotation->inliers.size()) > kNearlyAll * static_cast<double>(pairs.size()))) {
       result.outcome = RelativePoseOutcome::kRotationOnly;
       return result;
     }

@@ -1,14 +1,14 @@
-// The motion between two views from matched rays alone, with the points they triangulate: what starts a map.
+// Estimates the motion between two views, and the points, from matched rays alone: this starts a map.
 //
-// Two models are fitted: an essential matrix (OpenGV's five-point solver inside our seeded sampler; its own
-// RANSAC needs eight points a sample and never improves a model) for scenes with depth, and a homography for
-// flat ones, where five points have a whole family of solutions. A rotation is fitted first: when it alone
-// explains the matches there is no parallax, nothing can be triangulated, and the answer is a refusal. All
-// motions that either model suggests, and a fan of others, are refined on the same epipolar error; the best
-// one counts only when no clearly different motion explains the matches about as well and its direction is
-// well determined. Short baselines and two-fold planes fail here, as they should. (Hartley and Zisserman,
-// Multiple View Geometry, sections 9.6 and 13.4; Faugeras and Lustman 1988.) Translation has unit length.
-// Rays are unit vectors in their camera; residuals are angles times the focal length, px.
+// Two models are fitted: an essential matrix for scenes with depth (OpenGV's five-point solver inside the
+// seeded sampler; OpenGV's RANSAC needs eight points a sample and never improves a model), and a homography
+// for flat scenes, where five points have a whole family of solutions. A rotation is fitted first: when it
+// alone explains the matches there is no parallax, and the result is a refusal. All motions that either model
+// suggests, and a fan of others, are refined on the same epipolar error. The best one is accepted only when
+// no clearly different motion explains the matches about as well and its direction is well determined; short
+// baselines and planes with two solutions are refused. (Hartley and Zisserman, Multiple View Geometry,
+// sections 9.6 and 13.4; Faugeras and Lustman 1988.) The translation has unit length. Rays are unit vectors
+// in their camera; residuals are angles times the focal length, px.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,7 +44,7 @@ const char* Name(RelativePoseOutcome outcome);
 
 enum class RelativePoseModel { kEssential, kHomography };
 
-// How many of the matches each model explains, and what the choice between motions hung on.
+// How many of the matches each model explains, and the evidence for the choice between motions.
 struct MotionEvidence {
   int matches = 0, by_rotation = 0, by_homography = 0, by_essential = 0;
   double runner_up = 0, runner_up_needed = 0;  // excess cost of the best different motion, in noise variances
@@ -55,12 +55,12 @@ struct RelativePoseResult {
   RelativePoseModel model = RelativePoseModel::kEssential;
   Rigid3 second_from_first;                                     // of kFound only, as are the points
   std::vector<std::optional<Eigen::Vector3d>> points_in_first;  // by pair
-  int points = 0;                                               // where it came to triangulating
+  int points = 0;                                               // that were triangulated
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   MotionEvidence evidence;
-  // Known for every outcome with enough matches: after removing the best rotation, later that of the points.
+  // For every outcome with enough matches: after removing the best rotation, or that of the points.
   double median_parallax_deg = 0;
-  // How much of it would have been enough, as far as this pair of views can tell.
+  // The parallax that would suffice, as far as this pair of views tells.
   double parallax_needed_deg = 0;
 };
 

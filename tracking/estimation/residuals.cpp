@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/two_view_motion.h"
 
 namespace ulf::tracking {
 namespace {
 
-// A point that cannot be projected (behind the camera): a large constant, so that a step losing points is
-// refused.
+// Residual of a point that cannot be projected (behind the camera): so large that the solver refuses a step
+// that loses points.
 constexpr double kLostResidual = 100;
 
 bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& observed, double inverse_sigma,
@@ -32,10 +33,8 @@ bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& obse
   }
   img_by_point *= inverse_sigma;
   if (jacobians[0]) {
-    Eigen::Matrix3d minus_cross;
-    minus_cross << 0, point.z(), -point.y(), -point.z(), 0, point.x(), point.y(), -point.x(), 0;
     Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
-    j.leftCols<3>() = img_by_point * minus_cross;
+    j.leftCols<3>() = -img_by_point * CrossMatrix(point);
     j.middleCols<3>(3) = img_by_point;
     j.col(6).setZero();
   }

@@ -3,8 +3,8 @@
 // A pose block holds quaternion (x y z w) and translation of cam_from_world, a point block a world position.
 // Derivatives by the pose are by a twist applied on the left in the camera frame: they fill the first six of
 // the seven columns, and PoseManifold passes them on unchanged (its PlusJacobian is the identity over a zero
-// row). An intrinsics block holds fx fy cx cy and the five coefficients; which of them move, and that both
-// focal lengths keep their ratio, is its manifold's business.
+// row). An intrinsics block holds fx fy cx cy and the five coefficients; its manifold says which of them
+// move, and keeps the ratio of the focal lengths.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -35,7 +35,7 @@ using IntrinsicsBlock = std::array<double, 9>;
 IntrinsicsBlock ToBlock(const CameraModel& camera);
 // The camera of the same size and kind of distortion with these numbers.
 CameraModel WithIntrinsics(const CameraModel& camera, const double* block);
-// A camera that has radial coefficients to be freed: a pinhole becomes radial-tangential with zeros.
+// A camera with the coefficients that are to be freed: a pinhole becomes radial-tangential with zeros.
 CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
 
 // Free directions as columns over the block: relative focal length, principal point (px), k1, k2.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 
@@ -36,7 +37,7 @@ DepthField::DepthField(const CameraModel& camera, std::span<const Sample> sample
     const int row = std::min(static_cast<int>(y), kRows - 2);
     for (int k = 0; k < 4; ++k) {
       const double across = k % 2 ? x - column : 1 - (x - column), down = k / 2 ? y - row : 1 - (y - row);
-      const auto node = static_cast<std::size_t>((row + k / 2) * kColumns + column + k % 2);
+      const auto node = ulf::At((row + k / 2) * kColumns + column + k % 2);
       inverse_[node] += across * down / sample.depth;
       weights[node] += across * down;
     }
@@ -50,7 +51,7 @@ double DepthField::At(const Vector2d& img) const {
   const int column = std::min(static_cast<int>(x), kColumns - 2);
   const int row = std::min(static_cast<int>(y), kRows - 2);
   const double fx = x - column, fy = y - row;
-  const double* node = &inverse_[static_cast<std::size_t>(row * kColumns + column)];
+  const double* node = &inverse_[ulf::At(row * kColumns + column)];
   const double inverse = (1 - fy) * ((1 - fx) * node[0] + fx * node[1]) +
                          fy * ((1 - fx) * node[kColumns] + fx * node[kColumns + 1]);
   constexpr double kFar = 1e6;
@@ -59,7 +60,7 @@ double DepthField::At(const Vector2d& img) const {
 
 namespace {
 
-// Where the camera has the point after so long, to the second order in the rotation.
+// A point in the camera's frame after a time, to second order in the rotation.
 Vector3d After(const Twist& twist, const Vector3d& point, double time_s) {
   const Vector3d omega = twist.head<3>();
   const Vector3d turned = omega.cross(point);
@@ -92,7 +93,7 @@ Vector2d RowShift::Global(const Vector2d& seen, const Vector3d& point_in_cam) co
   return seen - Moved(point_in_cam, TimeOf(seen));
 }
 
-// The time depends on the row seen, by some per cent of the shift: a few steps reach it.
+// The time depends on the row where the point is seen, by some percent of the shift: a few steps converge.
 Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) const {
   Vector2d seen = global;
   for (int i = 0; i < 4; ++i) seen = global + Moved(point_in_cam, TimeOf(seen));
@@ -121,16 +122,6 @@ Vector2d Pyramid::GlobalByRow(const Vector2d& seen, const Vector3d* point_in_cam
   return point_in_cam ? rows->Global(seen, *point_in_cam) : rows->Global(seen);
 }
 
-double RowShift::ApartPx(const RowShift& other) const {
-  double most = 0;
-  for (const double x : {0.1, 0.5, 0.9})
-    for (const double y : {0.05, 0.95}) {
-      const Vector2d seen(x * camera_.width, y * camera_.height);
-      most = std::max(most, (Global(seen) - other.Global(seen)).norm());
-    }
-  return most;
-}
-
 std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const FeatureSet& features,
                                                const RowShift* from, const RowShift* to) {
   std::vector<Feature> moved = features.all();
@@ -138,7 +129,7 @@ std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const 
     const Vector2d seen = from ? from->Seen(feature.img) : feature.img;
     const Vector2d global = to ? to->Global(seen) : seen;
     const auto ray = camera.RayFromImg(global);
-    if (!ray) continue;  // it stays, since others know it by its number
+    if (!ray) continue;  // it stays where it is: others refer to it by its index
     feature.img = global;
     feature.ray = *ray;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 
@@ -12,11 +13,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-// How far the velocity about a frame may be from that since the frame before: a trembling hand's, in radians
-// per second and, for the translation, median depths per second.
+// One standard deviation of the velocity about a frame minus the one since the frame before, for a trembling
+// hand: radians per second and, for the translation, median depths per second. Guessed.
 constexpr double kTremor = 0.03;
-constexpr double kUnknown = 0.5;  // where there was no frame before
-constexpr double kOffRate = 0.4;  // how fast the mean difference follows
+constexpr double kUnknown = 0.5;  // the same where there was no frame before. Guessed
+constexpr double kOffRate = 0.4;  // the newest difference's weight in the recent mean. Guessed
 
 }  // namespace
 
@@ -76,13 +77,13 @@ void RowMotion::Expect(TrackedImage& image, const Rigid3& predicted,
   GiveRows(image, *velocity_, depths);
 }
 
-void RowMotion::Settle(TrackedImage& image, FramePose& located, const std::optional<Twist>& between,
+void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
                        bool with_corners) {
   std::vector<SeenPoint> seen;
   std::vector<double> depths;
-  for (const PointMatch& match : located.matches) {
-    const Vector3d& point = located.candidates[static_cast<std::size_t>(match.candidate)].position;
-    const Vector3d in_cam = located.cam_from_world * point;
+  for (const PointMatch& match : frame_pose.matches) {
+    const Vector3d& point = frame_pose.CandidateOf(match).position;
+    const Vector3d in_cam = frame_pose.cam_from_world * point;
     depths.push_back(in_cam.z());
     seen.push_back({point, image.pyramid->Seen(match.img, &in_cam), match.sigma_px});
   }
@@ -95,7 +96,7 @@ void RowMotion::Settle(TrackedImage& image, FramePose& located, const std::optio
   MotionPrior prior;
   prior.twist = between ? *between : velocity_.value_or(Twist::Zero());
   prior.sigma << Vector3d::Constant(sigma), Vector3d::Constant(sigma * depth);
-  auto refined = RefinePoseAndMotion(camera_, readout_s_, seen, located.cam_from_world, prior);
+  auto refined = RefinePoseAndMotion(camera_, readout_s_, seen, frame_pose.cam_from_world, prior);
   if (!refined) return;
   if (between) {
     if (before_) {
@@ -106,25 +107,25 @@ void RowMotion::Settle(TrackedImage& image, FramePose& located, const std::optio
     constexpr double kFixed = 1e-6;
     prior.twist = refined->twist - off_;
     prior.sigma *= kFixed;
-    refined = RefinePoseAndMotion(camera_, readout_s_, seen, located.cam_from_world, prior);
+    refined = RefinePoseAndMotion(camera_, readout_s_, seen, frame_pose.cam_from_world, prior);
     if (!refined) return;
   }
   velocity_ = refined->twist;
-  located.cam_from_world = refined->cam_from_world;
-  // What the rows bend is no outlier: all count alike.
+  frame_pose.cam_from_world = refined->cam_from_world;
+  // What the rows bend is no outlier: all points have the same weight.
   constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .rounds = 1};
   std::vector<PointObservation> in_picture;
   for (const SeenPoint& point : seen)
     in_picture.push_back({point.point_in_world, point.seen, point.sigma_px});
-  if (const auto picture = RefinePose(camera_, in_picture, located.cam_from_world, kAllAlike))
-    located.picture_from_cam = picture->cam_from_world * located.cam_from_world.Inverse();
+  if (const auto picture = RefinePose(camera_, in_picture, frame_pose.cam_from_world, kAllAlike))
+    frame_pose.picture_from_cam = picture->cam_from_world * frame_pose.cam_from_world.Inverse();
   std::vector<DepthField::Sample> around;
   for (const SeenPoint& point : seen)
-    around.push_back({point.seen, (located.cam_from_world * point.point_in_world).z()});
+    around.push_back({point.seen, (frame_pose.cam_from_world * point.point_in_world).z()});
   GiveRows(image, *velocity_, around);
   for (std::size_t i = 0; i < matches; ++i) {
-    const Vector3d in_cam = located.cam_from_world * seen[i].point_in_world;
-    located.matches[i].img = image.pyramid->Global(seen[i].seen, &in_cam);
+    const Vector3d in_cam = frame_pose.cam_from_world * seen[i].point_in_world;
+    frame_pose.matches[i].img = image.pyramid->Global(seen[i].seen, &in_cam);
   }
 }
 

@@ -1,10 +1,10 @@
-// The velocity about each frame's rows, from frame to frame: what a tracker needs to follow a camera with a
-// rolling shutter (rolling_shutter.h).
+// Estimates the velocity about each frame's rows, so that a tracker can follow a camera with a rolling
+// shutter (rolling_shutter.h).
 //
-// A frame's rows show its velocity relative to the map, tremor and all, but a map stretched along the columns
-// shows a wrong one just as well. Velocities between frames know nothing of tremor, but are right on average.
-// So what the rows show is used, less the mean of late by which it differs from the velocity between the
-// frames before and after.
+// A frame's rows show its velocity relative to the map, tremor included, but a map that is stretched along
+// the columns shows a wrong velocity. Velocities between frames miss the tremor, but are right on average. So
+// the rows' velocity is used, minus the recent mean of its difference to the velocity between the frames
+// before and after.
 #pragma once
 
 #include <optional>
@@ -23,19 +23,19 @@ class RowMotion {
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
   void SetReadout(double readout_s) { readout_s_ = readout_s; }
-  void Forget();             // the frames before: the next one follows none
-  void Scale(double scale);  // lengths, from now on
+  void Forget();             // the next frame follows no other
+  void Scale(double scale);  // the unit of length changes by this factor
 
-  // The two views of a start, each with the velocity that its features'
-  // motion in the image shows, and, of a rolling shutter, brought to its time by it.
+  // Sets the velocities of a start's two views, which their features' motion in the image shows, and, with a
+  // rolling shutter, removes the rows' motion from the views.
   void AtStart(TwoViewStart& start);
-  // The frame as it would be under the last velocity, to be looked for at `predicted`.
+  // Removes the rows' motion under the last velocity from a frame that is expected at `predicted`.
   void Expect(TrackedImage& image, const Rigid3& predicted,
               std::span<const Eigen::Vector3d> points_in_world) const;
-  // The frame was found: its pose, its rows' velocity and its picture's pose, and all of it brought to its
-  // time. `between`: the velocity since the frame before, if there was one. `with_corners`: the map's world
-  // is that of what the frame shows of a given one.
-  void Settle(TrackedImage& image, FramePose& located, const std::optional<Twist>& between,
+  // Refines the pose of a located frame with its rows' velocity, sets the image's pose, and removes the rows'
+  // motion from image and matches. `between`: the velocity since the frame before, where that is known.
+  // `with_corners`: the map's world is the one in which the frame's fiducials are given.
+  void Settle(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
               bool with_corners);
 
  private:
@@ -47,7 +47,7 @@ class RowMotion {
   };
   std::optional<Twist> velocity_;  // of the last frame
   std::optional<Before> before_;
-  Twist off_ = Twist::Zero();  // by rows less between frames, of late
+  Twist off_ = Twist::Zero();  // recent mean of the rows' velocity minus the one between frames
   int offs_ = 0;
 };
 

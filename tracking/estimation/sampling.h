@@ -1,10 +1,10 @@
 // Robust estimation from samples: draw minimal sets, solve, keep the model of least truncated cost (MSAC,
 // Torr and Zisserman 2000), improve each new best on its inliers (Chum, Matas and Kittler 2003).
 //
-// OpenGV's solvers are excellent; its own RANSAC scores by counting, never improves, and draws eight points
-// where five do. So its solvers run inside this sampler. Every draw comes from the caller's seed: the same
-// data and seed give the same model. A model is dropped as soon as its running cost passes the best one's;
-// points are visited in a random order so that this happens early.
+// OpenGV's solvers run inside this sampler, because OpenGV's RANSAC scores by counting, never improves a
+// model, and draws eight points where five suffice. Every draw comes from the caller's seed: the same data
+// and seed give the same model. The sampler drops a model as soon as its running cost exceeds the best one's,
+// and visits points in random order so that this happens early.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,8 @@
 #include <optional>
 #include <random>
 #include <vector>
+
+#include "core/base/at.h"
 
 namespace ulf::tracking {
 
@@ -61,10 +63,9 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
                                                      const SamplingOptions& options) {
   if (count < sample_size) return std::nullopt;
   std::mt19937 random(options.seed);
-  std::vector<int> order(static_cast<std::size_t>(count));
+  std::vector<int> order(At(count));
   std::iota(order.begin(), order.end(), 0);
-  for (int i = count - 1; i > 0; --i)
-    std::swap(order[static_cast<std::size_t>(i)], order[random() % static_cast<unsigned>(i + 1)]);
+  for (int i = count - 1; i > 0; --i) std::swap(order[At(i)], order[random() % static_cast<unsigned>(i + 1)]);
 
   const double limit2 = options.threshold * options.threshold;
   std::optional<SamplingResult<Model>> best;
@@ -83,7 +84,7 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
     return true;
   };
 
-  std::vector<int> sample(static_cast<std::size_t>(sample_size));
+  std::vector<int> sample(At(sample_size));
   int needed = options.max_iterations;
   int iteration = 0;
   for (; iteration < needed; ++iteration) {

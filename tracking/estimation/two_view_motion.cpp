@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 
@@ -16,7 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Whether a pair's rays meet behind a camera under this motion, by more than `noise` of parallax can feign.
+// Whether a pair's rays meet behind a camera under this motion, by more than `noise` of parallax explains.
 bool MeetBehind(const Motion& motion, const RayPair& pair, double noise) {
   const Vector3d turned = motion.second_from_first.rotation * pair.first;
   const Vector3d& t = motion.second_from_first.translation;
@@ -37,7 +38,7 @@ MotionStep LinearizeMotion(const Motion& motion, std::span<const RayPair> pairs,
   const Matrix3d rotation = motion.second_from_first.RotationMatrix();
   const Vector3d t = motion.second_from_first.translation;
   for (const int i : used) {
-    const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+    const RayPair& pair = pairs[At(i)];
     const Vector3d turned = rotation * pair.first;
     const Vector3d line2 = t.cross(turned), line1 = t.cross(pair.second);
     const double scale = 1 / std::sqrt(line2.squaredNorm() + line1.squaredNorm() + 1e-18);
@@ -56,12 +57,6 @@ MotionStep LinearizeMotion(const Motion& motion, std::span<const RayPair> pairs,
 }
 
 }  // namespace
-
-Matrix3d CrossMatrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 Matrix3d EssentialFromPose(const Rigid3& second_from_first) {
   return CrossMatrix(second_from_first.translation.normalized()) * second_from_first.RotationMatrix();
@@ -88,7 +83,7 @@ std::optional<Motion> BestMotion(const Matrix3d& essential, std::span<const RayP
       const Rigid3 pose{Eigen::Quaterniond(rotation).normalized(), sign * u.col(2)};
       int in_front = 0;
       for (const int i : used) {
-        const RayPair& pair = pairs[static_cast<std::size_t>(i)];
+        const RayPair& pair = pairs[At(i)];
         in_front += TriangulatePoint(Rigid3{}, pair.first, pose, pair.second).has_value();
       }
       if (in_front > most) {
@@ -103,7 +98,7 @@ double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const
                      double gate) {
   double cost = 0;
   for (const int i : used) {
-    const double error = EpipolarError(motion.essential, pairs[static_cast<std::size_t>(i)]);
+    const double error = EpipolarError(motion.essential, pairs[At(i)]);
     cost += std::min(error * error, gate * gate);
   }
   return cost;

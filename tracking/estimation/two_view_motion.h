@@ -1,7 +1,6 @@
-// A motion between two views as matched rays see it, and its refinement on the epipolar error: the parts that
-// the search in relative_pose.h is made of. Rays are unit vectors in their camera; errors are angles,
-// radians. (Hartley and Zisserman, Multiple View Geometry, section 9.6, for the four motions of an essential
-// matrix.)
+// A motion between two views, its error on matched rays, and its refinement: the parts of the search in
+// relative_pose.h. Rays are unit vectors in their camera; errors are angles, radians. (Hartley and Zisserman,
+// Multiple View Geometry, section 9.6, for the four motions of an essential matrix.)
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +17,12 @@ struct RayPair {
   Eigen::Vector3d second;
 };
 
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);  // CrossMatrix(v) * w = v x w
+// CrossMatrix(v) * w = v x w
+inline Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
 
 Eigen::Matrix3d EssentialFromPose(const Rigid3& second_from_first);
 
@@ -29,7 +33,7 @@ double EpipolarError(const Eigen::Matrix3d& second_from_first_essential, const R
 struct Motion {
   Rigid3 second_from_first;
   Eigen::Matrix3d essential;
-  double direction_sigma = 0;  // radians for residuals of unit variance, where it was refined
+  double direction_sigma = 0;  // radians for residuals of unit variance; set by RefineMotion()
   explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
 };
 
@@ -40,13 +44,13 @@ std::optional<Motion> BestMotion(const Eigen::Matrix3d& essential, std::span<con
 double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
                      double gate);
 
-// Truncated cost in which a pair that meets behind a camera, by more than `noise` of parallax can feign, is
-// not explained at all.
+// Truncated cost in which a pair whose rays meet behind a camera, by more than `noise` of parallax explains,
+// costs as much as an outlier.
 double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise);
 
-// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation.
-// Truncation, not Huber: outliers that pull a little pull towards motion along the axis, whose epipolar lines
-// all are short of.
+// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation. It
+// truncates instead of using Huber's loss: under Huber's, outliers pull towards motion along the optical
+// axis.
 Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
                     double gate, int iterations = 6);
 

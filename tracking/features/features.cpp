@@ -6,15 +6,17 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/at.h"
+
 namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
 
 constexpr int kPatchRadius = 15;  // of orientation and descriptor
-constexpr int kBorder =
-    20;  // level pixels: the rotated descriptor patch and the corner refinement fit inside
-constexpr int kFastStart = 15, kFastLowest = 6, kFastHighest = 40;
+constexpr int kBorder = kFeatureBorder;
+constexpr int kFastRadius = 3;    // of FAST's circle, which needs as much beside a corner
+constexpr float kHarris = 0.04f;  // Harris and Stephens 1988, section 3
 
 struct Corner {
   int x = 0, y = 0;
@@ -31,22 +33,22 @@ bool Stronger(const Corner& a, const Corner& b) {
 class Spreader {
  public:
   // Leaves at most `count` in `corners`.
-  void Keep(std::vector<Corner>& corners, int count, cv::Size size) {
+  void Keep(std::vector<Corner>& corners, int count, double least_cell_px, cv::Size size) {
     if (static_cast<int>(corners.size()) <= count) return;
-    const double cell = std::max(8.0, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
+    const double cell =
+        std::max(least_cell_px, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
     const double cells_per_px = 1 / cell;
     const int columns = static_cast<int>(size.width / cell) + 1;
     const auto cell_of = [&](const Corner& corner) {
-      return static_cast<std::size_t>(static_cast<int>(corner.y * cells_per_px) * columns +
-                                      static_cast<int>(corner.x * cells_per_px));
+      return At(static_cast<int>(corner.y * cells_per_px) * columns +
+                static_cast<int>(corner.x * cells_per_px));
     };
-    starts_.assign(static_cast<std::size_t>(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
+    starts_.assign(At(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
     for (const Corner& corner : corners) ++starts_[cell_of(corner) + 1];
     for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
     next_.assign(starts_.begin(), starts_.end() - 1);
     by_cell_.resize(corners.size());
-    for (const Corner& corner : corners)
-      by_cell_[static_cast<std::size_t>(next_[cell_of(corner)]++)] = corner;
+    for (const Corner& corner : corners) by_cell_[At(next_[cell_of(corner)]++)] = corner;
     corners.clear();
     next_.clear();  // now: the cells that are not exhausted
     for (std::size_t c = 0; c + 1 < starts_.size(); ++c) {
@@ -57,13 +59,13 @@ class Spreader {
     for (int rank = 0; static_cast<int>(corners.size()) < count; ++rank) {
       const std::size_t before = corners.size();
       std::erase_if(next_, [&](int c) {
-        const int at = starts_[static_cast<std::size_t>(c)] + rank;
-        corners.push_back(by_cell_[static_cast<std::size_t>(at)]);
-        return at + 1 == starts_[static_cast<std::size_t>(c) + 1];
+        const int at = starts_[At(c)] + rank;
+        corners.push_back(by_cell_[At(at)]);
+        return at + 1 == starts_[At(c) + 1];
       });
       std::sort(corners.begin() + static_cast<long>(before), corners.end(), Stronger);
     }
-    corners.resize(static_cast<std::size_t>(count));
+    corners.resize(At(count));
   }
 
  private:
@@ -80,8 +82,7 @@ std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
   for (int v = 0; v <= kPatchRadius; ++v) {
     const int extent =
         static_cast<int>(std::lround(std::sqrt(static_cast<double>(kPatchRadius * kPatchRadius - v * v))));
-    for (int u = -extent; u <= extent; ++u)
-      masks[static_cast<std::size_t>(v)][static_cast<std::size_t>(u + kPatchRadius)] = -1;
+    for (int u = -extent; u <= extent; ++u) masks[At(v)][At(u + kPatchRadius)] = -1;
   }
   return masks;
 }
@@ -96,7 +97,7 @@ float Orientation(const cv::Mat& image, int x, int y) {
   for (int v = 1; v <= kPatchRadius; ++v) {
     const std::uint8_t* above = image.ptr<std::uint8_t>(y - v) + x - kPatchRadius;
     const std::uint8_t* below = image.ptr<std::uint8_t>(y + v) + x - kPatchRadius;
-    const PatchRow& mask = masks[static_cast<std::size_t>(v)];
+    const PatchRow& mask = masks[At(v)];
     for (std::size_t u = 0; u < kSide; ++u) {
       column[u] = static_cast<std::int16_t>(column[u] + ((below[u] + above[u]) & mask[u]));
       column_by_y[u] = static_cast<std::int16_t>(column_by_y[u] + v * ((below[u] - above[u]) & mask[u]));
@@ -104,8 +105,8 @@ float Orientation(const cv::Mat& image, int x, int y) {
   }
   int moment_x = 0, moment_y = 0;
   for (int u = 0; u < kSide; ++u) {
-    moment_x += (u - kPatchRadius) * column[static_cast<std::size_t>(u)];
-    moment_y += column_by_y[static_cast<std::size_t>(u)];
+    moment_x += (u - kPatchRadius) * column[At(u)];
+    moment_y += column_by_y[At(u)];
   }
   return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
 }
@@ -144,12 +145,12 @@ Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
   }
   const auto window = [](const Columns& columns, int from) {
     std::int32_t sum = 0;
-    for (int u = from; u <= from + 2 * kWindow; ++u) sum += columns[static_cast<std::size_t>(u)];
+    for (int u = from; u <= from + 2 * kWindow; ++u) sum += columns[At(u)];
     return sum;
   };
   const auto of = [](std::int32_t xx, std::int32_t xy, std::int32_t yy) {
     const float a = static_cast<float>(xx), b = static_cast<float>(xy), c = static_cast<float>(yy);
-    return a * c - b * b - 0.04f * (a + c) * (a + c);
+    return a * c - b * b - kHarris * (a + c) * (a + c);
   };
   const auto beside = [&](int from) {
     return of(window(middle.xx, from), window(middle.xy, from), window(middle.yy, from));
@@ -172,12 +173,12 @@ Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
 }  // namespace
 
 Vector2d Pyramid::ToLevel(int level, const Vector2d& img) const {
-  const cv::Mat &base = levels[0], &image = levels[static_cast<std::size_t>(level)];
+  const cv::Mat &base = levels[0], &image = levels[At(level)];
   return {img.x() * image.cols / base.cols, img.y() * image.rows / base.rows};
 }
 
 Vector2d Pyramid::FromLevel(int level, const Vector2d& on_level) const {
-  const cv::Mat &base = levels[0], &image = levels[static_cast<std::size_t>(level)];
+  const cv::Mat &base = levels[0], &image = levels[At(level)];
   return {on_level.x() * base.cols / image.cols, on_level.y() * base.rows / image.rows};
 }
 
@@ -188,8 +189,7 @@ Pyramid BuildPyramid(const cv::Mat& gray) {
     const double scale = LevelScale(level);
     const cv::Size size(std::max(1, static_cast<int>(std::lround(gray.cols / scale))),
                         std::max(1, static_cast<int>(std::lround(gray.rows / scale))));
-    cv::resize(pyramid.levels[static_cast<std::size_t>(level - 1)],
-               pyramid.levels[static_cast<std::size_t>(level)], size, 0, 0, cv::INTER_LINEAR);
+    cv::resize(pyramid.levels[At(level - 1)], pyramid.levels[At(level)], size, 0, 0, cv::INTER_LINEAR);
   }
   return pyramid;
 }
@@ -199,17 +199,16 @@ FeatureSet::FeatureSet(std::vector<Feature> features, int width, int height)
       columns_(std::max(1, static_cast<int>(std::ceil(width / kCellPx)))),
       rows_(std::max(1, static_cast<int>(std::ceil(height / kCellPx)))) {
   const auto cell_of = [&](const Feature& feature) {
-    return static_cast<std::size_t>(Cell(feature.img.y(), rows_) * columns_ +
-                                    Cell(feature.img.x(), columns_));
+    return At(Cell(feature.img.y(), rows_) * columns_ + Cell(feature.img.x(), columns_));
   };
-  starts_.assign(static_cast<std::size_t>(columns_ * rows_) + 1, 0);
+  starts_.assign(At(columns_ * rows_) + 1, 0);
   for (const Feature& feature : features_) ++starts_[cell_of(feature) + 1];
   for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
   std::vector<int> next(starts_.begin(), starts_.end() - 1);
   members_.resize(features_.size());
   for (int i = 0; i < size(); ++i) {
-    const std::size_t cell = cell_of(features_[static_cast<std::size_t>(i)]);
-    members_[static_cast<std::size_t>(next[cell]++)] = i;
+    const std::size_t cell = cell_of(features_[At(i)]);
+    members_[At(next[cell]++)] = i;
   }
 }
 
@@ -220,7 +219,7 @@ int FeatureSet::Cell(double coordinate, int count) {
 
 struct FeatureExtractor::State {
   CameraModel camera;
-  int levels = kPyramidLevels;
+  FeatureOptions options;
   cv::Ptr<cv::ORB> describer;
   std::array<int, kPyramidLevels> fast_threshold;
   Spreader spreader;
@@ -230,47 +229,50 @@ struct FeatureExtractor::State {
   cv::Mat descriptors;
 };
 
-FeatureExtractor::FeatureExtractor(const CameraModel& camera, int levels)
+FeatureExtractor::FeatureExtractor(const CameraModel& camera, const FeatureOptions& options)
     : state_(std::make_unique<State>()) {
   state_->camera = camera;
-  state_->levels = std::clamp(levels, 1, kPyramidLevels);
-  // One level only: positions, levels and orientations are ours.
+  state_->options = options;
+  state_->options.levels = std::clamp(options.levels, 1, kPyramidLevels);
+  // One level only: positions, levels and orientations are computed here.
   state_->describer =
       cv::ORB::create(1, 1.2f, 1, kPatchRadius + 1, 0, 2, cv::ORB::FAST_SCORE, 2 * kPatchRadius + 1);
-  state_->fast_threshold.fill(kFastStart);
+  state_->fast_threshold.fill(options.fast_start);
 }
 FeatureExtractor::~FeatureExtractor() = default;
 FeatureExtractor::FeatureExtractor(FeatureExtractor&&) noexcept = default;
 FeatureExtractor& FeatureExtractor::operator=(FeatureExtractor&&) noexcept = default;
 
 FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
+  const FeatureOptions& options = state_->options;
   // Levels share the features in proportion to their side length.
   double shares = 0;
-  for (int level = 0; level < state_->levels; ++level) shares += 1 / LevelScale(level);
+  for (int level = 0; level < options.levels; ++level) shares += 1 / LevelScale(level);
 
   std::vector<Feature> features;
-  features.reserve(static_cast<std::size_t>(count) + kPyramidLevels);
+  features.reserve(At(count) + kPyramidLevels);
   std::vector<cv::KeyPoint>& keypoints = state_->keypoints;
   std::vector<Corner>& corners = state_->corners;
-  for (int level = 0; level < state_->levels; ++level) {
-    const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
+  for (int level = 0; level < options.levels; ++level) {
+    const cv::Mat& image = pyramid.levels[At(level)];
     if (image.cols <= 2 * kBorder || image.rows <= 2 * kBorder) break;
     const int wanted = static_cast<int>(std::lround(count / LevelScale(level) / shares));
-    int& threshold = state_->fast_threshold[static_cast<std::size_t>(level)];
-    const cv::Rect inside(kBorder - 3, kBorder - 3, image.cols - 2 * kBorder + 6,
-                          image.rows - 2 * kBorder + 6);
+    int& threshold = state_->fast_threshold[At(level)];
+    constexpr int kOutside = kBorder - kFastRadius;
+    const cv::Rect inside(kOutside, kOutside, image.cols - 2 * kOutside, image.rows - 2 * kOutside);
     cv::FAST(image(inside), keypoints, threshold, true);
-    // More candidates than wanted leave something for poorly textured cells; many more cost time. The
-    // threshold keeps them between 1.5 and 2.25 times as many.
-    const int found = static_cast<int>(keypoints.size());
-    if (2 * found < 3 * wanted) threshold = std::max(kFastLowest, threshold - std::max(1, threshold / 8));
-    if (4 * found > 9 * wanted) threshold = std::min(kFastHighest, threshold + std::max(1, threshold / 8));
+    const auto found = static_cast<double>(keypoints.size());
+    const int step = std::max(1, threshold / 8);
+    if (found < options.least_candidates * wanted)
+      threshold = std::max(options.fast_lowest, threshold - step);
+    if (found > options.most_candidates * wanted)
+      threshold = std::min(options.fast_highest, threshold + step);
 
     corners.clear();
     for (const cv::KeyPoint& keypoint : keypoints)
       corners.push_back({static_cast<int>(keypoint.pt.x) + inside.x,
                          static_cast<int>(keypoint.pt.y) + inside.y, static_cast<int>(keypoint.response)});
-    state_->spreader.Keep(corners, wanted, image.size());
+    state_->spreader.Keep(corners, wanted, options.least_cell_px, image.size());
 
     keypoints.clear();
     for (const Corner& corner : corners) {
@@ -285,8 +287,8 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     cv::Mat& descriptors = state_->descriptors;
     state_->describer->compute(image, keypoints, descriptors);
     for (int k = 0; k < static_cast<int>(keypoints.size()); ++k) {
-      const cv::KeyPoint& keypoint = keypoints[static_cast<std::size_t>(k)];
-      const Corner& corner = corners[static_cast<std::size_t>(keypoint.class_id)];
+      const cv::KeyPoint& keypoint = keypoints[At(k)];
+      const Corner& corner = corners[At(keypoint.class_id)];
       // From OpenCV's integer centres to ours: half a pixel of this level.
       const Vector2d on_level = SubpixelCorner(image, corner.x, corner.y) + Vector2d(0.5, 0.5);
       Feature feature;

@@ -1,11 +1,11 @@
-// Corners spread evenly over the image and over scale, each with an oriented binary descriptor (ORB, Rublee
-// et al. 2011) and the ray through it.
+// Detects corners that are spread evenly over the image and over scale. Each has an oriented binary
+// descriptor (ORB, Rublee et al. 2011) and the ray through it.
 //
-// Image points are level 0 pixels with centres at integer + 0.5; OpenCV's integer-centred coordinates end
-// inside features.cpp. A coarse level's pixel (x + 0.5) lies at (x + 0.5) · scale of level 0, as cv::resize
-// maps it (cv::ORB's own pyramid forgets the half pixels, which biases coarse levels by up to 1.3 px here:
-// one reason to detect ourselves; the other is that cv::ORB keeps the strongest corners, wherever they
-// crowd). Descriptors are cv::ORB's.
+// Image points are level 0 pixels with centres at integer + 0.5; features.cpp converts OpenCV's
+// integer-centred coordinates. Pixel x + 0.5 of a coarse level lies at (x + 0.5) · scale on level 0, as
+// cv::resize maps it. Descriptors are cv::ORB's, corners are not, for two reasons: cv::ORB's own pyramid
+// omits the half pixels, which biases coarse levels by up to 1.3 px here, and cv::ORB keeps the strongest
+// corners even where they crowd.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,6 +16,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/base/at.h"
 #include "core/geometry/camera_model.h"
 
 namespace ulf::tracking {
@@ -29,16 +30,19 @@ inline int Distance(const Descriptor& a, const Descriptor& b) {
 
 inline constexpr int kPyramidLevels = 8;
 inline constexpr double kPyramidFactor = 1.2;
+// Level pixels at the image's edge without corners: the rotated descriptor patch and the corner's refinement
+// need as much.
+inline constexpr int kFeatureBorder = 20;
 // kPyramidFactor^level, level 0 to kPyramidLevels - 1
 inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
   std::array<double, kPyramidLevels> scales{1};
   for (std::size_t l = 1; l < kPyramidLevels; ++l) scales[l] = scales[l - 1] * kPyramidFactor;
   return scales;
 }();
-inline double LevelScale(int level) { return kLevelScales[static_cast<std::size_t>(level)]; }
+inline double LevelScale(int level) { return kLevelScales[At(level)]; }
 // The level whose scale is nearest, by ratio.
 inline int NearestLevel(double scale) {
-  constexpr double kHalfStep = 1.0954451150103321;  // the root of kPyramidFactor
+  constexpr double kHalfStep = 1.0954451150103321;  // square root of kPyramidFactor
   int level = 0;
   while (level + 1 < kPyramidLevels && scale >= LevelScale(level) * kHalfStep) ++level;
   return level;
@@ -49,9 +53,11 @@ class RowShift;
 // Grey images, each 1 / kPyramidFactor of the one before.
 struct Pyramid {
   std::array<cv::Mat, kPyramidLevels> levels;
-  // Of a rolling shutter: image points are those of a global one, pixels are where the sensor saw them.
+  // With a rolling shutter: image points are those of a global shutter, pixels are where the sensor saw them.
+  // Null: the shutter is global.
   std::shared_ptr<const RowShift> rows;
-  // Where the sensor saw what is at an image point, and back; of a point whose place is known, exactly.
+  // From an image point to where the sensor saw it, and back. Exact where `point_in_cam` is given; without
+  // it the depth is interpolated from the points around.
   Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const {
     return rows ? SeenByRow(img, point_in_cam) : img;
   }
@@ -76,14 +82,14 @@ struct Feature {
   Descriptor descriptor{};
 };
 
-// A frame's features with an index for window searches.
+// A frame's features with a grid index for window searches.
 class FeatureSet {
  public:
   FeatureSet() = default;
   FeatureSet(std::vector<Feature> features, int width, int height);
 
   const std::vector<Feature>& all() const { return features_; }
-  const Feature& operator[](int i) const { return features_[static_cast<std::size_t>(i)]; }
+  const Feature& operator[](int i) const { return features_[At(i)]; }
   int size() const { return static_cast<int>(features_.size()); }
 
   // Calls visit(index) for every feature within `radius` px of `img` on levels lowest to highest.
@@ -93,10 +99,10 @@ class FeatureSet {
     const int y0 = Cell(img.y() - radius, rows_), y1 = Cell(img.y() + radius, rows_);
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
-        const std::size_t cell = static_cast<std::size_t>(y * columns_ + x);
+        const std::size_t cell = At(y * columns_ + x);
         for (int k = starts_[cell]; k < starts_[cell + 1]; ++k) {
-          const int i = members_[static_cast<std::size_t>(k)];
-          const Feature& feature = features_[static_cast<std::size_t>(i)];
+          const int i = members_[At(k)];
+          const Feature& feature = features_[At(i)];
           if (feature.level < lowest || feature.level > highest) continue;
           if ((feature.img - img).squaredNorm() <= radius * radius) visit(i);
         }
@@ -112,16 +118,29 @@ class FeatureSet {
   std::vector<int> members_;
 };
 
+struct FeatureOptions {
+  // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer lose things
+  // whose distance changes, more cost time. Measured: docs/charts/tracking.png.
+  int levels = kPyramidLevels;
+  // FAST's threshold in grey levels: where each level starts, and the range in which it adapts to the scene.
+  // Below, noise gives corners; above, dim textures give none. Guessed.
+  int fast_start = 15, fast_lowest = 6, fast_highest = 40;
+  // The threshold adapts until FAST finds this many times the corners that are kept. Fewer leave cells with
+  // little texture empty, more cost time. Guessed.
+  double least_candidates = 1.5, most_candidates = 2.25;
+  // The smallest side of a cell in which corners compete, level pixels. Guessed.
+  double least_cell_px = 8;
+};
+
 class FeatureExtractor {
  public:
-  // On the finest `levels` of a pyramid.
-  explicit FeatureExtractor(const CameraModel& camera, int levels = kPyramidLevels);
+  explicit FeatureExtractor(const CameraModel& camera, const FeatureOptions& options = {});
   ~FeatureExtractor();
   FeatureExtractor(FeatureExtractor&&) noexcept;
   FeatureExtractor& operator=(FeatureExtractor&&) noexcept;
 
-  // About `count` features. The corner threshold adapts from frame to frame, so the result depends on what
-  // came before.
+  // Returns about `count` features. The corner threshold adapts from frame to frame, so the result depends on
+  // the frames before.
   FeatureSet Extract(const Pyramid& pyramid, int count);
 
  private:

@@ -3,45 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "core/base/at.h"
 
 namespace ulf::tracking {
 namespace {
 
-// The nearest descriptor so far, and the runner-up that the ratio test needs.
-struct Nearest {
-  int index = -1;
-  int distance = std::numeric_limits<int>::max();
-  int second = std::numeric_limits<int>::max();
-
-  void Offer(int candidate, int candidate_distance) {
-    if (candidate_distance < distance) {
-      second = distance;
-      distance = candidate_distance;
-      index = candidate;
-    } else if (candidate_distance < second) {
-      second = candidate_distance;
-    }
-  }
-  bool Passes(const MatchOptions& options) const {
-    return index >= 0 && distance <= options.max_distance &&
-           (second == std::numeric_limits<int>::max() || distance <= options.max_ratio * second);
-  }
-};
-
 // Gives each feature of the second set to the nearest of those that chose it.
 void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
-  std::vector<int> owner(static_cast<std::size_t>(second_size), -1);
+  std::vector<int> owner(At(second_size), -1);
   for (int m = 0; m < static_cast<int>(matches.size()); ++m) {
-    int& current = owner[static_cast<std::size_t>(matches[static_cast<std::size_t>(m)].second)];
-    if (current < 0 ||
-        matches[static_cast<std::size_t>(m)].distance < matches[static_cast<std::size_t>(current)].distance)
-      current = m;
+    int& current = owner[At(matches[At(m)].second)];
+    if (current < 0 || matches[At(m)].distance < matches[At(current)].distance) current = m;
   }
   std::vector<FeatureMatch> kept;
   for (int m = 0; m < static_cast<int>(matches.size()); ++m)
-    if (owner[static_cast<std::size_t>(matches[static_cast<std::size_t>(m)].second)] == m)
-      kept.push_back(matches[static_cast<std::size_t>(m)]);
+    if (owner[At(matches[At(m)].second)] == m) kept.push_back(matches[At(m)]);
   matches = std::move(kept);
 }
 
@@ -53,8 +30,8 @@ std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSe
   std::vector<FeatureMatch> matches;
   for (int i = 0; i < first.size(); ++i) {
     const Feature& feature = first[i];
-    Nearest nearest;
-    second.ForEachNear(expected[static_cast<std::size_t>(i)], radius_px, feature.level - 1, feature.level + 1,
+    NearestDescriptor nearest;
+    second.ForEachNear(expected[At(i)], radius_px, feature.level - 1, feature.level + 1,
                        [&](int j) { nearest.Offer(j, Distance(feature.descriptor, second[j].descriptor)); });
     if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
   }
@@ -68,7 +45,7 @@ std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int>
                                    const MatchOptions& options) {
   std::vector<FeatureMatch> matches;
   for (const int i : chosen_in_first) {
-    Nearest nearest;
+    NearestDescriptor nearest;
     for (const int j : chosen_in_second)
       nearest.Offer(j, Distance(first[i].descriptor, second[j].descriptor));
     if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
@@ -82,8 +59,8 @@ std::vector<int> MatchExpected(std::span<const Expected> expected, const Feature
                                const MatchOptions& options) {
   std::vector<FeatureMatch> matches;
   for (int i = 0; i < static_cast<int>(expected.size()); ++i) {
-    const Expected& wanted = expected[static_cast<std::size_t>(i)];
-    Nearest nearest;
+    const Expected& wanted = expected[At(i)];
+    NearestDescriptor nearest;
     features.ForEachNear(wanted.img, wanted.radius_px, wanted.lowest_level, wanted.highest_level, [&](int j) {
       nearest.Offer(j, Distance(*wanted.descriptor, features[j].descriptor));
     });
@@ -91,7 +68,7 @@ std::vector<int> MatchExpected(std::span<const Expected> expected, const Feature
   }
   KeepNearestOwner(features.size(), matches);
   std::vector<int> feature_of(expected.size(), -1);
-  for (const FeatureMatch& match : matches) feature_of[static_cast<std::size_t>(match.first)] = match.second;
+  for (const FeatureMatch& match : matches) feature_of[At(match.first)] = match.second;
   return feature_of;
 }
 
@@ -122,8 +99,7 @@ void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::ve
 
 bool HasTwin(const FeatureSet& features, int feature, int distance) {
   const Feature& one = features[feature];
-  // The same corner on other levels is no twin.
-  const double apart_px = 10 * LevelScale(one.level);
+  const double apart_px = kTwinApartPx * LevelScale(one.level);
   return std::any_of(features.all().begin(), features.all().end(), [&](const Feature& other) {
     return Distance(one.descriptor, other.descriptor) <= distance &&
            (one.img - other.img).squaredNorm() > apart_px * apart_px;

@@ -1,7 +1,8 @@
-// Matching descriptors: in a window around where a point is expected, or each against all.
+// Matches descriptors: in a window around where a point is expected, or each against all.
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -10,9 +11,9 @@
 
 namespace ulf::tracking {
 
-// Hamming distances of 256 bits. True matches lie around 30, chance around 128.
+// Hamming distance of 256 bits below which two descriptors are taken for the same thing: true matches lie
+// around 30, chance around 128. Guessed.
 inline constexpr int kSureDistance = 50;
-inline constexpr int kMaxDistance = 90;
 
 struct FeatureMatch {
   int first = -1;
@@ -21,23 +22,44 @@ struct FeatureMatch {
 };
 
 struct MatchOptions {
-  int max_distance = kSureDistance;
-  double max_ratio = 0.9;     // best distance / second best
-  bool same_rotation = true;  // keep matches whose patches turned alike
+  int max_distance = kSureDistance;  // bits; above it a pair is no match
+  double max_ratio = 0.9;            // best distance / second best; above it the match is ambiguous. Guessed
+  bool same_rotation = true;         // keep only matches whose patches turned alike
 };
 
-// Every feature of `first` on `levels_from` against those of `second` around `expected` (by feature of
-// first), on levels within one of its own. Each feature is used at most once.
+// The candidate with the nearest descriptor so far, and the second distance for the ratio test.
+struct NearestDescriptor {
+  int index = -1;
+  int distance = std::numeric_limits<int>::max();
+  int second = std::numeric_limits<int>::max();
+
+  void Offer(int candidate, int candidate_distance) {
+    if (candidate_distance < distance) {
+      second = distance;
+      distance = candidate_distance;
+      index = candidate;
+    } else if (candidate_distance < second) {
+      second = candidate_distance;
+    }
+  }
+  bool Passes(const MatchOptions& options) const {
+    return index >= 0 && distance <= options.max_distance &&
+           (second == std::numeric_limits<int>::max() || distance <= options.max_ratio * second);
+  }
+};
+
+// Matches every feature of `first` against those of `second` around `expected` (by feature of first), on
+// levels within one of its own. Each feature is used at most once.
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options = {});
 
-// Mutual best among the chosen features of two sets.
+// Nearest matches among the chosen features of two sets. Each feature of `second` is used at most once.
 std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int> chosen_in_first,
                                    const FeatureSet& second, std::span<const int> chosen_in_second,
                                    const MatchOptions& options = {});
 
-// A map point where the image should show it.
+// Where the image should show a map point.
 struct Expected {
   Eigen::Vector2d img;
   double radius_px = 0;
@@ -46,15 +68,19 @@ struct Expected {
   const Descriptor* descriptor = nullptr;
 };
 
-// The feature of each expectation, or -1. A feature wanted twice goes to the nearer descriptor.
+// The feature of each expected point, or -1. A feature that two points match goes to the nearer descriptor.
 std::vector<int> MatchExpected(std::span<const Expected> expected, const FeatureSet& features,
                                const MatchOptions& options = {});
 
-// Whether another place in the same picture looks like this feature, to within `distance`: a tile among
-// tiles, which a search that is not led by a prediction takes for its neighbour.
+// Two features closer than this (level pixels) may be one corner on several levels; farther apart and with
+// the same descriptor they are two things that look alike. Guessed.
+inline constexpr double kTwinApartPx = 10;
+
+// Whether another place in the same image looks like this feature, to within `distance` bits. Without a
+// prediction a search confuses the two, as on a wall of tiles.
 bool HasTwin(const FeatureSet& features, int feature, int distance);
 
-// Drops matches whose patches turned otherwise than most did.
+// Drops matches whose patches turned by another angle than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);
 
 }  // namespace ulf::tracking

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/at.h"
+
 namespace ulf::tracking {
 namespace {
 
@@ -18,7 +20,6 @@ using Eigen::Vector3d;
 
 constexpr int kTemplate = 8;
 constexpr int kFramed = kTemplate + 2;  // one more on each side for central differences
-constexpr double kMinCorrelation = 0.85;
 
 // A row of the template. Sums run over eight lanes side by side, which are added last and always in the same
 // order: the result does not depend on how wide the machine's vectors are.
@@ -51,7 +52,7 @@ inline Float8 LoadFloats(const float* from) {
 inline float Bilinear(const std::uint8_t* pixels, std::size_t stride, float x, float y) {
   const int ix = static_cast<int>(x), iy = static_cast<int>(y);
   const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
-  const std::uint8_t* p = pixels + static_cast<std::size_t>(iy) * stride + ix;
+  const std::uint8_t* p = pixels + At(iy) * stride + ix;
   const float top = p[0] + fx * static_cast<float>(p[1] - p[0]);
   const float bottom = p[stride] + fx * static_cast<float>(p[stride + 1] - p[stride]);
   return top + fy * (bottom - top);
@@ -77,7 +78,7 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
       const float x = kCenter + (warp(0, 0) * du + warp(0, 1) * dv);
       const float y = kCenter + (warp(1, 0) * du + warp(1, 1) * dv);
       const auto ix = static_cast<std::int32_t>(x), iy = static_cast<std::int32_t>(y);
-      const auto i = static_cast<std::size_t>(v * kFramed + u);
+      const auto i = At(v * kFramed + u);
       fx[i] = x - static_cast<float>(ix);
       fy[i] = y - static_cast<float>(iy);
       at[i] = iy * ReferencePatch::kSide + ix;
@@ -98,9 +99,9 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   return true;
 }
 
-// What the image is aligned with. Gain and offset of the image are free: the slopes are freed of what a
-// change of either would explain (projected beside the template and the constant), and what is left of the
-// four-parameter least squares is two-dimensional.
+// What the image is aligned with. Gain and offset of the image are free: the slopes are projected
+// orthogonally to the template and to a constant, which a change of gain or offset would explain. The
+// least squares problem of four parameters then has two left.
 struct Template {
   Rows value;
   float sum = 0, sum2 = 0;  // of value
@@ -146,7 +147,8 @@ std::optional<Template> MakeTemplate(const std::array<float, kFramed * kFramed>&
   }
   const float a = Sum(xx), b = Sum(xy), c = Sum(yy);
   const float determinant = a * c - b * b, larger = std::max(a, c);
-  if (!(larger > 1e-3f && determinant > 1e-3f * larger)) return std::nullopt;
+  constexpr float kLeastSlope = 1e-3f;  // of the normal matrix: less texture determines no shift. Guessed
+  if (!(larger > kLeastSlope && determinant > kLeastSlope * larger)) return std::nullopt;
   made.step_by_right << c / determinant, -b / determinant, -b / determinant, a / determinant;
   return made;
 }
@@ -166,7 +168,7 @@ bool Sample(const cv::Mat& image, const Vector2d& center, Rows& values) {
   Float8 above = row_at(0);
   for (int v = 0; v < kTemplate; ++v) {
     const Float8 below = row_at(v + 1);
-    values[static_cast<std::size_t>(v)] = above + fy * (below - above);
+    values[At(v)] = above + fy * (below - above);
     above = below;
   }
   return true;
@@ -191,7 +193,7 @@ double Correlation(const Template& wanted, const Rows& seen) {
 
 std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Vector2d& img, int level) {
   constexpr int kSide = ReferencePatch::kSide;
-  const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
+  const cv::Mat& image = pyramid.levels[At(level)];
   const Vector2d center = pyramid.ToLevel(level, pyramid.Seen(img)) - Vector2d(0.5, 0.5);
   const Vector2d corner = center - Vector2d::Constant((kSide - 1) * 0.5);
   if (!(corner.x() >= 0 && corner.y() >= 0 && corner.x() + kSide < image.cols &&
@@ -201,7 +203,7 @@ std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Vector2d& i
   patch.level = level;
   for (int v = 0; v < kSide; ++v)
     for (int u = 0; u < kSide; ++u)
-      patch.pixels[static_cast<std::size_t>(v * kSide + u)] =
+      patch.pixels[At(v * kSide + u)] =
           static_cast<std::uint8_t>(Bilinear(image.data, image.step, static_cast<float>(corner.x() + u),
                                              static_cast<float>(corner.y() + v)) +
                                     0.5f);
@@ -226,13 +228,14 @@ std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& referen
 std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
                                          const PatchAxes& axes, const Vector3d& point_in_world,
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,
-                                         const Vector2d& expected_img, double max_shift) {
+                                         const Vector2d& expected_img, const PatchAlignmentOptions& options) {
   Eigen::Matrix<double, 2, 3> img_by_point;
   const Vector3d point_in_cam = cam_from_world * point_in_world;
   if (!camera.ImgFromCam(point_in_cam, &img_by_point)) return std::nullopt;
   const Matrix2d img_by_reference = img_by_point * cam_from_world.RotationMatrix() * axes;
   const double area = img_by_reference.determinant();
-  if (!(area > 1e-3 && area < 1e3)) return std::nullopt;
+  constexpr double kMostChange = 1e3;  // of the patch's area: beyond it no level shows it. Guessed
+  if (!(area > 1 / kMostChange && area < kMostChange)) return std::nullopt;
   // The level on which a patch pixel is about one pixel.
   const int level = NearestLevel(std::sqrt(area));
   std::array<float, kFramed * kFramed> framed;
@@ -240,14 +243,13 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   const auto wanted = MakeTemplate(framed);
   if (!wanted) return std::nullopt;
 
-  const cv::Mat& image = pyramid.levels[static_cast<std::size_t>(level)];
+  const cv::Mat& image = pyramid.levels[At(level)];
   const Vector2d start =
       pyramid.ToLevel(level, pyramid.Seen(expected_img, &point_in_cam)) - Vector2d(0.5, 0.5);
   Vector2d at = start;
   Rows seen;
   bool settled = false;
-  constexpr int kIterations = 8;
-  for (int iteration = 0; iteration < kIterations && !settled; ++iteration) {
+  for (int iteration = 0; iteration < options.iterations && !settled; ++iteration) {
     if (!Sample(image, at, seen)) return std::nullopt;
     Float8 right_x{}, right_y{};
     for (std::size_t v = 0; v < kTemplate; ++v) {
@@ -258,12 +260,12 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
         (wanted->step_by_right * Eigen::Vector2f(Sum(right_x), Sum(right_y))).cast<double>();
     if (!shift.allFinite()) return std::nullopt;
     at -= shift;
-    if ((at - start).squaredNorm() > max_shift * max_shift) return std::nullopt;
-    settled = shift.squaredNorm() < 0.02 * 0.02;
+    if ((at - start).squaredNorm() > options.max_shift * options.max_shift) return std::nullopt;
+    settled = shift.squaredNorm() < options.settled_step * options.settled_step;
   }
   if (!settled || !Sample(image, at, seen)) return std::nullopt;
   const double correlation = Correlation(*wanted, seen);
-  if (correlation < kMinCorrelation) return std::nullopt;
+  if (correlation < options.min_correlation) return std::nullopt;
   const Vector2d seen_at = pyramid.FromLevel(level, at + Vector2d(0.5, 0.5));
   return PatchAlignment{pyramid.Global(seen_at, &point_in_cam), level, correlation};
 }

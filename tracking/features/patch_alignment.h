@@ -1,7 +1,8 @@
-// Where exactly a map point is seen: its reference patch, warped as the pose predicts, is aligned with the
-// image to a fraction of a pixel (inverse compositional, Baker and Matthews 2004; as in Forster et al. 2014),
-// with gain and offset free so that automatic exposure does not matter. All observations of a point are then
-// measured against one picture of it, where corners detected anew in every frame wander by half a pixel.
+// Measures where an image shows a map point, to a fraction of a pixel: warps the point's reference patch as
+// the pose predicts and aligns it with the image (inverse compositional, Baker and Matthews 2004; as in
+// Forster et al. 2014). Gain and offset are free, so automatic exposure does not matter. All observations of
+// a point are measured against one picture of it; corners that are detected anew in every frame wander by
+// half a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,17 +33,25 @@ using PatchAxes = Eigen::Matrix<double, 3, 2>;
 std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& reference_from_world,
                                 const Eigen::Vector3d& point_in_world, int level);
 
+struct PatchAlignmentOptions {
+  double max_shift = 2.5;         // level pixels; a patch that moves farther is another thing. Guessed
+  double min_correlation = 0.85;  // normalised; a patch that looks less alike is refused. Guessed
+  int iterations = 8;             // an alignment that has not settled by then is refused. Guessed
+  double settled_step = 0.02;     // level pixels; a smaller step ends the alignment. Guessed
+};
+
 struct PatchAlignment {
   Eigen::Vector2d img;     // where the point is seen, level 0 pixels
   int level = 0;           // where it was measured
   double correlation = 0;  // normalised, of the aligned patches
 };
 
-// Starting at `expected_img`; none when the patch cannot be warped, leaves the image, moves more than
-// `max_shift` pixels of its level, or does not look alike in the end.
+// Starts at `expected_img`. None when the patch cannot be warped, leaves the image, moves too far, or does
+// not look alike in the end.
 std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
                                          const PatchAxes& axes, const Eigen::Vector3d& point_in_world,
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,
-                                         const Eigen::Vector2d& expected_img, double max_shift = 2.5);
+                                         const Eigen::Vector2d& expected_img,
+                                         const PatchAlignmentOptions& options = {});
 
 }  // namespace ulf::tracking

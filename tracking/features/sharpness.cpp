@@ -11,7 +11,7 @@
 namespace ulf::tracking {
 namespace {
 
-constexpr int kWidestDetail = 2000;  // px: sums of a row fit 32 bits whatever it shows
+constexpr int kWidestDetail = 2000;  // px: then the sums of a row fit 32 bits whatever it shows
 
 // Energy of fine detail: the variance of the Laplacian.
 double DetailOf(const cv::Mat& image) {
@@ -38,17 +38,16 @@ double DetailOf(const cv::Mat& image) {
 cv::Mat ForSharpness(const cv::Mat& gray) {
   const double scale =
       std::min(1 / LevelScale(kSharpnessLevel), static_cast<double>(kWidestDetail) / gray.cols);
-  cv::Mat below_full;
-  cv::resize(gray, below_full,
+  cv::Mat reduced;
+  cv::resize(gray, reduced,
              {std::max(1, static_cast<int>(std::lround(scale * gray.cols))),
               std::max(1, static_cast<int>(std::lround(scale * gray.rows)))},
              0, 0, cv::INTER_LINEAR);
-  return below_full;
+  return reduced;
 }
 
-double Sharpness::Step(const cv::Mat& below_full) {
-  constexpr std::size_t kRecent = 31;
-  const double detail = DetailOf(below_full);
+double Sharpness::Step(const cv::Mat& reduced) {
+  const double detail = DetailOf(reduced);
   const double usual = Median({recent_.begin(), recent_.end()});
   recent_.push_back(detail);
   if (recent_.size() > kRecent) recent_.pop_front();

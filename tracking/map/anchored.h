@@ -1,15 +1,24 @@
+// Values that refer to a map and stay valid while the mapper changes it.
 #pragma once
+
+#include <Eigen/Core>
 
 #include "core/geometry/rigid3.h"
 
 namespace ulf::tracking {
 
-// A pose relative to a keyframe, which later adjustment may move.
+// A pose relative to a keyframe, which later adjustments may move.
 struct Anchored {
   int keyframe_id = -1;
   Rigid3 cam_from_keyframe;
-  // Of the keyframe when this was said: a closed loop scales lengths, this pose's with them.
+  // The keyframe's unit when the pose was made: a closed loop scales lengths, and this pose's with them.
   double unit = 1;
+};
+
+// Where an image shows a map point: pixels of the image as it is, distortion and rolling shutter included.
+struct MapObservation {
+  int point = -1;
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();
 };
 
 }  // namespace ulf::tracking

@@ -1,8 +1,8 @@
-// What a frame shows of a world that is given: corners of a board or of markers, whose places are known.
+// What a frame shows of a given world: corners of a board or of markers, whose positions are known.
 //
-// They take part wherever the map's points do: in the frame's pose, and as known points in the bundle
-// adjustment of the keyframes that saw them. A map that has been moved into their world (Tracker::MoveWorld)
-// is thereby metric, and held where the board is however long it is adjusted.
+// The corners take part wherever the map's points do: in the frame's pose, and as known points in the bundle
+// adjustment of the keyframes that saw them. So a map that has been moved into their world
+// (Tracker::MoveWorld) is metric, and adjustments leave it where the board is.
 #pragma once
 
 #include <vector>
@@ -13,10 +13,19 @@
 namespace ulf::tracking {
 
 struct FiducialObservation {
-  // As the sensor saw them; the sigmas are such that the corners may be taken for independent.
+  // As the sensor saw them. The sigmas are so large that the corners may be taken for independent.
   std::vector<PointObservation> corners;
-  Rigid3 cam_from_world;    // as they alone have it
-  double center_sigma = 0;  // of that pose, world units; 0: they alone are not sure of it
+  Rigid3 cam_from_world;    // from the corners alone
+  double center_sigma = 0;  // one standard deviation of that pose's centre, world units; 0: it is not certain
 };
+
+// The same in an image resized by `scale`.
+inline FiducialObservation Scaled(FiducialObservation fiducials, const Eigen::Vector2d& scale) {
+  for (PointObservation& corner : fiducials.corners) {
+    corner.img = corner.img.cwiseProduct(scale);
+    corner.sigma_px *= scale.mean();
+  }
+  return fiducials;
+}
 
 }  // namespace ulf::tracking

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/pose_graph.h"
 #include "tracking/estimation/pose_log_odds.h"
@@ -20,12 +21,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The same point as two keyframes know it: each in its camera's frame, and where it was seen.
+// One point in two keyframes: its position in each camera's frame, and where each image shows it.
 struct PointPair {
   Vector3d in_recent, in_old;
   Vector2d img_in_recent, img_in_old;
   double recent_sigma_px, old_sigma_px;
 };
+
+constexpr int kKeyframeCorners = 1000;       // that a keyframe has, about: the locator's share of patches
+constexpr double kPointsOfUnitWeight = 100;  // a tie by so many shared points has weight 1
 
 double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vector2d& img, double sigma_px) {
   const auto projected = camera.ImgFromCam(in_cam);
@@ -33,15 +37,15 @@ double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vec
 }
 
 std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std::vector<PointPair>& pairs,
-                                            bool rigid, unsigned seed, int min_inliers) {
+                                            bool rigid, unsigned seed, const LoopOptions& options) {
   struct Model {
     Similarity3 old_from_recent, recent_from_old;
   };
   const auto fit = [&](const std::vector<int>& chosen) -> std::optional<Model> {
     std::vector<Vector3d> recent, old;
     for (const int i : chosen) {
-      recent.push_back(pairs[static_cast<std::size_t>(i)].in_recent);
-      old.push_back(pairs[static_cast<std::size_t>(i)].in_old);
+      recent.push_back(pairs[At(i)].in_recent);
+      old.push_back(pairs[At(i)].in_old);
     }
     const auto similarity = AlignPoints(recent, old, rigid);
     if (!similarity || !(similarity->scale > 0)) return std::nullopt;
@@ -53,19 +57,20 @@ std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std
     return models;
   };
   const auto residual2 = [&](const Model& model, int i) {
-    const PointPair& pair = pairs[static_cast<std::size_t>(i)];
+    const PointPair& pair = pairs[At(i)];
     return std::max(
         ErrorSigmas2(camera, model.old_from_recent * pair.in_recent, pair.img_in_old, pair.old_sigma_px),
         ErrorSigmas2(camera, model.recent_from_old * pair.in_old, pair.img_in_recent, pair.recent_sigma_px));
   };
   const auto improve = [&](const Model&, const std::vector<int>& inliers) { return fit(inliers); };
-  const auto found = SampleConsensus<Model>(static_cast<int>(pairs.size()), 3, solve, residual2, improve,
-                                            {.threshold = 4, .max_iterations = 300, .seed = seed});
-  if (!found || static_cast<int>(found->inliers.size()) < min_inliers) return std::nullopt;
+  const auto found = SampleConsensus<Model>(
+      static_cast<int>(pairs.size()), 3, solve, residual2, improve,
+      {.threshold = options.sampled_sigmas, .max_iterations = options.samples, .seed = seed});
+  if (!found || static_cast<int>(found->inliers.size()) < options.min_sampled) return std::nullopt;
   return found->model.recent_from_old;
 }
 
-// All that is measured in the keyframe's unit but its pose.
+// Scales everything that is measured in the keyframe's unit, except its pose.
 void Scale(double scale, Keyframe& keyframe) {
   keyframe.unit *= scale;
   if (!keyframe.alive) keyframe.cam_from_parent.translation *= scale;
@@ -83,51 +88,40 @@ bool ScaleIsGiven(const SharedMap& shared) {
   return pinned >= 2;
 }
 
-double MedianDepth(const Map& map, const Keyframe& keyframe) {
-  std::vector<double> depths;
-  for (const int point : keyframe.point_of_feature)
-    if (point >= 0) depths.push_back((keyframe.cam_from_world * map.point(point).position).z());
-  return depths.empty() ? 1 : Median(std::move(depths));
-}
-
-// A keyframe and those that see most of the same.
-std::vector<int> Neighbourhood(const Map& map, int keyframe, std::size_t most) {
+// A keyframe and the keyframes that share most points with it, `most` together.
+std::vector<int> Neighbourhood(const Map& map, int keyframe, int most) {
   std::vector<int> around{keyframe};
   for (const Map::Neighbour& neighbour : map.Covisible(keyframe))
-    if (around.size() < most) around.push_back(neighbour.keyframe);
+    if (static_cast<int>(around.size()) < most) around.push_back(neighbour.keyframe);
   return around;
 }
 
 std::set<int> AllPointsOf(const Map& map, const std::vector<int>& keyframes) {
   std::set<int> points;
   for (const int keyframe : keyframes)
-    for (const int point : map.keyframe(keyframe).point_of_feature)
-      if (point >= 0) points.insert(point);
+    for (const int point : map.PointsSeenBy(keyframe)) points.insert(point);
   return points;
 }
 
-constexpr std::size_t kAround = 12;
-
 }  // namespace
 
-LoopCloser::LoopCloser(const CameraModel& camera, SharedMap& shared, const KeyframeIndex& index,
+LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
                        const LoopOptions& options)
     : camera_(camera),
-      shared_(shared),
-      map_(shared.ReadByOwner()),
+      owned_(owned),
+      map_(owned.shared.ReadByOwner()),
       index_(index),
+      seed_(seed),
       options_(options),
-      locator_(camera, shared, 200) {}
+      locator_(camera, owned.shared, kKeyframeCorners) {}
 
 void LoopCloser::Reset() {
   pending_.clear();
   last_closed_ = -1;
 }
 
-// What looks alike and is not tied to this keyframe's surroundings; each from another place.
+// Keyframes that look alike and share no points with this keyframe's surroundings; each of another place.
 std::vector<int> LoopCloser::Candidates(int newest) const {
-  constexpr int kRanked = 30;
-  constexpr std::size_t kMost = 3;
   std::set<int> taken{newest};
   const auto take_with_neighbours = [&](int keyframe) {
     taken.insert(keyframe);
@@ -135,8 +129,8 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
   };
   for (const Map::Neighbour& neighbour : map_.Covisible(newest)) take_with_neighbours(neighbour.keyframe);
   std::vector<int> candidates;
-  for (const auto& [keyframe, votes] : index_.Query(*map_.keyframe(newest).features, kRanked)) {
-    if (candidates.size() >= kMost) break;
+  for (const auto& [keyframe, votes] : index_.Query(*map_.keyframe(newest).features, options_.ranked)) {
+    if (static_cast<int>(candidates.size()) >= options_.candidates) break;
     if (!map_.keyframe(keyframe).alive || taken.contains(keyframe)) continue;
     candidates.push_back(keyframe);
     take_with_neighbours(keyframe);
@@ -145,46 +139,33 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
 }
 
 std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) const {
-  constexpr int kMinMatches = 20, kMinSampled = 15, kMinScalePairs = 15;
-  constexpr double kMaxScaleSpread = 0.1;
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
-  const bool rigid = ScaleIsGiven(shared_);
-  const auto with_points = [](const Keyframe& keyframe) {
-    std::vector<int> features;
-    for (int i = 0; i < keyframe.features->size(); ++i)
-      if (keyframe.point_of_feature[static_cast<std::size_t>(i)] >= 0) features.push_back(i);
-    return features;
-  };
-  const auto position = [&](const Keyframe& keyframe, int feature) {
-    const int point = keyframe.point_of_feature[static_cast<std::size_t>(feature)];
-    return Vector3d(keyframe.cam_from_world * map_.point(point).position);
-  };
-  const auto matches = MatchAll(*recent.features, with_points(recent), *old.features, with_points(old),
-                                {.max_distance = 70, .max_ratio = 0.85, .same_rotation = true});
-  if (static_cast<int>(matches.size()) < kMinMatches) return std::nullopt;
+  const bool rigid = ScaleIsGiven(owned_.shared);
+  const KeyframePoints of_recent = PointsOf(map_, recent_id), of_old = PointsOf(map_, old_id);
+  const auto matches = MatchAll(*recent.features, of_recent.with_points, *old.features, of_old.with_points,
+                                {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
+  if (static_cast<int>(matches.size()) < options_.min_matches) return std::nullopt;
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
     const Feature &a = (*recent.features)[match.first], &b = (*old.features)[match.second];
-    pairs.push_back({position(recent, match.first), position(old, match.second), a.img, b.img,
+    pairs.push_back({recent.cam_from_world * of_recent.positions[At(match.first)],
+                     old.cam_from_world * of_old.positions[At(match.second)], a.img, b.img,
                      DetectedSigmaPx(a.level), DetectedSigmaPx(b.level)});
   }
   const auto sampled =
-      SampleSimilarity(camera_, pairs, rigid, options_.seed + static_cast<unsigned>(recent_id), kMinSampled);
+      SampleSimilarity(camera_, pairs, rigid, seed_ + static_cast<unsigned>(recent_id), options_);
   if (!sampled) return std::nullopt;
 
-  // The recent camera in the old part's world, against all that the old part knows.
-  FramePose located;
-  located.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
-  located.candidates = GatherCandidates(map_, camera_, located.cam_from_world);
-  const std::set<int> known = AllPointsOf(map_, Neighbourhood(map_, old_id, kAround));
-  const std::set<int> own = AllPointsOf(map_, Neighbourhood(map_, recent_id, kAround));
-  std::erase_if(located.candidates,
+  // The recent camera in the old part's world, against all points of the old part.
+  FramePose frame_pose;
+  frame_pose.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
+  frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world);
+  const std::set<int> known = AllPointsOf(map_, Neighbourhood(map_, old_id, options_.neighbourhood));
+  const std::set<int> own = AllPointsOf(map_, Neighbourhood(map_, recent_id, options_.neighbourhood));
+  std::erase_if(frame_pose.candidates,
                 [&](const Candidate& c) { return !known.contains(c.id) || own.contains(c.id); });
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
-  const double unit = camera_.width / 640.0;
-  StageTimes ignored;
-  std::optional<FramePose> found = locator_.Refine(image, std::move(located), 10 * unit, ignored);
-  if (found) found = locator_.Refine(image, std::move(*found), 4 * unit, ignored);
+  const std::optional<FramePose> found = locator_.RefineTwice(image, std::move(frame_pose));
   if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||
       PoseLogOdds(camera_, *found) <= kRelocalizedLogOdds) {
     spdlog::debug("loop {} to {}: {} matches, {} of {:.0f} points: not sure", recent_id, old_id,
@@ -196,23 +177,23 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   std::vector<double> log_scales;
   for (const PointMatch& match : found->matches) {
     if (match.feature < 0) continue;
-    const int point = recent.point_of_feature[static_cast<std::size_t>(match.feature)];
+    const int point = recent.point_of_feature[At(match.feature)];
     if (point < 0) continue;
-    const Candidate& candidate = found->candidates[static_cast<std::size_t>(match.candidate)];
+    const Candidate& candidate = found->CandidateOf(match);
     hypothesis.same.emplace_back(point, candidate.id);
     log_scales.push_back(std::log((recent.cam_from_world * map_.point(point).position).norm() /
                                   (found->cam_from_world * candidate.position).norm()));
   }
-  if (static_cast<int>(log_scales.size()) < kMinScalePairs) return std::nullopt;
+  if (static_cast<int>(log_scales.size()) < options_.min_scale_pairs) return std::nullopt;
   const double log_scale = Median(log_scales);
   for (double& value : log_scales) value = std::abs(value - log_scale);
-  if (Median(log_scales) > kMaxScaleSpread) return std::nullopt;
+  if (Median(log_scales) > options_.max_log_scale_spread) return std::nullopt;
   hypothesis.recent = recent_id;
   hypothesis.old = old_id;
   hypothesis.points = static_cast<int>(found->matches.size());
   Similarity3 recent_from_world = Similarity3::FromRigid(found->cam_from_world);
   if (rigid) {
-    if (std::abs(log_scale) > kMaxScaleSpread) return std::nullopt;
+    if (std::abs(log_scale) > options_.max_log_scale_spread) return std::nullopt;
   } else {
     recent_from_world.scale = std::exp(log_scale);
     recent_from_world.translation *= recent_from_world.scale;
@@ -223,7 +204,7 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   return hypothesis;
 }
 
-// Of the world about the recent camera: where the old part says that it is.
+// Takes the world about the recent camera to where the old part has it.
 Similarity3 LoopCloser::Correction(const LoopHypothesis& hypothesis) const {
   const auto pose = [&](int keyframe) { return Similarity3::FromRigid(map_.PoseOf(keyframe)); };
   return pose(hypothesis.old).Inverse() * hypothesis.recent_from_old.Inverse() * pose(hypothesis.recent);
@@ -251,32 +232,28 @@ bool LoopCloser::Plausible(const LoopHypothesis& hypothesis) const {
 }
 
 bool LoopCloser::Agree(const LoopHypothesis& a, const LoopHypothesis& b) const {
-  constexpr double kTolerance = 0.05;  // of the depth
   const Similarity3 by_a = Correction(a), by_b = Correction(b);
-  const Keyframe& keyframe = map_.keyframe(a.recent);
-  const Vector3d center = keyframe.cam_from_world.OriginInSource();
+  const Vector3d center = map_.keyframe(a.recent).cam_from_world.OriginInSource();
   std::vector<double> apart;
-  for (const int point : keyframe.point_of_feature)
-    if (point >= 0) {
-      const Vector3d& position = map_.point(point).position;
-      apart.push_back((by_a * position - by_b * position).norm() / (by_a.scale * (position - center).norm()));
-    }
-  return !apart.empty() && Median(std::move(apart)) < kTolerance;
+  for (const int point : map_.PointsSeenBy(a.recent)) {
+    const Vector3d& position = map_.point(point).position;
+    apart.push_back((by_a * position - by_b * position).norm() / (by_a.scale * (position - center).norm()));
+  }
+  return !apart.empty() && Median(std::move(apart)) < options_.agreement;
 }
 
 std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
-  constexpr int kRest = 5;    // keyframes after a loop was closed
-  constexpr int kMemory = 8;  // keyframes
-  if (last_closed_ >= 0 && newest < last_closed_ + kRest) return std::nullopt;
+  if (last_closed_ >= 0 && newest < last_closed_ + options_.rest) return std::nullopt;
   std::erase_if(pending_, [&](const LoopHypothesis& h) {
-    return h.recent < newest - kMemory || !map_.keyframe(h.recent).alive || !map_.keyframe(h.old).alive;
+    return h.recent < newest - options_.memory || !map_.keyframe(h.recent).alive ||
+           !map_.keyframe(h.old).alive;
   });
   std::vector<LoopHypothesis> verified;
   for (const int candidate : Candidates(newest))
     if (auto hypothesis = Verify(newest, candidate); hypothesis && Plausible(*hypothesis))
       verified.push_back(std::move(*hypothesis));
   if (verified.empty()) return std::nullopt;
-  // Two places that both look like this one: neither is believed, nor what earlier keyframes said.
+  // Two places look like this one: drop both, and what earlier keyframes said.
   for (const LoopHypothesis& other : verified)
     if (!Agree(verified.front(), other)) {
       spdlog::debug("loop {}: {} and {} contradict each other", newest, verified.front().old, other.old);
@@ -292,8 +269,6 @@ std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
 }
 
 std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& agreeing) {
-  constexpr int kStrong = 60;   // shared points
-  constexpr int kLongAgo = 20;  // keyframes: such a tie is an earlier loop's
   PoseGraph graph;
   std::map<int, int> node_of;
   std::vector<int> keyframes;
@@ -305,8 +280,7 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     graph.fixed.push_back(keyframe.pinned || keyframe.id == map_.FirstKeyframe());
   }
   const auto add_edge = [&](int from, int to, double weight) {
-    const std::size_t a = static_cast<std::size_t>(node_of.at(from)),
-                      b = static_cast<std::size_t>(node_of.at(to));
+    const std::size_t a = At(node_of.at(from)), b = At(node_of.at(to));
     graph.edges.push_back({static_cast<int>(a), static_cast<int>(b),
                            graph.cam_from_world[b] * graph.cam_from_world[a].Inverse(), weight});
   };
@@ -314,50 +288,47 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     bool tied = false;  // to an earlier one: the strongest such edge spans the graph
     for (const Map::Neighbour& neighbour : map_.Covisible(keyframes[i])) {
       const int apart = keyframes[i] - neighbour.keyframe;
-      if (apart < 0 || (tied && neighbour.shared < kStrong && apart < kLongAgo)) continue;
-      add_edge(neighbour.keyframe, keyframes[i], neighbour.shared / 100.0);
+      if (apart < 0 || (tied && neighbour.shared < options_.strong_tie && apart < options_.old_tie)) continue;
+      add_edge(neighbour.keyframe, keyframes[i], neighbour.shared / kPointsOfUnitWeight);
       tied = true;
     }
-    constexpr double kLooseTie = 0.1;
-    if (!tied) add_edge(keyframes[i - 1], keyframes[i], kLooseTie);
+    if (!tied) add_edge(keyframes[i - 1], keyframes[i], options_.loose_weight);
   }
-  // A loop is measured as exactly as one step of the way is: next to the drift of all steps it holds. It must
-  // not yield to the way's many parallel ties either, which say the same thing many times.
-  constexpr double kHolds = 100;
+  // A loop is measured as exactly as one step of the way, so it must not yield to the drift of all steps, nor
+  // to the way's many parallel ties, which repeat one measurement.
   for (const LoopHypothesis& loop : agreeing)
-    graph.edges.push_back(
-        {node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old, kHolds * loop.points / 100});
+    graph.edges.push_back({node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old,
+                           options_.loop_weight * loop.points / kPointsOfUnitWeight});
   const PoseGraphSummary solved = OptimizePoseGraph(
-      graph,
-      {.rigid = ScaleIsGiven(shared_), .unit = MedianDepth(map_, map_.keyframe(agreeing.back().recent))});
+      graph, {.rigid = ScaleIsGiven(owned_.shared), .unit = map_.MedianDepth(agreeing.back().recent)});
   spdlog::debug("loop {} to {} closed: pose graph of {} keyframes and {} edges, cost {:.4g} -> {:.4g}",
                 agreeing.back().recent, agreeing.back().old, keyframes.size(), graph.edges.size(),
                 solved.initial_cost, solved.final_cost);
   if (!solved.usable) return std::nullopt;
 
   ClosedLoop closed;
-  const MapLock lock(shared_);
+  const MapLock lock(owned_.shared);
   std::vector<std::pair<int, Similarity3>> moved;
   for (std::size_t i = 0; i < keyframes.size(); ++i)
     moved.emplace_back(keyframes[i], graph.cam_from_world[i]);
-  closed.recent = Neighbourhood(map_, agreeing.back().recent, kAround);
-  closed.old = Neighbourhood(map_, agreeing.back().old, kAround);
-  MoveMap(shared_.map, moved);
+  closed.recent = Neighbourhood(map_, agreeing.back().recent, options_.neighbourhood);
+  closed.old = Neighbourhood(map_, agreeing.back().old, options_.neighbourhood);
+  MoveMap(owned_.map, moved);
   for (const LoopHypothesis& loop : agreeing) MergePoints(loop);
-  ++shared_.revision;
-  ++shared_.loops;
+  ++owned_.shared.revision;
+  ++owned_.shared.loops;
   return closed;
 }
 
 void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {
-  Map& map = shared_.map;
+  Map& map = owned_.map;
   for (const auto& [recent, old] : hypothesis.same) {
     const int gone = map.Resolve(recent), kept = map.Resolve(old);
     if (gone < 0 || kept < 0 || gone == kept) continue;
     std::set<int> before;
     for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
     map.Merge(gone, kept);
-    // What came over was measured against the other point's patch: back to where its corners are.
+    // The moved observations were measured against the other point's patch: use their corners instead.
     for (Observation& o : map.point(kept).observations)
       if (!before.contains(o.keyframe)) {
         const Feature& feature = (*map.keyframe(o.keyframe).features)[o.feature];
@@ -369,7 +340,7 @@ void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {
 }
 
 void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_world) {
-  // New world from old, by keyframe; what a keyframe's unit is multiplied by is its scale.
+  // New world from old, by keyframe; its scale is the factor of the keyframe's unit.
   std::map<int, Similarity3> new_from_old;
   for (const auto& [id, pose] : cam_from_world)
     new_from_old[id] = pose.Inverse() * Similarity3::FromRigid(map.keyframe(id).cam_from_world);

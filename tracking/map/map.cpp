@@ -4,13 +4,16 @@
 #include <limits>
 #include <unordered_map>
 
+#include "core/base/at.h"
+#include "core/base/quantile.h"
+
 namespace ulf::tracking {
 
 using Eigen::Vector3d;
 
 int Map::AddKeyframe(Keyframe keyframe) {
   keyframe.id = static_cast<int>(keyframes_.size());
-  keyframe.point_of_feature.assign(static_cast<std::size_t>(keyframe.features->size()), -1);
+  keyframe.point_of_feature.assign(At(keyframe.features->size()), -1);
   keyframe.points = 0;
   if (keyframe.pyramid) keyframe.rows = keyframe.pyramid->rows;
   keyframes_.push_back(std::move(keyframe));
@@ -38,7 +41,7 @@ int Map::AddPoint(const Vector3d& position) {
 bool Map::Observe(int id, const Observation& observation) {
   MapPoint& seen = point(id);
   Keyframe& by = keyframe(observation.keyframe);
-  int& slot = by.point_of_feature[static_cast<std::size_t>(observation.feature)];
+  int& slot = by.point_of_feature[At(observation.feature)];
   if (!seen.alive || !by.alive || slot >= 0) return false;
   for (const Observation& other : seen.observations)
     if (other.keyframe == observation.keyframe) return false;
@@ -48,7 +51,7 @@ bool Map::Observe(int id, const Observation& observation) {
   return true;
 }
 
-void Map::SeenInView(int id, const ViewObservation& seen) {
+void Map::AddView(int id, const ViewObservation& seen) {
   std::vector<ViewObservation>& views = point(id).views;
   // The newest stand last, and few views ask for the same point twice.
   if (std::none_of(views.rbegin(), views.rend(),
@@ -56,13 +59,13 @@ void Map::SeenInView(int id, const ViewObservation& seen) {
     views.push_back(seen);
 }
 
-void Map::Forget(int id, int keyframe_id) {
+void Map::RemoveObservation(int id, int keyframe_id) {
   MapPoint& seen = point(id);
   const auto found = std::find_if(seen.observations.begin(), seen.observations.end(),
                                   [&](const Observation& o) { return o.keyframe == keyframe_id; });
   if (found == seen.observations.end()) return;
   Keyframe& by = keyframe(keyframe_id);
-  by.point_of_feature[static_cast<std::size_t>(found->feature)] = -1;
+  by.point_of_feature[At(found->feature)] = -1;
   --by.points;
   seen.observations.erase(found);
   if (seen.observations.size() < 2) RemovePoint(id);
@@ -72,7 +75,7 @@ void Map::RemovePoint(int id) {
   MapPoint& gone = point(id);
   for (const Observation& observation : gone.observations) {
     Keyframe& by = keyframe(observation.keyframe);
-    by.point_of_feature[static_cast<std::size_t>(observation.feature)] = -1;
+    by.point_of_feature[At(observation.feature)] = -1;
     --by.points;
   }
   if (!gone.alive) return;
@@ -90,7 +93,7 @@ void Map::Merge(int gone_id, int kept_id) {
   const std::vector<ViewObservation> views = std::move(point(gone_id).views);
   RemovePoint(gone_id);
   for (const Observation& observation : moving) Observe(kept_id, observation);
-  for (const ViewObservation& view : views) SeenInView(kept_id, view);
+  for (const ViewObservation& view : views) AddView(kept_id, view);
   point(kept_id).found += point(gone_id).found;
   point(kept_id).expected += point(gone_id).expected;
   point(gone_id).merged_into = kept_id;
@@ -105,18 +108,21 @@ void Map::RemoveKeyframe(int id) {
   else if (living_.size() > 1)  // the one before it, or the second
     parent = id == living_.front() ? living_[1] : *std::prev(std::find(living_.begin(), living_.end(), id));
   if (parent < 0) return;
-  for (const int point_id : std::vector<int>(gone.point_of_feature))
-    if (point_id >= 0) Forget(point_id, id);
-  const auto hang_on_parent = [&](int child_id, const Rigid3& cam_from_world) {
+  for (const int point_id : PointsSeenBy(id)) RemoveObservation(point_id, id);
+  const auto attach_to_parent = [&](int child_id, const Rigid3& cam_from_world) {
     Keyframe& child = keyframe(child_id);
     child.parent = parent;
     child.cam_from_parent = cam_from_world * keyframe(parent).cam_from_world.Inverse();
     keyframe(parent).children.push_back(child_id);
   };
   for (const int child : gone.children)
-    hang_on_parent(child, keyframe(child).cam_from_parent * gone.cam_from_world);
-  hang_on_parent(id, gone.cam_from_world);
+    attach_to_parent(child, keyframe(child).cam_from_parent * gone.cam_from_world);
+  attach_to_parent(id, gone.cam_from_world);
   std::erase(living_, id);
+  Release(gone);
+}
+
+void Map::Release(Keyframe& gone) {
   gone.alive = false;
   gone.features.reset();
   gone.pyramid.reset();
@@ -125,6 +131,7 @@ void Map::RemoveKeyframe(int id) {
   gone.point_of_feature = {};
   gone.children = {};
   gone.corners = {};
+  gone.points = 0;
 }
 
 int Map::Resolve(int id) const {
@@ -142,6 +149,20 @@ Rigid3 Map::PoseOf(const Anchored& anchor) const {
   Rigid3 cam_from_keyframe = anchor.cam_from_keyframe;
   cam_from_keyframe.translation *= keyframe(anchor.keyframe_id).unit / anchor.unit;
   return cam_from_keyframe * PoseOf(anchor.keyframe_id);
+}
+
+std::vector<int> Map::PointsSeenBy(int id) const {
+  std::vector<int> points;
+  for (const int seen : keyframe(id).point_of_feature)
+    if (seen >= 0) points.push_back(seen);
+  return points;
+}
+
+double Map::MedianDepth(int id) const {
+  std::vector<double> depths;
+  for (const int seen : PointsSeenBy(id))
+    depths.push_back((keyframe(id).cam_from_world * point(seen).position).z());
+  return depths.empty() ? 1 : Median(std::move(depths));
 }
 
 std::vector<Map::Neighbour> Map::Covisible(int id, int min_shared) const {
@@ -166,7 +187,7 @@ void Map::Update(int id) {
 }
 
 void Map::UpdateDescriptor(MapPoint& updated) {
-  // The descriptor nearest to all others, by median distance.
+  // The descriptor nearest to all others, by (lower) median distance; among the newest ones. Guessed.
   constexpr std::size_t kMost = 12;
   const std::size_t first = updated.observations.size() > kMost ? updated.observations.size() - kMost : 0;
   std::vector<const Descriptor*> descriptors;
@@ -200,8 +221,9 @@ void Map::UpdateGeometry(int id) {
   }
   updated.mean_direction = direction.normalized();
   updated.reference_distance = std::exp(log_distance / static_cast<double>(updated.observations.size()));
-  updated.farthest = updated.reference_distance * 1.3;
-  updated.nearest = updated.reference_distance / LevelScale(kPyramidLevels - 1) / 1.3;
+  constexpr double kMargin = 1.3;  // a descriptor tolerates about as much change of scale. Guessed
+  updated.farthest = updated.reference_distance * kMargin;
+  updated.nearest = updated.reference_distance / LevelScale(kPyramidLevels - 1) / kMargin;
   if (updated.patch) {
     const auto axes = AxesOf(camera_, PoseOf(updated.patch_keyframe), updated.position, updated.patch->level);
     if (axes) updated.patch_axes = *axes;
@@ -230,18 +252,7 @@ void Map::Clear() {
     gone.cam_from_world = PoseOf(gone.id);
     if (!gone.alive) gone.parent = -1;
   }
-  for (const int id : living_) {
-    Keyframe& gone = keyframe(id);
-    gone.alive = false;
-    gone.features.reset();
-    gone.pyramid.reset();
-    gone.rows.reset();
-    gone.color.release();
-    gone.point_of_feature = {};
-    gone.children = {};
-    gone.corners = {};
-    gone.points = 0;
-  }
+  for (const int id : living_) Release(keyframe(id));
   living_.clear();
 }
 

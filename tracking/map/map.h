@@ -1,10 +1,11 @@
-// The tracker's world: keyframes and the points they see, as values with ids.
+// The tracker's map: keyframes and the points they see, as values with ids.
 //
-// Keyframes are numbered as they come. A removed one leaves its pose relative to a surviving one behind, so
-// that what was anchored to it stays meaningful; all else of it is freed. A point's number is given again
-// when the point has been dead for kPointRest keyframes, so the map is as large as what lives in it however
-// long the camera runs; until then a merged point says into which. World units are arbitrary; observations
-// are level 0 pixels with centres at integer + 0.5. SharedMap says which thread may read and change it when.
+// Keyframes are numbered as they come. A removed keyframe keeps its pose relative to a living one, so that
+// poses anchored to it stay valid; the rest of it is freed. A point's number is used again when the point has
+// been dead for kPointRest keyframes, so that the map does not grow with time; until then a merged point
+// names the point it was merged into. World units are arbitrary; observations are level 0 pixels with centres
+// at integer + 0.5. Map itself knows no thread; SharedMap and OwnedMap say who may read and who may change
+// it.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +18,10 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "core/base/mutex.h"
+#include "core/base/at.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
@@ -38,7 +40,8 @@ struct Observation {
   double sigma_px = 1;
 };
 
-// Errors of a feature as detected, and of one aligned with the point's patch, on a level.
+// One standard deviation of a detected feature, and of one aligned with the point's patch, on a level.
+// Guessed; smaller ones for aligned patches made young maps worse (docs/tracking.md, "The map").
 inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
 inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 
@@ -48,17 +51,17 @@ struct MapPoint {
   int merged_into = -1;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::vector<Observation> observations;
-  std::vector<ViewObservation> views;  // that were recorded and show it, one each; most are no keyframes
-  int first_keyframe = -1;             // newest keyframe when it was made
+  std::vector<ViewObservation> views;  // recorded views that show it, one each; most are no keyframes
+  int first_keyframe = -1;             // the newest keyframe when the point was made
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
-  // How often frames expected to see it, and did.
+  // Frames that should have shown it, and frames in which it was found.
   int expected = 0;
   int found = 0;
   // Derived by Map::Update from the observations:
   Descriptor descriptor{};
   Eigen::Vector3d mean_direction = Eigen::Vector3d::Zero();  // unit, from the viewing cameras to the point
-  double reference_distance = 0;                             // distance at which it looks as on level 0
-  double nearest = 0, farthest = 0;  // distances at which the pyramid can still show it
+  double reference_distance = 0;     // distance from which level 0 shows it as it was seen
+  double nearest = 0, farthest = 0;  // distances at which the pyramid can show it
   std::shared_ptr<const ReferencePatch> patch;
   int patch_keyframe = -1;
   PatchAxes patch_axes = PatchAxes::Zero();
@@ -69,24 +72,24 @@ struct Keyframe {
   bool alive = true;
   double time_s = 0;
   Rigid3 cam_from_world;
-  // How much lengths about it have been scaled by closed loops since it was made.
+  // The factor by which closed loops have scaled the lengths about it since it was made.
   double unit = 1;
-  // Of a removed keyframe: this keyframe's pose relative to a living one.
+  // A removed keyframe's pose relative to a living one.
   int parent = -1;
   Rigid3 cam_from_parent;
-  std::vector<int> children;  // of a living one: the removed ones that hang on it
+  std::vector<int> children;  // of a living one: the removed ones whose parent it is
   std::shared_ptr<const FeatureSet> features;
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
-  // Of a rolling shutter: by which features and observations were brought to the frame's time.
+  // With a rolling shutter: the rows' motion that was removed from features and observations.
   std::shared_ptr<const RowShift> rows;
-  std::optional<Twist> velocity;  // as the frames before and after show it
+  std::optional<Twist> velocity;  // from the frames before and after
   cv::Mat color;                  // 8 bits, B G R or grey; of recent keyframes only
   bool pinned = false;            // its pose is given (a seed): never adjusted, never removed
-  // Of a world that is given, where this frame saw them (fiducial_observation.h).
+  // Corners of a given world that this frame saw (fiducial_observation.h).
   std::vector<PointObservation> corners = {};
   std::vector<int> point_of_feature;  // -1: none
   int points = 0;                     // features with a point
-  int points_at_birth = 0;            // those that were tracked when it was made
+  int points_at_birth = 0;            // features with a point when it was made
 };
 
 class Map {
@@ -95,31 +98,35 @@ class Map {
 
   int AddKeyframe(Keyframe keyframe);  // returns its id; observations are added one by one
   int AddPoint(const Eigen::Vector3d& position);
-  // False when either already has another partner there.
+  // Returns false when the feature has a point, or the keyframe observes the point, already.
   bool Observe(int point, const Observation& observation);
-  // A recorded view shows it; only the first time counts.
-  void SeenInView(int point, const ViewObservation& seen);
-  void Forget(int point, int keyframe);  // removes an observation; a point with fewer than two goes
+  // Adds a recorded view that shows the point, unless the point has it already.
+  void AddView(int point, const ViewObservation& seen);
+  void RemoveObservation(int point, int keyframe);  // removes the point, too, when fewer than two are left
   void RemovePoint(int point);
-  void Merge(int gone, int kept);     // moves what observations it can
-  void RemoveKeyframe(int keyframe);  // never the first
+  void Merge(int gone, int kept);     // moves the observations that `kept` can take
+  void RemoveKeyframe(int keyframe);  // the last living one stays
 
-  const Keyframe& keyframe(int id) const { return keyframes_[static_cast<std::size_t>(id)]; }
-  Keyframe& keyframe(int id) { return keyframes_[static_cast<std::size_t>(id)]; }
-  const MapPoint& point(int id) const { return points_[static_cast<std::size_t>(id)]; }
-  MapPoint& point(int id) { return points_[static_cast<std::size_t>(id)]; }
+  const Keyframe& keyframe(int id) const { return keyframes_[At(id)]; }
+  Keyframe& keyframe(int id) { return keyframes_[At(id)]; }
+  const MapPoint& point(int id) const { return points_[At(id)]; }
+  MapPoint& point(int id) { return points_[At(id)]; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const std::vector<MapPoint>& points() const { return points_; }
   const std::vector<int>& living() const { return living_; }  // keyframes, in order of their numbers
   int FirstKeyframe() const { return living_.empty() ? -1 : living_.front(); }
   int LivingKeyframes() const { return static_cast<int>(living_.size()); }
   int LivingPoints() const { return living_points_; }
-  // The point that `id` has become; -1 when it is gone.
+  // The point that `id` was merged into, or `id` itself; -1 when it is gone.
   int Resolve(int id) const;
 
-  // Follows removed keyframes to living ones.
+  // Poses of keyframes, removed ones included, and of anchors.
   Rigid3 PoseOf(int keyframe) const;
   Rigid3 PoseOf(const Anchored& anchor) const;
+  // The points that a keyframe sees, in the order of its features.
+  std::vector<int> PointsSeenBy(int keyframe) const;
+  // Of those points, along the keyframe's optical axis; 1 without points.
+  double MedianDepth(int keyframe) const;
 
   struct Neighbour {
     int keyframe;
@@ -128,21 +135,22 @@ class Map {
   // Keyframes that share at least `min_shared` points, most first.
   std::vector<Neighbour> Covisible(int keyframe, int min_shared = 15) const;
 
-  // Descriptor, mean direction, distances and patch axes, after observations changed.
+  // Derives descriptor, mean direction, distances and patch axes anew: after observations changed.
   void Update(int point);
-  // All of it but the descriptor: after positions or poses changed.
+  // The same without the descriptor: after positions or poses changed.
   void UpdateGeometry(int point);
   // Cuts the point's reference patch out of a keyframe that still has its pyramid.
   void SetPatch(int point, const Observation& from);
 
-  // Discards the world: everything dead, poses frozen where they are.
+  // Removes all points and keyframes; PoseOf() keeps their last poses.
   void Clear();
 
-  // Dead points keep their number for this many keyframes: longer than anybody remembers one.
+  // Keyframes until a dead point's number is used again: longer than the tracker keeps one. Guessed.
   static constexpr int kPointRest = 20;
 
  private:
   void UpdateDescriptor(MapPoint& point);
+  static void Release(Keyframe& gone);
 
   CameraModel camera_;
   std::vector<Keyframe> keyframes_;
@@ -151,39 +159,35 @@ class Map {
   int living_points_ = 0;
   struct Free {
     int point;
-    int keyframes;  // how many there had been when it died
+    int keyframes;  // that existed when the point died
   };
   std::deque<Free> free_;
 };
 
-// Of a rolling shutter (readout_estimator.h).
+// A measured rolling shutter (readout_estimator.h).
 struct ReadoutEstimate {
-  double readout_s = 0;  // from the first row to the last; negative: read from the last
-  double sigma_s = 0;
-  int keyframes = 0;
+  double readout_s = 0;  // from the first row to the last; negative: from the last
+  double sigma_s = 0;    // one standard deviation
+  int keyframes = 0;     // that it was measured on
 };
 
-// One thread changes the map: the mapper's, or the tracker's while the mapper rests. It takes the lock
-// (MapLock) for every change and reads without it; every other thread takes it to read.
+// What others may know of a map that one thread changes: they hold its lock (MapLock) to read it.
 struct SharedMap {
-  explicit SharedMap(const CameraModel& camera) : map(camera) {}
-  // For the thread that changes the map. Not analysed: that no other thread changes it is what makes reading
-  // without the lock safe, and the analysis knows no threads.
+  explicit SharedMap(const Map& owned) : map(owned) {}
+  // For the thread that changes the map, and for others while the mapper rests. Not analysed: reading without
+  // the lock is safe because nobody changes the map meanwhile, and the analysis knows no threads.
   const Map& ReadByOwner() const ULF_NO_THREAD_SAFETY_ANALYSIS { return map; }
 
   mutable Mutex mutex;
-  Map map ULF_GUARDED_BY(mutex);
+  const Map& map ULF_GUARDED_BY(mutex);
   std::atomic<std::thread::id> owner{};  // the mapper's thread
-  // That any other thread waited for the lock.
+  // The longest that any other thread waited for the lock.
   mutable std::chrono::steady_clock::duration longest_wait ULF_GUARDED_BY(mutex){};
-  std::atomic<int> loops{0};  // closed so far
-  // The world is the one that corners are given in.
-  std::atomic<bool> world_given{false};
-  // Counts corrections that move much at once: who keeps poses should ask for them again.
+  std::atomic<int> loops{0};             // closed so far
+  std::atomic<bool> world_given{false};  // the map is in the world in which fiducials are given
+  // Counts corrections that move much at once: poses that were kept should be asked for again.
   std::atomic<int> revision{0};
-  // Whether the mapper shall measure the readout when it has adjusted everything, how often it did, and what
-  // came out last.
-  std::atomic<bool> measure_readout{false};
+  // How often a rolling shutter was measured, and the last result.
   std::atomic<int> readouts_measured{0};
   std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
 };
@@ -204,6 +208,14 @@ class ULF_SCOPED_CAPABILITY MapLock {
 
  private:
   Mutex& mutex_;
+};
+
+// A map and the right to change it, which the mapper alone has. Its thread reads without the lock and takes
+// it for every change, so that other threads wait for microseconds only.
+struct OwnedMap {
+  explicit OwnedMap(Map given) : map(std::move(given)), shared(map) {}
+  Map map ULF_GUARDED_BY(shared.mutex);
+  SharedMap shared;
 };
 
 }  // namespace ulf::tracking

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/geometry/trajectory.h"
 
 namespace ulf::tracking {
@@ -16,8 +17,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The similarity that brings one set of camera poses nearest to another, centres and directions of view
-// counting alike: centres alone leave the turn about a straight path open.
+// The similarity that brings one set of camera poses nearest to another. Centres and directions of view have
+// the same weight: centres alone leave the turn about a straight path open.
 Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to) {
   const double n = static_cast<double>(from.size());
   Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
@@ -45,9 +46,9 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
   return to_from;
 }
 
-// Images say nothing about where the world's origin, axes and unit are. Holding the first keyframe would
-// leave all others swinging about it; poses that were given out agree best with the adjusted map when the
-// keyframes together stay where they were. With a pose that is given, nothing is open.
+// Images leave the world's origin, axes and unit open. Holding the first keyframe would let all others swing
+// about it; poses that were given out agree best with the adjusted map when the keyframes together stay where
+// they were. A pinned pose leaves nothing open.
 void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
   std::vector<Rigid3> before;
   for (const int id : keyframes) {
@@ -63,11 +64,11 @@ void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem&
   for (Vector3d& point : problem.points) point = to_from * point;
 }
 
-// Corners of a given world, as points that are known.
+// Adds the corners of a given world as known points.
 void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
   problem.known.assign(problem.points.size(), false);
   for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {
-    if (problem.fixed[static_cast<std::size_t>(index)]) continue;
+    if (problem.fixed[At(index)]) continue;
     for (const PointObservation& corner : map.keyframe(id).corners) {
       problem.observations.push_back(
           {index, static_cast<int>(problem.points.size()), corner.img, corner.sigma_px, false});
@@ -77,61 +78,58 @@ void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index
   }
 }
 
-// Whether the corners these keyframes saw fix the map's place, turn and scale: seen from centres that lie
-// apart. Fewer leave the scale to chance.
-bool CornersFixTheMap(const Map& map, const std::vector<int>& keyframes) {
-  constexpr std::size_t kLeastCorners = 4;
-  constexpr int kLeastViews = 3;
-  constexpr double kLeastSpread = 0.02;  // root mean square, of the distance
+// Whether the corners that these keyframes saw determine the map's position, orientation and scale.
+bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes, const GivenWorldOptions& options) {
   Vector3d mean = Vector3d::Zero();
   double squared = 0, distance = 0;
   int views = 0;
   for (const int id : keyframes) {
     const Keyframe& keyframe = map.keyframe(id);
-    if (keyframe.corners.size() < kLeastCorners) continue;
+    if (keyframe.corners.size() < options.min_corners) continue;
     const Vector3d center = keyframe.cam_from_world.OriginInSource();
     ++views;
     mean += center;
     squared += center.squaredNorm();
     distance += (keyframe.corners.front().point_in_world - center).norm();
   }
-  if (views < kLeastViews) return false;
+  if (views < options.min_views) return false;
   const double spread = squared / views - (mean / views).squaredNorm();
-  return spread > std::pow(kLeastSpread * distance / views, 2);
+  return spread > std::pow(options.min_spread * distance / views, 2);
 }
 
-// In pieces where the map is large, so that nobody waits for long.
-void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_index,
+// In pieces where the map is large, so that the tracker does not wait for long.
+void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index,
                const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
                const BundleProblem& problem) {
   std::vector<int> changed;  // points that lost observations
   {
-    const MapLock lock(shared);
-    Map& map = shared.map;
+    const MapLock lock(owned.shared);
+    Map& map = owned.map;
     for (const auto& [id, index] : camera_index)
-      map.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(index)];
+      map.keyframe(id).cam_from_world = problem.cam_from_world[At(index)];
     for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
     for (std::size_t i = 0; i < origin.size(); ++i) {
       if (!problem.observations[i].outlier || !map.point(origin[i].first).alive) continue;
-      map.Forget(origin[i].first, origin[i].second);
+      map.RemoveObservation(origin[i].first, origin[i].second);
       changed.push_back(origin[i].first);
     }
   }
-  constexpr std::size_t kAtOnce = 500;
+  constexpr std::size_t kAtOnce = 500;  // points in one hold of the lock: some tens of microseconds. Guessed
   for (std::size_t from = 0; from < point_ids.size(); from += kAtOnce) {
-    const MapLock lock(shared);
+    const MapLock lock(owned.shared);
     for (std::size_t i = from; i < std::min(point_ids.size(), from + kAtOnce); ++i)
-      shared.map.UpdateGeometry(point_ids[i]);
+      owned.map.UpdateGeometry(point_ids[i]);
   }
-  const MapLock lock(shared);
-  for (const int id : changed) shared.map.Update(id);
+  const MapLock lock(owned.shared);
+  for (const int id : changed) owned.map.Update(id);
 }
 
 }  // namespace
 
-BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
-                        const std::vector<int>& held, const BundleOptions& options) {
-  const Map& map = shared.ReadByOwner();
+BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options,
+                        const GivenWorldOptions& given_world) {
+  const Map& map = owned.shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
   std::vector<int> point_ids;
@@ -141,16 +139,17 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
     problem.fixed.push_back(fixed || map.keyframe(id).pinned);
   };
-  // The first keyframe holds the world where it takes part and nothing else does.
-  const bool given = shared.world_given && CornersFixTheMap(map, free);
+  // The first keyframe holds the world where it takes part and corners do not.
+  const bool world_given = owned.shared.world_given;
+  const bool given = world_given && CornersHoldTheMap(map, free, given_world);
   for (const int id : free) add_camera(id, id == map.FirstKeyframe() && !given);
   for (const int id : held) add_camera(id, true);
   if (!given && std::find(problem.fixed.begin(), problem.fixed.end(), true) == problem.fixed.end())
     problem.fixed[0] = true;
   const std::vector<int>& owners = free.empty() ? held : free;
   for (const int keyframe : owners)
-    for (const int id : map.keyframe(keyframe).point_of_feature) {
-      if (id < 0 || point_index.contains(id)) continue;
+    for (const int id : map.PointsSeenBy(keyframe)) {
+      if (point_index.contains(id)) continue;
       point_index[id] = static_cast<int>(point_ids.size());
       point_ids.push_back(id);
     }
@@ -164,7 +163,7 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
       origin.emplace_back(id, o.keyframe);
     }
   }
-  if (shared.world_given) AddCorners(map, camera_index, problem);
+  if (world_given) AddCorners(map, camera_index, problem);
   const BundleSummary summary = AdjustBundle(camera, problem, options);
   spdlog::debug(
       "bundle: {} cameras ({} held), {} points, {} observations: {:.3f} -> {:.3f} sigmas, {} outliers",
@@ -173,7 +172,7 @@ BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std:
   if (!summary.usable) return summary;
 
   if (held.empty() && free.size() > 2 && !given) KeepGauge(map, free, problem);
-  WriteBack(shared, camera_index, point_ids, origin, problem);
+  WriteBack(owned, camera_index, point_ids, origin, problem);
   return summary;
 }
 

@@ -1,4 +1,5 @@
-// Bundle adjustment of a part of the map: its keyframes and points out, adjusted, and back in.
+// Bundle adjustment of a part of the map: copies keyframes and points out, adjusts them, and writes them
+// back.
 #pragma once
 
 #include <vector>
@@ -6,16 +7,18 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/map/map.h"
+#include "tracking/map/mapper_options.h"
 
 namespace ulf::tracking {
 
-// Adjusts the keyframes `free` and all points they see (those of `held` where none is free); `held`, pinned
-// keyframes and, of a part of the map, its first stay; when all is free, all together stays where it was.
-// Where the world is given, the corners that keyframes saw of it take part as points that are known, and
-// where they were seen from far enough apart to tell the scale they alone say where everything is.
-// Observations that no longer fit are forgotten. Reads without the lock
-// and takes it to write: call it from the thread that changes the map.
-BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
-                        const std::vector<int>& held, const BundleOptions& options);
+// Adjusts the keyframes `free` and all points they see (the points of `held` where none is free). `held`,
+// pinned keyframes and, in an adjustment of a part, the map's first keyframe stay; when everything is free,
+// the keyframes together stay where they were. In a given world the corners that keyframes saw take part as
+// known points; where they were seen from far enough apart to determine the scale (`given`), they alone hold
+// the map. Removes observations that no longer fit. Reads without the map's lock and takes it to write: the
+// map's owner calls it.
+BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options,
+                        const GivenWorldOptions& given = {});
 
 }  // namespace ulf::tracking

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/at.h"
 #include "core/geometry/byte_stream.h"
 #include "core/geometry/digest.h"
 
@@ -19,7 +20,7 @@ void PutKeyframe(const Map& map, const Keyframe& keyframe, ByteWriter& out) {
   out.Put(keyframe.time_s);
   if (!keyframe.alive) return;
   out.Put(keyframe.points_at_birth);
-  out.Count(static_cast<std::size_t>(keyframe.features->size()));
+  out.Count(At(keyframe.features->size()));
   for (const Feature& feature : keyframe.features->all()) {
     out.Put(feature.img);
     out.Put(feature.angle_rad);
@@ -123,7 +124,7 @@ std::string MapToBytes(const Map& map, std::uint64_t key) {
   out.Put(key);
   out.Count(map.keyframes().size());
   for (const Keyframe& keyframe : map.keyframes()) PutKeyframe(map, keyframe, out);
-  out.Count(static_cast<std::size_t>(map.LivingPoints()));
+  out.Count(At(map.LivingPoints()));
   for (const MapPoint& point : map.points())
     if (point.alive) PutPoint(point, out);
   out.Put(ChecksumOf(out.bytes()));

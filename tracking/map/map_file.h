@@ -1,13 +1,14 @@
-// A map on disk, so that a capture that goes on need not build it again. It is a cache: what it holds can be
-// made from the recorded views, and a file that is damaged, of another version, or of other views is not
-// read but made anew.
+// A map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from the
+// recorded views, and a file that is damaged, of another version, or of other views is made anew.
 //
-// Little-endian, the numbers as they are in memory:
-//   8 bytes "ulfmap\0" and version, key (which views and poses it belongs to), keyframes, points,
-//   and last a checksum of all before it (FNV-1a, 64 bits).
-// Everything given is restored but what follows from it (rays, mean directions, descriptors of points) and
-// the keyframes' images. Restored keyframes are pinned: the recorded views' poses are given and must not
-// move.
+// Little-endian, numbers as they are in memory:
+//   8 bytes     "ulfmap\0" and version
+//   8 bytes     key: the views and poses that it belongs to
+//   keyframes
+//   points
+//   8 bytes     checksum of everything before it (FNV-1a, 64 bits)
+// The file holds no keyframe images and nothing that follows from the rest (rays, mean directions, descriptors
+// of points). Restored keyframes are pinned: the recorded views' poses are given and must not move.
 #pragma once
 
 #include <cstdint>

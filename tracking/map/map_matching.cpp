@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
+
 namespace ulf::tracking {
 
 using Eigen::Vector2d;
@@ -10,7 +12,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Takes the points that a camera may see.
+// Collects the points that a camera may see.
 class Gatherer {
  public:
   Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)
@@ -29,18 +31,20 @@ class Gatherer {
     const double distance = towards.norm();
     // Most points of a large map end here, before more of them is fetched from memory.
     if (towards.dot(axis_) < widest_cosine_ * distance) return;
-    if (distance < 0.8 * point.nearest || distance > 1.25 * point.farthest) return;
+    if (distance < options_.nearest_share * point.nearest ||
+        distance > options_.farthest_share * point.farthest)
+      return;
     if (towards.dot(point.mean_direction) < min_cosine_ * distance) return;
     const auto img = camera_.ImgFromCam(rotation_ * towards);
     if (!img || img->x() < -options_.margin_px || img->y() < -options_.margin_px ||
         img->x() > camera_.width + options_.margin_px || img->y() > camera_.height + options_.margin_px)
       return;
-    taken_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
-                      point.reference_distance, point.nearest, point.farthest,
-                      (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes,
-                      point.expected, point.observations.size() > 2});
+    candidates_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
+                           point.reference_distance, point.nearest, point.farthest,
+                           (point.found + 1.0) / (point.expected + 2.0), point.patch, point.patch_axes,
+                           point.expected, point.observations.size() > 2});
   }
-  std::vector<Candidate> Taken() && { return std::move(taken_); }
+  std::vector<Candidate> Candidates() && { return std::move(candidates_); }
 
  private:
   const CameraModel& camera_;
@@ -50,7 +54,7 @@ class Gatherer {
   Vector3d axis_;
   double widest_cosine_;  // of the angle from the axis that any pixel, or one beside the image, has
   double min_cosine_;
-  std::vector<Candidate> taken_;
+  std::vector<Candidate> candidates_;
 };
 
 // The keyframes that see most of these points, by id.
@@ -58,16 +62,16 @@ std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, V
   std::vector<int> seen(map.keyframes().size(), 0);
   for (const auto& [id, img] : points)
     if (const int alive = map.Resolve(id); alive >= 0)
-      for (const Observation& o : map.point(alive).observations) ++seen[static_cast<std::size_t>(o.keyframe)];
+      for (const Observation& o : map.point(alive).observations) ++seen[At(o.keyframe)];
   std::vector<int> chosen;
   for (int k = 0; k < static_cast<int>(seen.size()); ++k)
-    if (seen[static_cast<std::size_t>(k)] > 0) chosen.push_back(k);
+    if (seen[At(k)] > 0) chosen.push_back(k);
   if (static_cast<int>(chosen.size()) > most) {
     std::nth_element(chosen.begin(), chosen.begin() + most, chosen.end(), [&](int a, int b) {
-      const int in_a = seen[static_cast<std::size_t>(a)], in_b = seen[static_cast<std::size_t>(b)];
+      const int in_a = seen[At(a)], in_b = seen[At(b)];
       return in_a != in_b ? in_a > in_b : a > b;
     });
-    chosen.resize(static_cast<std::size_t>(most));
+    chosen.resize(At(most));
   }
   std::sort(chosen.begin(), chosen.end());
   return chosen;
@@ -79,7 +83,7 @@ std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camer
                                         const Rigid3& cam_from_world, const CandidateOptions& options) {
   Gatherer gatherer(camera, cam_from_world, options);
   for (const MapPoint& point : map.points()) gatherer.Offer(point);
-  return std::move(gatherer).Taken();
+  return std::move(gatherer).Candidates();
 }
 
 std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
@@ -88,15 +92,14 @@ std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& c
                                             const CandidateOptions& options) {
   const int count = static_cast<int>(map.points().size());
   if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, options);
-  constexpr int kKeyframes = 20;
   Gatherer gatherer(camera, cam_from_world, options);
-  std::vector<bool> offered(static_cast<std::size_t>(count), false);
+  std::vector<bool> offered(At(count), false);
   const auto offer = [&](int id) {
-    if (offered[static_cast<std::size_t>(id)]) return;
-    offered[static_cast<std::size_t>(id)] = true;
+    if (offered[At(id)]) return;
+    offered[At(id)] = true;
     gatherer.Offer(map.point(id));
   };
-  for (const int keyframe : KeyframesSeeing(map, seen_before, kKeyframes))
+  for (const int keyframe : KeyframesSeeing(map, seen_before, options.keyframes))
     for (const int id : map.keyframe(keyframe).point_of_feature)
       if (id >= 0) offer(id);
   if (sweep >= count) sweep = 0;
@@ -104,7 +107,7 @@ std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& c
     offer(sweep);
     sweep = (sweep + 1) % count;
   }
-  return std::move(gatherer).Taken();
+  return std::move(gatherer).Candidates();
 }
 
 MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
@@ -113,16 +116,15 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
   MapMatches result;
   std::vector<Expected> expected;
   const Vector3d center = cam_from_world.OriginInSource();
-  constexpr double kBorderPx = 20;  // where no features are detected
   const auto consider = [&](int index) {
-    const Candidate& candidate = candidates[static_cast<std::size_t>(index)];
+    const Candidate& candidate = candidates[At(index)];
     const double distance = (candidate.position - center).norm();
     if (distance < candidate.nearest || distance > candidate.farthest) return;
     const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
     if (!img || img->x() < 0 || img->y() < 0 || img->x() >= camera.width || img->y() >= camera.height) return;
     const int level = NearestLevel(candidate.reference_distance / distance);
-    if (img->x() >= kBorderPx && img->y() >= kBorderPx && img->x() < camera.width - kBorderPx &&
-        img->y() < camera.height - kBorderPx)
+    if (img->x() >= kFeatureBorder && img->y() >= kFeatureBorder &&
+        img->x() < camera.width - kFeatureBorder && img->y() < camera.height - kFeatureBorder)
       result.expected.push_back(index);
     expected.push_back({*img, options.radius_px * LevelScale(level), std::max(0, level - 1),
                         std::min(kPyramidLevels - 1, level + 1), &candidate.descriptor});
@@ -142,20 +144,19 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
     PointMatch match{result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level),
                      false};
     if (image.pyramid && image.pyramid->rows) {  // with the point's own depth instead of a guess
-      const Vector3d in_cam = cam_from_world * candidates[static_cast<std::size_t>(match.candidate)].position;
+      const Vector3d in_cam = cam_from_world * candidates[At(match.candidate)].position;
       match.img = image.pyramid->Global(image.pyramid->Seen(feature.img), &in_cam);
     }
     matches.push_back(match);
   }
   result.matches = std::move(matches);
-  if (options.align) AlignMatches(camera, image, candidates, cam_from_world, result.matches);
   return result;
 }
 
 void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
                   const Rigid3& cam_from_world, std::vector<PointMatch>& matches) {
   for (PointMatch& match : matches) {
-    const Candidate& candidate = candidates[static_cast<std::size_t>(match.candidate)];
+    const Candidate& candidate = candidates[At(match.candidate)];
     if (!candidate.patch) continue;
     const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
                                     cam_from_world, *image.pyramid, match.img);
@@ -168,35 +169,32 @@ void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::spa
 
 std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
                                  std::span<const Candidate> candidates, std::span<const int> expected,
-                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
-  constexpr double kCellPx = 32, kMaxShift = 2, kMinCorrelation = 0.9;
-  const int columns = static_cast<int>(camera.width / kCellPx) + 1;
-  const int rows = static_cast<int>(camera.height / kCellPx) + 1;
-  const int per_cell = 1 + (most + static_cast<int>(matches.size())) / (columns * rows / 2);
-  std::vector<int> in_cell(static_cast<std::size_t>(columns * rows), 0);
+                                 const Rigid3& cam_from_world, const UndetectedOptions& options,
+                                 std::vector<PointMatch>& matches) {
+  const int columns = static_cast<int>(camera.width / options.cell_px) + 1;
+  const int rows = static_cast<int>(camera.height / options.cell_px) + 1;
+  const int per_cell = 1 + (options.most + static_cast<int>(matches.size())) / (columns * rows / 2);
+  std::vector<int> in_cell(At(columns * rows), 0);
   const auto cell_of = [&](const Vector2d& img) {
-    return static_cast<std::size_t>(static_cast<int>(img.y() / kCellPx) * columns +
-                                    static_cast<int>(img.x() / kCellPx));
+    return At(static_cast<int>(img.y() / options.cell_px) * columns +
+              static_cast<int>(img.x() / options.cell_px));
   };
   std::vector<bool> matched(candidates.size(), false);
   for (const PointMatch& match : matches) {
-    matched[static_cast<std::size_t>(match.candidate)] = true;
+    matched[At(match.candidate)] = true;
     if (camera.Contains(match.img)) ++in_cell[cell_of(match.img)];
   }
   std::vector<int> open, looked_for;
   for (const int i : expected) {
-    const bool by_patch =
-        !matched[static_cast<std::size_t>(i)] && candidates[static_cast<std::size_t>(i)].patch;
+    const bool by_patch = !matched[At(i)] && candidates[At(i)].patch;
     (by_patch ? open : looked_for).push_back(i);
   }
-  std::stable_sort(open.begin(), open.end(), [&](int a, int b) {
-    return candidates[static_cast<std::size_t>(a)].find_rate >
-           candidates[static_cast<std::size_t>(b)].find_rate;
-  });
+  std::stable_sort(open.begin(), open.end(),
+                   [&](int a, int b) { return candidates[At(a)].find_rate > candidates[At(b)].find_rate; });
   int tried = 0;
   for (const int i : open) {
-    if (tried >= most) break;
-    const Candidate& candidate = candidates[static_cast<std::size_t>(i)];
+    if (tried >= options.most) break;
+    const Candidate& candidate = candidates[At(i)];
     const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
     if (!img || !camera.Contains(*img)) continue;
     int& crowd = in_cell[cell_of(*img)];
@@ -204,8 +202,8 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
     ++tried;
     looked_for.push_back(i);
     const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
-                                    cam_from_world, *image.pyramid, *img, kMaxShift);
-    if (!aligned || aligned->correlation < kMinCorrelation) continue;
+                                    cam_from_world, *image.pyramid, *img, options.alignment);
+    if (!aligned) continue;
     ++crowd;
     matches.push_back({i, -1, aligned->img, AlignedSigmaPx(aligned->level), true});
   }
@@ -217,8 +215,7 @@ std::vector<PointObservation> ToObservations(std::span<const Candidate> candidat
   std::vector<PointObservation> observations;
   observations.reserve(matches.size());
   for (const PointMatch& match : matches)
-    observations.push_back(
-        {candidates[static_cast<std::size_t>(match.candidate)].position, match.img, match.sigma_px});
+    observations.push_back({candidates[At(match.candidate)].position, match.img, match.sigma_px});
   return observations;
 }
 

@@ -1,8 +1,8 @@
-// Which map points a frame sees, and where: shared by tracking, relocalisation and seeding.
+// Finds which map points a frame sees, and where: for tracking, relocalization and seeding.
 //
-// Candidates are copied out of the map once per frame, so that matching needs no lock. A match starts from a
-// feature with a fitting descriptor near the projection and is then aligned with the point's reference patch
-// where it has one.
+// Candidates are copied out of the map once a frame, so that matching needs no lock. A match starts from a
+// feature with a similar descriptor near the projection; then the point's reference patch, where it has one,
+// is aligned with the image. Image points are pixels, positions are in the map's world.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,12 +21,12 @@
 
 namespace ulf::tracking {
 
-// A frame as tracking sees it.
+// What the tracker keeps of a frame's image.
 struct TrackedImage {
   double time_s = 0;
   std::shared_ptr<const Pyramid> pyramid;
   std::shared_ptr<const FeatureSet> features;
-  std::shared_ptr<const FiducialObservation> fiducials = {};  // what it shows of a given world
+  std::shared_ptr<const FiducialObservation> fiducials = {};  // corners of a given world, if it shows any
 };
 
 // A map point that could be in view.
@@ -37,28 +37,30 @@ struct Candidate {
   Descriptor descriptor{};
   double reference_distance = 0;
   double nearest = 0, farthest = 0;
-  double find_rate = 0.5;  // how often it was found when it should have been
+  double find_rate = 0.5;  // share of the frames that should have shown it in which it was found
   std::shared_ptr<const ReferencePatch> patch;
   PatchAxes patch_axes;
   int times_expected = 0;  // before this frame
-  // A third keyframe saw it where two had put it. Two alone agree about anything that moved along their
-  // lines.
+  // At least three keyframes see it. Two alone agree about anything that moved along their epipolar lines.
   bool confirmed = true;
 };
 
 struct CandidateOptions {
-  double margin_px = 60;            // how far outside the image a projection may lie
-  double max_view_change_deg = 60;  // from the mean direction it was seen in
+  double margin_px = 60;  // a projection may lie so far outside the image: the pose is a prediction. Guessed
+  double max_view_change_deg = 60;  // from the mean direction the point was seen in. Guessed
+  // Of the distances at which the pyramid can show the point: the pose is a prediction. Guessed.
+  double nearest_share = 0.8, farthest_share = 1.25;
+  int keyframes = 20;  // GatherCandidatesNear: those that see most of the frame before. Guessed
 };
 
-// Living points that a camera near this pose may see.
+// Returns the living points that a camera near this pose may see.
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
                                         const Rigid3& cam_from_world, const CandidateOptions& options = {});
 
-// The same for every frame, at a cost that does not grow with the map: the points of the keyframes that share
-// most with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn.
-// What was seen long ago and comes into view again is met within a sweep, and its keyframes with it; a map
-// smaller than that is looked at whole. `sweep` keeps the place.
+// The same at a cost that does not grow with the map: returns the points of the keyframes that share most
+// with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn. So what
+// was seen long ago and comes into view again is found within a sweep. A smaller map is searched whole.
+// `sweep` is where the next call goes on. Measured: BM_GatherCandidatesNear.
 inline constexpr int kSweptPoints = 8192;
 std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
                                             const Rigid3& cam_from_world,
@@ -77,36 +79,45 @@ struct MapMatchOptions {
   double radius_px = 4;  // on level 0; grows with the level
   int max_distance = kSureDistance;
   double max_ratio = 0.9;
-  bool align = true;
 };
 
 struct MapMatches {
   std::vector<PointMatch> matches;
-  std::vector<int> expected;  // candidates that this pose should see, matched or not
+  std::vector<int> expected;  // candidates that this pose should see, found or not
 };
 
-// Matches candidates (those in `only`, all when empty) against the image under a pose.
+// Matches candidates (those in `only`, all when empty) with the image's corners under a pose.
 MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
                     std::span<const Candidate> candidates, std::span<const int> only,
                     const Rigid3& cam_from_world, const MapMatchOptions& options);
 
-// Aligns matches with their patches, in place, starting from where the features are.
+// Aligns the patches of matches with the image, starting from where the features are. Changes `matches`.
 void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
                   const Rigid3& cam_from_world, std::vector<PointMatch>& matches);
 
-// Looks for expected points that no detected corner matched, by their patches alone, under a pose that is
-// already good to a pixel or two: corner detection repeats for about half of the points only. Poorly covered
-// parts of the image come first, reliable points before others, at most `most`. Appends to `matches`. Returns
-// which of the expected were looked for in every way there is: a dense map has more points in view than a
-// frame has corners and patches to try, and those passed over say nothing about the pose.
+struct UndetectedOptions {
+  int most = 170;       // patches to try
+  double cell_px = 32;  // matches are spread over cells of this side. Guessed
+  // Without a detected corner a patch must lie closer to its prediction, and look more alike, than with one.
+  // Guessed.
+  PatchAlignmentOptions alignment = {.max_shift = 2, .min_correlation = 0.9};
+};
+
+// Searches expected points that no detected corner matched, by their patches alone, under a pose that is good
+// to a pixel or two: corner detection repeats for about half of the points only. Parts of the image with few
+// matches come first, and points with a high find rate. Appends to `matches`. Returns which of the expected
+// points were searched in every way: a dense map has more points in view than a frame has corners and patches
+// to try, and those that were not searched say nothing about the pose.
 std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
                                  std::span<const Candidate> candidates, std::span<const int> expected,
-                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
+                                 const Rigid3& cam_from_world, const UndetectedOptions& options,
+                                 std::vector<PointMatch>& matches);
 
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);
 
-// The frame's corners of the map's world, where that is given, brought to its time under a pose.
+// The frame's fiducial corners, with their rows' motion removed under a pose; empty where the map's world is
+// not the one that the corners are given in.
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
 

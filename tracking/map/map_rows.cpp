@@ -8,7 +8,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a keyframe sees of the map, where its sensor saw it.
+// A keyframe's observation, where its sensor saw it.
 struct RowObservation {
   int point;
   std::size_t observation;  // of the point
@@ -19,8 +19,7 @@ struct RowObservation {
 std::vector<RowObservation> RowObservationsOf(const Map& map, int id) {
   const Keyframe& keyframe = map.keyframe(id);
   std::vector<RowObservation> row_observations;
-  for (const int p : keyframe.point_of_feature) {
-    if (p < 0) continue;
+  for (const int p : map.PointsSeenBy(id)) {
     const std::vector<Observation>& observations = map.point(p).observations;
     for (std::size_t o = 0; o < observations.size(); ++o) {
       if (observations[o].keyframe != id) continue;

@@ -1,4 +1,4 @@
-// A map whose camera turns out to have a rolling shutter.
+// Compensates a rolling shutter in a map that was made without.
 #pragma once
 
 #include "core/geometry/camera_model.h"
@@ -6,8 +6,8 @@
 
 namespace ulf::tracking {
 
-// Every keyframe whose velocity is known gets rows of this readout (0: none), and its observations follow.
-// The map's lock is held.
+// Gives every keyframe with a known velocity rows of this readout (0: none), and moves its observations. The
+// caller holds the map's lock.
 void GiveRows(const CameraModel& camera, Map& map, double readout_s);
 
 }  // namespace ulf::tracking

@@ -9,9 +9,12 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/base/signal_stack.h"
 #include "tracking/map/loop_closer.h"
 #include "tracking/map/map_adjustment.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/map/map_rows.h"
 #include "tracking/tracker/readout_estimator.h"
 
 namespace ulf::tracking {
@@ -19,27 +22,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kTriangulateWith = 8;  // neighbours
-constexpr int kFuseWith = 12;
-constexpr int kLocalKeyframes = 14;
-constexpr int kHeldKeyframes = 20;
-// Of the whole map's adjustments: while it grows each takes up the one before, a loop and the end start far.
-const BundleOptions kAtWork{.robust_iterations = 5, .iterations = 10};
-const BundleOptions kAtRest{.robust_iterations = 10, .iterations = 40};
-// A map in the making needs even the measurements that are a little off; a finished one does not.
-const BundleOptions kAtTheEnd{.robust_iterations = 10, .iterations = 40, .cauchy_scales = 2};
+BundleOptions BundleOptionsOf(const AdjustmentEffort& effort) {
+  return {.robust_iterations = effort.robust_iterations, .iterations = effort.iterations};
+}
 
 }  // namespace
 
-Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
-               const MapperOptions& options, unsigned seed)
+Mapper::Mapper(const CameraModel& camera, Map map, bool synchronous, const MapperOptions& options,
+               unsigned seed)
     : camera_(camera),
-      shared_(shared),
-      map_(shared.ReadByOwner()),
-      index_(index),
+      owned_(std::move(map)),
+      index_(seed),
       synchronous_(synchronous),
-      loops_(std::make_unique<LoopCloser>(camera, shared, index, LoopOptions{.seed = seed})),
+      loops_(std::make_unique<LoopCloser>(camera, owned_, index_, seed, options.loops)),
       options_(options) {
+  for (const int id : map_.living()) index_.Add(map_.keyframe(id));
   if (!synchronous_) thread_ = std::thread([this] { Run(); });
 }
 
@@ -51,6 +48,36 @@ Mapper::~Mapper() {
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
+}
+
+bool Mapper::Take(FrameReport report) {
+  {
+    const MapLock lock(owned_.shared);
+    Map& map = owned_.map;
+    for (const int point : report.expected) ++map.point(point).expected;
+    for (const int point : report.found) ++map.point(point).found;
+    if (report.velocity && !map.living().empty())
+      if (Keyframe& newest = map.keyframe(map.living().back()); newest.time_s == report.velocity->time_s)
+        newest.velocity = report.velocity->velocity;
+  }
+  return !report.keyframe || Offer(std::move(*report.keyframe));
+}
+
+void Mapper::NoteView(int view_id, std::span<const MapObservation> seen) {
+  const MapLock lock(owned_.shared);
+  for (const MapObservation& o : seen)
+    // The mapper may have merged or removed the point since.
+    if (const int point = map_.Resolve(o.point); point >= 0) owned_.map.AddView(point, {view_id, o.img});
+}
+
+void Mapper::SetReadout(double readout_s) {
+  Rest();
+  {
+    const MapLock lock(owned_.shared);
+    GiveRows(camera_, owned_.map, readout_s);
+    ++owned_.shared.revision;
+  }
+  AdjustSoon();
 }
 
 bool Mapper::Offer(NewKeyframe keyframe) {
@@ -91,7 +118,7 @@ void Mapper::ThrowFailure() {
 }
 
 void Mapper::AdjustSoon() {
-  after_loop_ = true;  // as much has moved
+  after_loop_ = true;  // as much has moved as by a loop
   if (synchronous_) return AdjustInBackground();
   {
     const MutexLock lock(work_mutex_);
@@ -102,7 +129,7 @@ void Mapper::AdjustSoon() {
 
 void Mapper::Run() {
   InstallSignalStack();
-  shared_.owner = std::this_thread::get_id();
+  owned_.shared.owner = std::this_thread::get_id();
   MutexLock lock(work_mutex_);
   while (true) {
     changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) { return ending_ || next_ || owed_; });
@@ -139,9 +166,9 @@ void Mapper::Process(NewKeyframe& offered) {
   const auto start = Clock::now();
   const int newest = Insert(offered);
   CullRecentPoints(newest);
-  Triangulate(newest, Neighbours(newest, kTriangulateWith));
+  Triangulate(newest, Neighbours(newest, options_.triangulate_with));
   const auto triangulated = Clock::now();
-  Fuse(newest, Neighbours(newest, kFuseWith));
+  Fuse(newest, Neighbours(newest, options_.fuse_with));
   const auto fused = Clock::now();
   AdjustLocal(newest, true);
   const auto adjusted = Clock::now();
@@ -168,18 +195,18 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
     keyframe.features = image.features;
     keyframe.pyramid = image.pyramid;
     keyframe.cam_from_world = pose;
-    // The map's unit is not the corners' yet: where rows had to be shifted nobody knows how far.
+    // Rows' motion cannot be removed from corners yet: their unit is not the map's.
     if (image.fiducials && !image.pyramid->rows) keyframe.corners = image.fiducials->corners;
     return keyframe;
   };
   int first, second;
   {
-    const MapLock lock(shared_);
-    first = shared_.map.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
+    const MapLock lock(owned_.shared);
+    first = owned_.map.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
     Rigid3 second_from_first = start.second_from_first;
     second_from_first.translation *= scale;
-    second = shared_.map.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
-    shared_.map.keyframe(second).color = color;
+    second = owned_.map.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
+    owned_.map.keyframe(second).color = color;
     for (std::size_t i = 0; i < start.matches.size(); ++i) {
       const FeatureMatch& match = start.matches[i];
       const Feature &a = (*start.first.features)[match.first], &b = (*start.second.features)[match.second];
@@ -187,21 +214,20 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
                   {first, match.first, a.img, DetectedSigmaPx(a.level)});
     }
   }
-  AdjustMap(camera_, shared_, {first, second}, {}, {.robust_iterations = 15, .iterations = 15});
-  // Adjustment changes depths: normalise again so that the median is one.
-  const double again = 1 / MedianDepth(first);
+  Adjust({first, second}, {}, BundleOptionsOf(options_.two_views));
+  // The adjustment has changed depths: scale the median to one again.
+  const double again = 1 / map_.MedianDepth(first);
   {
-    const MapLock lock(shared_);
-    shared_.map.keyframe(second).cam_from_world.translation *= again;
-    for (const int point : std::vector<int>(map_.keyframe(first).point_of_feature)) {
-      if (point < 0) continue;
-      shared_.map.point(point).position *= again;
-      shared_.map.Update(point);
+    const MapLock lock(owned_.shared);
+    owned_.map.keyframe(second).cam_from_world.translation *= again;
+    for (const int point : map_.PointsSeenBy(first)) {
+      owned_.map.point(point).position *= again;
+      owned_.map.Update(point);
     }
   }
   for (const int keyframe : {first, second}) {
-    const MapLock lock(shared_);
-    shared_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+    const MapLock lock(owned_.shared);
+    owned_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
@@ -210,34 +236,44 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
 void Mapper::AddSeed(NewKeyframe keyframe) {
   keyframe.keyframe.pinned = true;
   const int newest = Insert(keyframe);
-  const std::vector<int> neighbours = NeighboursByPose(newest, kTriangulateWith);
+  const std::vector<int> neighbours = NeighboursByPose(newest, options_.triangulate_with);
   Triangulate(newest, neighbours);
   Fuse(newest, neighbours);
-  // Only points move, and now and then is enough for matching: it is what costs most.
-  constexpr int kSeedsBetween = 8;
-  if (newest % kSeedsBetween == kSeedsBetween - 1) AdjustLocal(newest, false);
+  // Only points move, and matching needs no more than that: adjusting is what costs most.
+  if (const int between = options_.seeds_between_adjustments; newest % between == between - 1)
+    AdjustLocal(newest, false);
   index_.Add(map_.keyframe(newest));
 }
 
-void Mapper::FinishSeeds() {
-  AdjustMap(camera_, shared_, {}, map_.living(), {.robust_iterations = 10, .iterations = 10});
+bool Mapper::FinishSeeds(int min_points) {
+  Adjust({}, map_.living(), BundleOptionsOf(options_.seeded));
+  if (map_.LivingPoints() < min_points) return false;
+  // The views are the points' record: most of what a view should show was found in a few views only. Without
+  // it the tracker would expect the first frame to show half of everything, and refuse it.
+  const MapLock lock(owned_.shared);
+  for (const Keyframe& keyframe : map_.keyframes())
+    for (const Candidate& candidate : GatherCandidates(map_, camera_, keyframe.cam_from_world))
+      ++owned_.map.point(candidate.id).expected;
+  for (const MapPoint& point : map_.points())
+    owned_.map.point(point.id).found = static_cast<int>(point.observations.size());
+  return true;
 }
 
 void Mapper::MoveWorld(const Similarity3& given_from_map) {
-  const MapLock lock(shared_);
+  const MapLock lock(owned_.shared);
   std::vector<std::pair<int, Similarity3>> moved;
   for (const int id : map_.living())
     moved.emplace_back(id,
                        Similarity3::FromRigid(map_.keyframe(id).cam_from_world) * given_from_map.Inverse());
-  MoveMap(shared_.map, moved);
+  MoveMap(owned_.map, moved);
   loops_->Reset();
-  shared_.world_given = true;
+  owned_.shared.world_given = true;
 }
 
 void Mapper::Reset() {
-  const MapLock lock(shared_);
-  shared_.map.Clear();
-  shared_.world_given = false;
+  const MapLock lock(owned_.shared);
+  owned_.map.Clear();
+  owned_.shared.world_given = false;
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();
@@ -247,7 +283,7 @@ void Mapper::Reset() {
 
 std::vector<int> Mapper::Neighbours(int keyframe, int most) const {
   std::vector<int> chosen;
-  for (const Map::Neighbour& neighbour : map_.Covisible(keyframe, 12)) {
+  for (const Map::Neighbour& neighbour : map_.Covisible(keyframe, options_.min_shared)) {
     if (static_cast<int>(chosen.size()) >= most) break;
     chosen.push_back(neighbour.keyframe);
   }
@@ -262,7 +298,7 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
     const Keyframe& other = map_.keyframe(other_id);
     const double cosine = other.cam_from_world.DirectionInSource(Vector3d::UnitZ())
                               .dot(pose.DirectionInSource(Vector3d::UnitZ()));
-    if (cosine < 0.5) continue;
+    if (cosine < options_.seed_min_cosine) continue;
     ranked.emplace_back((other.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), other.id);
   }
   std::sort(ranked.begin(), ranked.end());
@@ -273,30 +309,31 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
 }
 
 void Mapper::CullRecentPoints(int newest) {
-  const MapLock lock(shared_);
-  std::erase_if(recent_points_, [&](int id) ULF_REQUIRES(shared_.mutex) {
+  const MapLock lock(owned_.shared);
+  std::erase_if(recent_points_, [&](int id) ULF_REQUIRES(owned_.shared.mutex) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
-    const bool seldom_found = point.expected >= 8 && point.found < options_.min_found_share * point.expected;
-    const bool never_confirmed = age >= 3 && point.observations.size() <= 2;
+    const bool seldom_found =
+        point.expected >= options_.telling_frames && point.found < options_.min_found_share * point.expected;
+    const bool never_confirmed = age >= options_.confirmed_age && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
-      shared_.map.RemovePoint(id);
+      owned_.map.RemovePoint(id);
       return true;
     }
-    return age >= 4;
+    return age >= options_.settled_age;
   });
 }
 
 void Mapper::AdjustLocal(int newest, bool poses_too) {
   std::vector<int> local{newest};
-  for (const int neighbour : Neighbours(newest, kLocalKeyframes - 1)) local.push_back(neighbour);
+  for (const int neighbour : Neighbours(newest, options_.local_keyframes - 1)) local.push_back(neighbour);
   std::unordered_map<int, int> shares;
   const std::unordered_set<int> in_local(local.begin(), local.end());
   std::unordered_set<int> visited;
   for (const int keyframe : local)
-    for (const int point : map_.keyframe(keyframe).point_of_feature) {
-      if (point < 0 || !visited.insert(point).second) continue;
+    for (const int point : map_.PointsSeenBy(keyframe)) {
+      if (!visited.insert(point).second) continue;
       for (const Observation& o : map_.point(point).observations)
         if (!in_local.contains(o.keyframe)) ++shares[o.keyframe];
     }
@@ -305,15 +342,15 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
   std::sort(ranked.begin(), ranked.end());
   std::vector<int> held;
   for (const auto& [count, keyframe] : ranked)
-    if (static_cast<int>(held.size()) < kHeldKeyframes) held.push_back(keyframe);
+    if (static_cast<int>(held.size()) < options_.held_keyframes) held.push_back(keyframe);
   if (!poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  AdjustMap(camera_, shared_, local, held, {.robust_iterations = 4, .iterations = 6});
+  Adjust(local, held, BundleOptionsOf(options_.local));
 }
 
-// Whether it is time for another adjustment of everything.
+// Whether another adjustment of everything is due.
 bool Mapper::IsDue() {
   const int now = map_.LivingKeyframes();
   if (now <= 3 || (now < adjust_all_at_ && !after_loop_)) return false;
@@ -321,21 +358,23 @@ bool Mapper::IsDue() {
   return true;
 }
 
-// A closed loop moves much: its poses are worth asking for again when they have settled.
+// A closed loop moves much: when its adjustment has settled, poses are worth asking for again.
 void Mapper::AdjustInBackground() {
   if (!after_loop_) {
-    AdjustWhole(kAtWork);
+    AdjustWhole(BundleOptionsOf(options_.growing));
     return;
   }
-  AdjustWhole(kAtRest);
+  AdjustWhole(BundleOptionsOf(options_.moved));
   if (cut_short_) return;
   after_loop_ = false;
-  ++shared_.revision;
+  ++owned_.shared.revision;
 }
 
 void Mapper::AdjustAll() {
   cut_short_ = false;
-  AdjustWhole(kAtTheEnd);
+  BundleOptions last = BundleOptionsOf(options_.moved);
+  last.cauchy_scales = options_.final_cauchy_scales;
+  AdjustWhole(last);
 }
 
 void Mapper::AdjustWhole(const BundleOptions& options) {
@@ -343,34 +382,38 @@ void Mapper::AdjustWhole(const BundleOptions& options) {
   if (all.size() < 2) return;
   BundleOptions stoppable = options;
   stoppable.stop = &cut_short_;
-  AdjustMap(camera_, shared_, all, {}, stoppable);
-  if (!shared_.measure_readout || cut_short_) return;
-  const auto readout = EstimateReadout(camera_, map_);
-  const MapLock lock(shared_);
-  shared_.readout = readout;
-  ++shared_.readouts_measured;
+  Adjust(all, {}, stoppable);
+  if (!measure_readout_ || cut_short_) return;
+  const auto readout = EstimateReadout(camera_, map_, options_.readout);
+  const MapLock lock(owned_.shared);
+  owned_.shared.readout = readout;
+  ++owned_.shared.readouts_measured;
 }
 
-// A keyframe is superfluous when nine tenths of its points are seen as well by three others.
+void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held,
+                    const BundleOptions& options) {
+  AdjustMap(camera_, owned_, free, held, options, options_.given_world);
+}
+
 void Mapper::CullKeyframes(int newest) {
-  for (const int id : Neighbours(newest, kLocalKeyframes)) {
+  for (const int id : Neighbours(newest, options_.local_keyframes)) {
     const Keyframe& keyframe = map_.keyframe(id);
-    if (id == map_.FirstKeyframe() || id >= newest - 2 || keyframe.pinned) continue;
+    if (id == map_.FirstKeyframe() || id >= newest - options_.newest_kept || keyframe.pinned) continue;
     int total = 0, redundant = 0;
     for (int i = 0; i < keyframe.features->size(); ++i) {
-      const int point = keyframe.point_of_feature[static_cast<std::size_t>(i)];
+      const int point = keyframe.point_of_feature[At(i)];
       if (point < 0) continue;
       ++total;
       const int level = (*keyframe.features)[i].level;
       int others = 0;
       for (const Observation& o : map_.point(point).observations)
         if (o.keyframe != id && (*map_.keyframe(o.keyframe).features)[o.feature].level <= level + 1) ++others;
-      redundant += others >= 3;
+      redundant += others >= options_.superfluous_others;
     }
     if (redundant <= options_.superfluous_share * total) continue;
     index_.Remove(id);
-    const MapLock lock(shared_);
-    shared_.map.RemoveKeyframe(id);
+    const MapLock lock(owned_.shared);
+    owned_.map.RemoveKeyframe(id);
   }
 }
 

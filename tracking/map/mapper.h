@@ -1,19 +1,23 @@
-// Grows and cleans the map behind the tracker: a keyframe comes in, points are triangulated with its
-// neighbours, those seen twice are merged, the neighbourhood is bundle-adjusted, and what turned out
-// superfluous goes. Whenever the map has grown by some share, all of it is adjusted: in the background, that
-// is, for as long as no keyframe is offered, and again later where it was cut short. What a small map owes to
-// its first two views is so corrected while it is cheap. Likewise when a loop was closed.
+// Owns the map and is the only one who changes it. The tracker hands it a report for every frame: which
+// points it should have seen and did see, and the frame itself where it should become a keyframe.
 //
-// Runs in a thread of its own, or, where the same frames must give the same bytes, inside Offer(). It alone
-// changes the map's structure; it reads without the lock (map_) and takes it for every change (shared_.map),
-// so the tracker waits for microseconds only. One keyframe at a time: while one is worked on, others are refused. Until it is in
-// the map nobody knows whether another is needed, and what a later frame shows is worth as much.
+// For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
+// adjusts the neighbourhood, and removes what is superfluous. Whenever the map has grown by some share, or a
+// loop was closed, it adjusts the whole map: in the background, that is, until a keyframe is offered, and
+// later again where that cut it short. So errors of the first two views are corrected while that is cheap.
+//
+// Keyframes are worked on in a thread of the mapper's own, or inside Take() where the same frames must give
+// the same bytes. The mapper reads the map without the lock and takes it for every change, so that the
+// tracker waits for microseconds only. It works on one keyframe at a time and refuses others meanwhile: until
+// one is in the map nobody knows whether another is needed, and a later frame is worth as much. Everything
+// else in a report is applied at once, in the caller's thread.
 #pragma once
 
 #include <atomic>
 #include <exception>
 #include <memory>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -28,8 +32,7 @@
 
 namespace ulf::tracking {
 
-// A frame that shall become a keyframe, with the points it saw; `keyframe` in the observations is not yet
-// known.
+// A frame that should become a keyframe, with the points it saw; the observations do not name a keyframe yet.
 struct NewKeyframe {
   Keyframe keyframe;
   struct Seen {
@@ -39,34 +42,63 @@ struct NewKeyframe {
   std::vector<Seen> seen;
 };
 
+// What a tracked frame says of the map.
+struct FrameReport {
+  std::vector<int> expected = {};  // points that its pose should show
+  std::vector<int> found = {};     // points that support its pose
+  // The velocity of the keyframe taken at a time, from the frames before and after it, so that it belongs to
+  // the keyframe's own moment and tremor has no preferred sign. Dropped when the keyframe is not in the map
+  // yet.
+  struct KeyframeVelocity {
+    double time_s = 0;
+    Twist velocity = Twist::Zero();
+  };
+  std::optional<KeyframeVelocity> velocity = {};
+  std::optional<NewKeyframe> keyframe = {};
+};
+
 class LoopCloser;
 
 class Mapper {
  public:
-  // Synchronous: everything happens inside Offer().
-  Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& index, bool synchronous,
-         const MapperOptions& options = {}, unsigned seed = 1);
+  // Starts with `map`: empty, or one from a file. Synchronous: works on keyframes inside Take().
+  Mapper(const CameraModel& camera, Map map, bool synchronous, const MapperOptions& options = {},
+         unsigned seed = 1);
   ~Mapper();
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // What broke while mapping in the second thread is thrown by the next of these three.
-  // False when it was refused: the one before is still being worked on.
-  bool Offer(NewKeyframe keyframe);
-  void Drain();  // returns when all that was offered is in the map and adjusted
-  void Rest();   // likewise, without waiting for adjustments in the background: they are cut short
+  // The map and the index of its keyframes, to read.
+  const SharedMap& shared() const { return owned_.shared; }
+  const KeyframeIndex& index() const { return index_; }
 
-  // The following are called by the tracker while the mapper rests.
-  void AdjustSoon();  // everything, because much has moved: at once when synchronous, else in the background
+  // Take(), Drain() and Rest() rethrow what was thrown in the mapper's thread.
+  // Applies a frame's report. False when it refused the keyframe because it still works on the one before.
+  bool Take(FrameReport report);
+  void Drain();  // returns when all keyframes are in the map and adjusted
+  void Rest();   // the same, but cuts adjustments in the background short
+
+  // Notes the points that a recorded view shows.
+  void NoteView(int view_id, std::span<const MapObservation> seen);
+  // Switches the measuring of a rolling shutter, after each adjustment of the whole map, on or off.
+  void MeasureReadout(bool measure) { measure_readout_ = measure; }
+  // Gives the keyframes rows of this readout (0: none) and adjusts the map.
+  void SetReadout(double readout_s);
+
+  // The tracker calls the following only while the mapper rests.
+  // Adjusts everything because much has moved: at once when synchronous, else in the background.
+  void AdjustSoon();
   void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
-  void AddSeed(NewKeyframe keyframe);                 // pose given and kept
-  void FinishSeeds();                                 // after the last of them: their points
-  void MoveWorld(const Similarity3& given_from_map);  // into the world that corners are given in
-  void AdjustAll();  // everything, for the last time: what does not fit is doubted
+  void AddSeed(NewKeyframe keyframe);  // with a given pose, which stays
+  // Adjusts the seeds' points and gives them their record; false when there are fewer than `min_points`.
+  bool FinishSeeds(int min_points);
+  void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given
+  void AdjustAll();  // everything, for the last time: weighs what does not fit less
   void Reset();
 
  private:
   void Run();
+  bool Offer(NewKeyframe keyframe);
   void ThrowFailure() ULF_REQUIRES(work_mutex_);
   void Process(NewKeyframe& offered);
   int Insert(NewKeyframe& offered);
@@ -78,32 +110,33 @@ class Mapper {
   bool IsDue();
   void AdjustInBackground();
   void AdjustWhole(const BundleOptions& options);
+  void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other)
-      ULF_REQUIRES(shared_.mutex);
+      ULF_REQUIRES(owned_.shared.mutex);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;
-  double MedianDepth(int keyframe) const;
   std::vector<int> Neighbours(int keyframe, int most) const;
   std::vector<int> NeighboursByPose(int keyframe, int most) const;
 
   CameraModel camera_;
-  SharedMap& shared_;
-  const Map& map_;
-  KeyframeIndex& index_;
+  OwnedMap owned_;
+  const Map& map_ = owned_.shared.ReadByOwner();
+  KeyframeIndex index_;
   bool synchronous_;
   std::unique_ptr<LoopCloser> loops_;
   MapperOptions options_;
   std::vector<int> recent_points_;
   int adjust_all_at_ = 0;    // keyframes
-  bool after_loop_ = false;  // closed since everything was adjusted
+  bool after_loop_ = false;  // a loop was closed since everything was adjusted
+  std::atomic<bool> measure_readout_{false};
 
   Mutex work_mutex_;
   ConditionVariable changed_;
   std::optional<NewKeyframe> next_ ULF_GUARDED_BY(work_mutex_);
   bool working_ ULF_GUARDED_BY(work_mutex_) = false;
-  bool in_background_ ULF_GUARDED_BY(work_mutex_) = false;  // what is worked on may be cut short
-  bool owed_ ULF_GUARDED_BY(work_mutex_) = false;           // an adjustment of everything
-  std::exception_ptr failure_ ULF_GUARDED_BY(work_mutex_);  // what broke in the second thread
+  bool in_background_ ULF_GUARDED_BY(work_mutex_) = false;  // the present work may be cut short
+  bool owed_ ULF_GUARDED_BY(work_mutex_) = false;           // an adjustment of everything is due
+  std::exception_ptr failure_ ULF_GUARDED_BY(work_mutex_);  // thrown in the mapper's thread
   bool ending_ ULF_GUARDED_BY(work_mutex_) = false;
   std::atomic<bool> cut_short_{false};
   std::thread thread_;

@@ -1,10 +1,11 @@
-// What the mapper does to make points: where a new keyframe sees what is known, what it makes new with its
-// neighbours, and which of those are the same.
+// The part of the mapper that makes points: inserts a keyframe, triangulates with its neighbours, and merges
+// points that exist twice.
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/features/matching.h"
@@ -16,20 +17,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kPyramidsKept = 12;  // keyframes whose images are kept for alignment
-constexpr double kChi2 = 5.99;     // 95 % in two dimensions
+constexpr double kChi2 = 5.99;  // 95 % quantile, two degrees of freedom
 
 }  // namespace
 
 int Mapper::Insert(NewKeyframe& offered) {
-  const MapLock lock(shared_);
-  Map& map = shared_.map;
+  const MapLock lock(owned_.shared);
+  Map& map = owned_.map;
   const int id = map.AddKeyframe(std::move(offered.keyframe));
   for (NewKeyframe::Seen& seen : offered.seen) {
     const int point = map.Resolve(seen.point);
     if (point < 0) continue;
     seen.observation.keyframe = id;
-    // A point merged since was aligned with another patch.
+    // A point that was merged meanwhile has another patch.
     if (point != seen.point) seen.observation = Measure(map.point(point), id, seen.observation.feature);
     if (map.Observe(point, seen.observation)) map.Update(point);
   }
@@ -37,7 +37,7 @@ int Mapper::Insert(NewKeyframe& offered) {
   int kept = 0;
   for (auto k = map.living().rbegin(); k != map.living().rend(); ++k) {
     Keyframe& keyframe = map.keyframe(*k);
-    if (!keyframe.pyramid || ++kept <= kPyramidsKept) continue;
+    if (!keyframe.pyramid || ++kept <= options_.pyramids_kept) continue;
     keyframe.pyramid.reset();
     keyframe.color.release();
   }
@@ -45,14 +45,6 @@ int Mapper::Insert(NewKeyframe& offered) {
 }
 
 // The feature's position, aligned with the point's patch where both are at hand.
-double Mapper::MedianDepth(int keyframe_id) const {
-  const Keyframe& keyframe = map_.keyframe(keyframe_id);
-  std::vector<double> depths;
-  for (const int point : keyframe.point_of_feature)
-    if (point >= 0) depths.push_back((keyframe.cam_from_world * map_.point(point).position).z());
-  return depths.empty() ? 1 : Median(std::move(depths));
-}
-
 Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_index) const {
   const Keyframe& keyframe = map_.keyframe(keyframe_id);
   const Feature& feature = (*keyframe.features)[feature_index];
@@ -67,7 +59,7 @@ Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_
 }
 
 void Mapper::CommitPoint(const Vector3d& position, const Observation& reference, const Observation& other) {
-  Map& map = shared_.map;
+  Map& map = owned_.map;
   const int id = map.AddPoint(position);
   map.Observe(id, reference);
   map.Observe(id, other);
@@ -84,7 +76,7 @@ void Mapper::CommitPoint(const Vector3d& position, const Observation& reference,
   }
   map.SetPatch(id, reference);
   map.Update(id);
-  // Measured against the patch, the reference is exact and the other view as exact as the alignment.
+  // Against the patch the reference is exact, and the other view as exact as its alignment.
   if (MapPoint& made = map.point(id); made.patch) {
     if (by.pyramid->rows) {  // its own depth is known now
       const Vector3d in_cam = by.cam_from_world * made.position;
@@ -106,24 +98,26 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
     const FeatureSet& other_features = *other.features;
     const Vector3d other_center = other.cam_from_world.OriginInSource();
     const double baseline = (other_center - center).norm();
-    if (baseline < 0.01 * MedianDepth(other_id)) continue;
+    if (baseline < options_.min_baseline * map_.MedianDepth(other_id)) continue;
     const Rigid3 other_from_this = other.cam_from_world * keyframe.cam_from_world.Inverse();
     const Vector3d epipole_direction = other_from_this.translation.normalized();
     std::vector<int> open;
     for (int j = 0; j < other_features.size(); ++j)
-      if (other.point_of_feature[static_cast<std::size_t>(j)] < 0) open.push_back(j);
+      if (other.point_of_feature[At(j)] < 0) open.push_back(j);
 
     for (int i = 0; i < features.size(); ++i) {
-      if (keyframe.point_of_feature[static_cast<std::size_t>(i)] >= 0) continue;
+      if (keyframe.point_of_feature[At(i)] >= 0) continue;
       const Feature& feature = features[i];
       const Vector3d normal = epipole_direction.cross(other_from_this.rotation * feature.ray);
       const double length = normal.norm();
-      if (length < 0.02) continue;  // on the epipole: the line is undefined
+      if (length < options_.min_epipole_distance) continue;
       const Vector3d plane = normal / length;
       int best = -1, best_distance = kSureDistance, second_distance = 256;
       for (const int j : open) {
         const Feature& candidate = other_features[j];
-        if (std::abs(plane.dot(candidate.ray)) * focal > 2.0 * DetectedSigmaPx(candidate.level)) continue;
+        if (std::abs(plane.dot(candidate.ray)) * focal >
+            options_.epipolar_sigmas * DetectedSigmaPx(candidate.level))
+          continue;
         const int distance = Distance(feature.descriptor, candidate.descriptor);
         if (distance < best_distance) {
           second_distance = best_distance;
@@ -133,9 +127,9 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
           second_distance = distance;
         }
       }
-      if (best < 0 || best_distance > 0.9 * second_distance) continue;
-      if (other.point_of_feature[static_cast<std::size_t>(best)] >= 0) continue;
-      if (HasTwin(features, i, best_distance * 4 / 3)) continue;
+      if (best < 0 || best_distance > options_.max_ratio * second_distance) continue;
+      if (other.point_of_feature[At(best)] >= 0) continue;
+      if (HasTwin(features, i, static_cast<int>(options_.twin_distance_share * best_distance))) continue;
       const Feature& match = other_features[best];
       const auto point =
           TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);
@@ -147,11 +141,12 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
         return img && (*img - seen.img).squaredNorm() < kChi2 * sigma * sigma;
       };
       if (!fits(keyframe.cam_from_world, feature) || !fits(other.cam_from_world, match)) continue;
-      // Levels must tell the same story as distances.
+      // The pyramid levels must agree with the distances.
       const double distance_ratio = (*point - other_center).norm() / (*point - center).norm();
       const double level_ratio = LevelScale(feature.level) / LevelScale(match.level);
-      if (distance_ratio > 1.8 * level_ratio || level_ratio > 1.8 * distance_ratio) continue;
-      const MapLock lock(shared_);
+      const double mismatch = options_.max_level_mismatch;
+      if (distance_ratio > mismatch * level_ratio || level_ratio > mismatch * distance_ratio) continue;
+      const MapLock lock(owned_.shared);
       CommitPoint(*point, {newest, i, feature.img, DetectedSigmaPx(feature.level)},
                   {other_id, best, match.img, DetectedSigmaPx(match.level)});
     }
@@ -159,16 +154,10 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
 }
 
 void Mapper::Fuse(int newest, const std::vector<int>& neighbours) {
-  const auto points_of = [&](int keyframe) {
-    std::vector<int> points;
-    for (const int point : map_.keyframe(keyframe).point_of_feature)
-      if (point >= 0) points.push_back(point);
-    return points;
-  };
-  for (const int neighbour : neighbours) FuseInto(neighbour, points_of(newest));
+  for (const int neighbour : neighbours) FuseInto(neighbour, map_.PointsSeenBy(newest));
   std::vector<int> theirs;
   for (const int neighbour : neighbours) {
-    const std::vector<int> points = points_of(neighbour);
+    const std::vector<int> points = map_.PointsSeenBy(neighbour);
     theirs.insert(theirs.end(), points.begin(), points.end());
   }
   std::sort(theirs.begin(), theirs.end());
@@ -176,11 +165,10 @@ void Mapper::Fuse(int newest, const std::vector<int>& neighbours) {
   FuseInto(newest, theirs);
 }
 
-// Looks for points in a keyframe that does not know that it sees them.
+// Finds points in a keyframe that does not observe them yet; merges them with points that it observes there.
 void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
   const Keyframe& keyframe = map_.keyframe(keyframe_id);
   const Vector3d center = keyframe.cam_from_world.OriginInSource();
-  constexpr double kRadiusPx = 3, kMinCosine = 0.5;
   for (const int id : points) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) continue;
@@ -190,16 +178,14 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
     const Vector3d towards = point.position - center;
     const double distance = towards.norm();
     if (distance < point.nearest || distance > point.farthest ||
-        towards.dot(point.mean_direction) < kMinCosine * distance)
+        towards.dot(point.mean_direction) < options_.fuse_min_cosine * distance)
       continue;
     const auto img = camera_.ImgFromCam(keyframe.cam_from_world * point.position);
     if (!img || !camera_.Contains(*img)) continue;
-    const int level = std::clamp(static_cast<int>(std::lround(std::log(point.reference_distance / distance) /
-                                                              std::log(kPyramidFactor))),
-                                 0, kPyramidLevels - 1);
+    const int level = NearestLevel(point.reference_distance / distance);
     int best = -1, best_distance = kSureDistance;
-    keyframe.features->ForEachNear(*img, kRadiusPx * LevelScale(level), std::max(0, level - 1), level + 1,
-                                   [&](int j) {
+    keyframe.features->ForEachNear(*img, options_.fuse_radius_px * LevelScale(level), std::max(0, level - 1),
+                                   level + 1, [&](int j) {
                                      const Feature& feature = (*keyframe.features)[j];
                                      const double sigma = DetectedSigmaPx(feature.level);
                                      if ((feature.img - *img).squaredNorm() > kChi2 * sigma * sigma) return;
@@ -210,9 +196,9 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
                                      }
                                    });
     if (best < 0) continue;
-    const MapLock lock(shared_);
-    Map& map = shared_.map;
-    const int present = keyframe.point_of_feature[static_cast<std::size_t>(best)];
+    const MapLock lock(owned_.shared);
+    Map& map = owned_.map;
+    const int present = keyframe.point_of_feature[At(best)];
     if (present < 0) {
       map.Observe(id, Measure(point, keyframe_id, best));
       map.Update(id);
@@ -223,7 +209,7 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
     std::unordered_set<int> before;
     for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
     map.Merge(gone, kept);
-    // What came over was measured against the other patch.
+    // The moved observations were measured against the other patch.
     for (Observation& o : map.point(kept).observations)
       if (!before.contains(o.keyframe)) o = Measure(map.point(kept), o.keyframe, o.feature);
     map.Update(kept);

@@ -5,8 +5,8 @@
 #include <random>
 #include <utility>
 
+#include "core/base/at.h"
 #include "tracking/estimation/absolute_pose.h"
-#include "tracking/features/matching.h"
 
 namespace ulf::tracking {
 
@@ -18,9 +18,8 @@ KeyframeIndex::KeyframeIndex(unsigned seed) {
 
 std::uint32_t KeyframeIndex::Key(int table, const Descriptor& descriptor) const {
   std::uint32_t key = 0;
-  for (const int bit : bits_[static_cast<std::size_t>(table)])
-    key = key << 1 |
-          static_cast<std::uint32_t>(descriptor[static_cast<std::size_t>(bit / 64)] >> (bit % 64) & 1);
+  for (const int bit : bits_[At(table)])
+    key = key << 1 | static_cast<std::uint32_t>(descriptor[At(bit / 64)] >> (bit % 64) & 1);
   return key;
 }
 
@@ -29,11 +28,11 @@ void KeyframeIndex::Add(const Keyframe& keyframe) {
   const MutexLock lock(mutex_);
   auto& keys = keys_of_[keyframe.id];
   for (int i = 0; i < keyframe.features->size(); ++i) {
-    if (keyframe.point_of_feature[static_cast<std::size_t>(i)] < 0) continue;
+    if (keyframe.point_of_feature[At(i)] < 0) continue;
     auto& of_feature = keys.emplace_back();
     for (int t = 0; t < kTables; ++t) {
-      of_feature[static_cast<std::size_t>(t)] = Key(t, (*keyframe.features)[i].descriptor);
-      tables_[static_cast<std::size_t>(t)][of_feature[static_cast<std::size_t>(t)]].push_back(keyframe.id);
+      of_feature[At(t)] = Key(t, (*keyframe.features)[i].descriptor);
+      tables_[At(t)][of_feature[At(t)]].push_back(keyframe.id);
     }
   }
 }
@@ -62,28 +61,28 @@ std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& featur
   const MutexLock lock(mutex_);
   int count = 0;
   for (const auto& [keyframe, keys] : keys_of_) count = std::max(count, keyframe + 1);
-  std::vector<double> votes(static_cast<std::size_t>(count), 0);
-  std::vector<int> voted_by(static_cast<std::size_t>(count), -1);  // the last feature that did
+  std::vector<double> votes(At(count), 0);
+  std::vector<int> voted_by(At(count), -1);  // the last feature that did
   std::vector<int> hit;
   for (int i = 0; i < features.size(); ++i) {
     hit.clear();
     double weight = 0;
     for (int t = 0; t < kTables; ++t) {
-      const auto& table = tables_[static_cast<std::size_t>(t)];
+      const auto& table = tables_[At(t)];
       const auto bucket = table.find(Key(t, features[i].descriptor));
       if (bucket == table.end() || bucket->second.size() > kTooCommon) continue;
       for (const int keyframe : bucket->second)
-        if (std::exchange(voted_by[static_cast<std::size_t>(keyframe)], i) != i) hit.push_back(keyframe);
+        if (std::exchange(voted_by[At(keyframe)], i) != i) hit.push_back(keyframe);
       weight = std::max(weight, 1.0 / static_cast<double>(bucket->second.size()));
     }
-    for (const int keyframe : hit) votes[static_cast<std::size_t>(keyframe)] += weight;
+    for (const int keyframe : hit) votes[At(keyframe)] += weight;
   }
   std::vector<Ranked> ranked;
   for (int k = 0; k < count; ++k)
-    if (votes[static_cast<std::size_t>(k)] > 0) ranked.push_back({k, votes[static_cast<std::size_t>(k)]});
+    if (votes[At(k)] > 0) ranked.push_back({k, votes[At(k)]});
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const Ranked& a, const Ranked& b) { return a.votes > b.votes; });
-  if (static_cast<int>(ranked.size()) > most) ranked.resize(static_cast<std::size_t>(most));
+  if (static_cast<int>(ranked.size()) > most) ranked.resize(At(most));
   return ranked;
 }
 
@@ -93,37 +92,38 @@ KeyframePoints PointsOf(const Map& map, int id) {
   const Keyframe& keyframe = map.keyframe(id);
   if (!keyframe.alive) return points;
   points.features = keyframe.features;
-  points.positions.resize(static_cast<std::size_t>(keyframe.features->size()));
+  points.positions.resize(At(keyframe.features->size()));
   for (int i = 0; i < keyframe.features->size(); ++i) {
-    const int point = keyframe.point_of_feature[static_cast<std::size_t>(i)];
+    const int point = keyframe.point_of_feature[At(i)];
     if (point < 0) continue;
     points.with_points.push_back(i);
-    points.positions[static_cast<std::size_t>(i)] = map.point(point).position;
+    points.positions[At(i)] = map.point(point).position;
   }
   return points;
 }
 
 std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                        const FeatureSet& features, unsigned seed) {
-  constexpr int kMinMatches = 12;
+                                        const FeatureSet& features, unsigned seed,
+                                        const PoseProposalOptions& options) {
   if (!keyframe.features) return std::nullopt;
-  std::vector<int> all(static_cast<std::size_t>(features.size()));
+  std::vector<int> all(At(features.size()));
   std::iota(all.begin(), all.end(), 0);
-  const auto matches = MatchAll(*keyframe.features, keyframe.with_points, features, all,
-                                {.max_distance = 70, .max_ratio = 0.85, .same_rotation = true});
-  if (static_cast<int>(matches.size()) < kMinMatches) return std::nullopt;
+  const auto matches = MatchAll(*keyframe.features, keyframe.with_points, features, all, options.matching);
+  if (static_cast<int>(matches.size()) < options.min_matches) return std::nullopt;
   std::vector<PointObservation> observations;
   for (const FeatureMatch& match : matches) {
     const Feature& feature = features[match.second];
-    observations.push_back({keyframe.positions[static_cast<std::size_t>(match.first)], feature.img,
-                            DetectedSigmaPx(feature.level)});
+    observations.push_back(
+        {keyframe.positions[At(match.first)], feature.img, DetectedSigmaPx(feature.level)});
   }
-  const auto pose = AbsolutePose(camera, observations, {.threshold_px = 5, .min_inliers = 10, .seed = seed});
+  const auto pose =
+      AbsolutePose(camera, observations,
+                   {.threshold_px = options.threshold_px, .min_inliers = options.min_inliers, .seed = seed});
   if (!pose) return std::nullopt;
   std::vector<PointObservation> agreeing;
-  for (const int i : pose->inliers) agreeing.push_back(observations[static_cast<std::size_t>(i)]);
+  for (const int i : pose->inliers) agreeing.push_back(observations[At(i)]);
   const auto refined = RefinePose(camera, agreeing, pose->cam_from_world);
-  if (!refined || refined->inliers < 10) return std::nullopt;
+  if (!refined || refined->inliers < options.min_inliers) return std::nullopt;
   return PoseProposal{refined->cam_from_world, refined->inliers, keyframe.keyframe};
 }
 

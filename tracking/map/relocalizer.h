@@ -1,10 +1,9 @@
-// Finding a lost camera: which keyframes look like this frame, and a pose from descriptors alone.
+// Finds keyframes that look like a frame, and a pose from descriptors alone: for a lost camera and for loops.
 //
-// Keyframes are ranked by an index of descriptors: each is filed under several keys of bits drawn at random
-// (locality sensitive hashing, Indyk and Motwani 1998); a query votes for the keyframes that share a key, a
-// rare key counting more. The best ranked are matched for good and a pose is sought with P3P inside our
-// seeded sampler, then refined. The proposal is not yet an answer: the caller verifies it against the whole
-// map.
+// An index of descriptors ranks the keyframes. It files each descriptor under several keys of randomly drawn
+// bits (locality sensitive hashing, Indyk and Motwani 1998); a query votes for the keyframes that share a
+// key, and a rare key counts more. The frame is then matched with the best ranked keyframes, and P3P in the
+// seeded sampler proposes a pose. The caller verifies the proposal against the whole map.
 #pragma once
 
 #include <memory>
@@ -14,7 +13,7 @@
 
 #include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
-#include "tracking/features/features.h"
+#include "tracking/features/matching.h"
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {
@@ -22,7 +21,7 @@ namespace ulf::tracking {
 class KeyframeIndex {
  public:
   explicit KeyframeIndex(unsigned seed);
-  // The descriptors of the keyframe's features that carry points. Adding again replaces.
+  // Files the descriptors of the keyframe's features that have points; replaces those filed before.
   void Add(const Keyframe& keyframe);
   void Remove(int keyframe);
   void Clear();
@@ -34,9 +33,11 @@ class KeyframeIndex {
   std::vector<Ranked> Query(const FeatureSet& features, int most) const;
 
  private:
+  // More tables find more of the disturbed descriptors, more bits confuse fewer; both cost time. Measured:
+  // BM_RelocalizeAmong1000Keyframes.
   static constexpr int kTables = 12;
   static constexpr int kBits = 16;
-  // A key under which more is filed says nothing about which keyframe it is.
+  // A key with more entries does not tell keyframes apart. Guessed.
   static constexpr std::size_t kTooCommon = 200;
   std::uint32_t Key(int table, const Descriptor& descriptor) const;
   mutable Mutex mutex_;
@@ -57,13 +58,21 @@ struct KeyframePoints {
   int keyframe = -1;
   std::shared_ptr<const FeatureSet> features;
   std::vector<int> with_points;            // features
-  std::vector<Eigen::Vector3d> positions;  // by feature; of those with points
+  std::vector<Eigen::Vector3d> positions;  // by feature; only of those with points
 };
-// Of a removed keyframe: nothing. `map` is read: hold its lock.
+// Empty for a removed keyframe. Reads the map: the caller holds its lock.
 KeyframePoints PointsOf(const Map& map, int keyframe);
+
+struct PoseProposalOptions {
+  MatchOptions matching = {.max_distance = 70, .max_ratio = 0.85};  // a search without prediction. Guessed
+  int min_matches = 12;  // with the keyframe's points; fewer give no pose. Guessed
+  int min_inliers = 10;  // of the pose, before and after refinement. Guessed
+  double threshold_px = 5;
+};
 
 // The pose that matches with one keyframe's points suggest.
 std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                        const FeatureSet& features, unsigned seed);
+                                        const FeatureSet& features, unsigned seed,
+                                        const PoseProposalOptions& options = {});
 
 }  // namespace ulf::tracking

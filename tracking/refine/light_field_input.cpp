@@ -1,5 +1,6 @@
 #include "tracking/refine/light_field_input.h"
 
+#include "core/base/at.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf::tracking {
@@ -10,15 +11,14 @@ RefineInput RefineInputOf(const LightField& light_field) {
   for (const View& view : light_field.views)
     input.views.push_back({view.image_path, view.camera, view.cam_from_world});
   input.read = [&light_field](int index) {
-    return ReadRecordedImage(light_field, light_field.views[static_cast<std::size_t>(index)]);
+    return ReadRecordedImage(light_field, light_field.views[At(index)]);
   };
   return input;
 }
 
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field) {
   for (ScenePoint& point : points)
-    for (ViewObservation& seen : point.track)
-      seen.view_id = light_field.views[static_cast<std::size_t>(seen.view_id)].id;
+    for (ViewObservation& seen : point.track) seen.view_id = light_field.views[At(seen.view_id)].id;
   return points;
 }
 

@@ -1,4 +1,4 @@
-// A light field's recorded views as refining and triangulating take them, and their points given back to it.
+// Converts a light field's recorded views to the input of refining and triangulating, and the points back.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace ulf::tracking {
 // Reads photographs from `light_field`, which must outlive it.
 RefineInput RefineInputOf(const LightField& light_field);
 
-// Tracks name views by their ids instead of by their index.
+// Makes the points' tracks name views by id instead of by index.
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field);
 
 }  // namespace ulf::tracking

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -25,12 +26,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMostErrorPx = 40;
-constexpr int kMinViewPoints = 20;
-// Of settled poses, in units of the errors' own scale: where the loss begins to doubt, and where an
-// observation is wrong (of errors that are normal 0.03 % are that far off).
+constexpr double kMostErrorPx = 40;  // of start poses: assumed where hardly anything matches. Guessed
+constexpr int kMinViewPoints = 20;   // a view with fewer points is not registered. Guessed
+// For settled poses, in units of the errors' own scale: where the loss begins to doubt (measured:
+// docs/tracking.md, "Why Cauchy's loss"), and where an observation is wrong (0.03 % of normal errors are that
+// far off).
 constexpr double kDoubtAtScales = 2;
 constexpr double kWrongAtScales = 4;
+// Points and corners a view: few views can afford more and need them; rough poses need fewer points. Guessed.
+constexpr int kPerViewOfFew = 1500, kPerView = 500, kPerViewRoughly = 400;
+constexpr int kCornersOfFew = 4000, kCorners = 1500;
+// Gates of triangulation: times the start poses' error and at least so much; times the error after a first
+// adjustment. Guessed.
+constexpr double kGateErrors = 6, kLeastGatePx = 4, kRepeatedGateErrors = 8;
+constexpr int kMostUncertaintyViews = 200;  // the work grows with their third power
+// Iterations of adjustments: of the first under good and under bad start poses, of the first with poses that
+// guide, and of all later ones. Guessed.
+constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeatedIterations = 30, kIterations = 12;
 
 int Registered(const RefineScene& scene) {
   return static_cast<int>(std::count_if(scene.views.begin(), scene.views.end(),
@@ -48,7 +60,8 @@ void RequireReadable(const RefineScene& scene) {
 
 int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
 
-// What does not fit is, the better the poses: asked again later, doubted, wrong.
+// What an adjustment does with observations that do not fit, as the poses get better: it drops outliers of
+// this adjustment, weighs them less, or drops them as wrong.
 enum class Unfit { kOutlier, kDoubtful, kWrong };
 
 BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const RefineStage& stage,
@@ -58,8 +71,9 @@ BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Refi
   options.robust_iterations = options.iterations = iterations;
   options.cauchy_scales = unfit != Unfit::kOutlier ? kDoubtAtScales : 0;
   options.gate_scales = unfit == Unfit::kWrong ? kWrongAtScales : 0;
-  // What comes before is a start for the last one: it need not be at its minimum.
-  options.function_tolerance = unfit == Unfit::kWrong ? 1e-5 : 1e-4;
+  // Earlier adjustments are starts for the last one, and need not reach their minimum.
+  constexpr double kRoughTolerance = 1e-4;
+  if (unfit != Unfit::kWrong) options.function_tolerance = kRoughTolerance;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
                fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));
@@ -78,27 +92,29 @@ BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Refi
 std::vector<int> PointsByView(const RefineScene& scene) {
   std::vector<int> count(scene.views.size(), 0);
   for (const SceneTrack& track : scene.tracks)
-    for (const TrackObservation& o : track.observations) ++count[static_cast<std::size_t>(o.view)];
+    for (const TrackObservation& o : track.observations) ++count[At(o.view)];
   return count;
 }
 
 void RequireParallax(const RefineScene& scene, const std::vector<PairMatches>& matched, unsigned seed) {
   int alike = 0;
   for (const PairMatches& pair : matched) alike += pair.alike;
-  if (alike < 10 * kMinPairMatches && scene.tracks.size() < static_cast<std::size_t>(kMinViewPoints))
+  constexpr int kFewPairs = 10;  // whose matches the views share at least. Guessed
+  if (alike < kFewPairs * kMinPairMatches && scene.tracks.size() < At(kMinViewPoints))
     throw Error(
         "the views share too little to compare them ({} look alike); check that they show one scene and that "
         "the poses belong to them",
         Counted(alike, "corner"));
-  if (scene.tracks.size() < static_cast<std::size_t>(kMinViewPoints) || IsOnePlace(scene, matched, seed))
+  if (scene.tracks.size() < At(kMinViewPoints) || IsOnePlace(scene, matched, seed))
     throw Error(
         "{} look alike, but there is no parallax: views taken by turning about one place cannot be refined, "
         "nor from poses that are far from true",
         Counted(alike, "corner"));
 }
 
-// Views that show too few points: once more from nothing, by what the points look like.
+// Registers views that show too few points again, from the points' descriptors alone.
 void RegisterAgain(RefineScene& scene, unsigned seed) {
+  constexpr double kMaxRatio = 0.85;  // best descriptor distance / second best. Guessed
   const std::vector<int> seen = PointsByView(scene);
   std::vector<const Descriptor*> descriptors;
   std::vector<const SceneTrack*> owners;
@@ -126,7 +142,7 @@ void RegisterAgain(RefineScene& scene, unsigned seed) {
           second = std::min(second, distance);
         }
       }
-      if (best <= kSureDistance && best < 0.85 * second)
+      if (best <= kSureDistance && best < kMaxRatio * second)
         matches.push_back({owners[owner]->position, feature.img, DetectedSigmaPx(feature.level)});
     }
     const auto found = AbsolutePose(scene.LensOf(view), matches,
@@ -143,7 +159,7 @@ void RegisterAgain(RefineScene& scene, unsigned seed) {
   }
 }
 
-// Takes the observations of views that show too little out of the world.
+// Marks views with too few points as not registered and drops their observations.
 void DropUnsupported(RefineScene& scene) {
   for (bool dropped = true; dropped;) {
     dropped = false;
@@ -171,12 +187,12 @@ struct Errors {
   double rms = 0, median = 0;
 };
 
-// What a pixel of the working resolution is in pixels of the pictures as they were given.
+// How many pixels of the given images one pixel of the working resolution is.
 double GivenByWorking(const CameraModel& given, const CameraModel& working) {
   return static_cast<double>(given.width + given.height) / (working.width + working.height);
 }
 
-// In pixels of the pictures as they were given, whose cameras are `given`.
+// In pixels of the given images, whose cameras are `given`.
 Errors ErrorsUnder(const RefineScene& scene, const std::vector<CameraModel>& given, bool start) {
   RefineScene at;
   at.lenses = scene.lenses;
@@ -197,7 +213,7 @@ Errors ErrorsUnder(const RefineScene& scene, const std::vector<CameraModel>& giv
       if (const auto point = TriangulatePoint(rays)) track.position = *point;
     }
     for (const TrackObservation& o : track.observations) {
-      const auto lens = static_cast<std::size_t>(at.view(o.view).lens);
+      const auto lens = At(at.view(o.view).lens);
       const double error =
           GivenByWorking(given[lens], scene.lenses[lens]) * std::min(1e3, ReprojectionErrorPx(at, track, o));
       errors.push_back(error);
@@ -227,8 +243,7 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
 }
 
 void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
-  constexpr int kMostViews = 200;  // the work grows with their third power
-  if (result.groups > 1 || Registered(scene) > kMostViews) return;
+  if (result.groups > 1 || Registered(scene) > kMostUncertaintyViews) return;
   const std::vector<double> sigmas = CenterSigmas(scene.lenses, ToBundle(scene));
   std::vector<double> registered;
   for (std::size_t v = 0; v < sigmas.size(); ++v) {
@@ -241,13 +256,13 @@ void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
   if (!registered.empty()) result.center_sigma_median = Median(std::move(registered));
 }
 
-// What the pictures say about each lens; taken over where asked for.
+// Weighs the evidence for each lens; takes the new lenses over on request.
 void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineScene& scene,
                  RefineResult& result) {
   const BundleProblem problem = ToBundle(scene);
   for (int l = 0; l < static_cast<int>(scene.lenses.size()); ++l) {
-    CameraModel& working = scene.lenses[static_cast<std::size_t>(l)];
-    const CameraModel& given = input.lenses[static_cast<std::size_t>(l)];
+    CameraModel& working = scene.lenses[At(l)];
+    const CameraModel& given = input.lenses[At(l)];
     const double to_given = GivenByWorking(given, working);
     if (const auto check = CheckCalibration(working, problem, l)) result.checks.push_back(check->Of(given));
     const auto fit = ChooseLens(working, PartForLens(problem, l), {}, &result.lens_trials.emplace_back());
@@ -259,7 +274,7 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineS
     result.lens_fits.push_back(scaled);
     if (!options.intrinsics) continue;
     working = fit->lens;
-    result.lenses[static_cast<std::size_t>(l)] = scaled.lens;
+    result.lenses[At(l)] = scaled.lens;
   }
 }
 
@@ -288,55 +303,46 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
 RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   RefineResult result;
   result.lenses = input.lenses;
-  RefineScene scene = SceneOf(input, options.max_side_px);
   const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.5};
-  // Few views can afford more corners, and need them.
-  const bool few = input.views.size() <= 100;
-  const int features = options.features > 0 ? options.features : few ? 4000 : 1500;
-  // Points a view: few views need more of them; while poses are far off fewer will do.
-  constexpr int kRoughly = 400;
-  const int per_view = few ? 1500 : kRoughly;
-  const ExtensionOptions extension{.per_view = few ? 1500 : 500};
-  ReadViews({input.read, features,
-             [&](int done) {
-               reading.Show(static_cast<double>(done) / static_cast<double>(input.views.size()),
-                            fmt::format("reading view {}", done));
-             }},
-            scene);
+  const bool few = input.views.size() <= kFewViews;
+  const int features = options.features > 0 ? options.features : few ? kCornersOfFew : kCorners;
+  const int per_view = few ? kPerViewOfFew : kPerViewRoughly;
+  const ExtensionOptions extension{.per_view = few ? kPerViewOfFew : kPerView};
+  RefineScene scene = ReadScene(input, options.max_side_px, features, reading);
   RequireReadable(scene);
 
   std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
   const auto start_error_px = MeasurePoseErrorPx(scene, pairs);
-  // Where hardly anything matches without knowing where to look: as bad as may be.
   const double error_px = start_error_px.value_or(kMostErrorPx);
   std::vector<double> given_by_working;
   for (const RefineView& view : scene.views)
-    given_by_working.push_back(
-        GivenByWorking(input.lenses[static_cast<std::size_t>(view.lens)], scene.LensOf(view)));
+    given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
   result.start_error_px = error_px * Median(std::move(given_by_working));
   const bool guided = error_px < kGuidingErrorPx;
   std::vector<PairMatches> matched = MatchPairs(scene, pairs, error_px, matching);
   BuildTracks(matched,
-              {.gate_px = std::max(4.0, 6 * error_px),
+              {.gate_px = std::max(kLeastGatePx, kGateErrors * error_px),
                .min_views = MinViews(scene),
-               .per_view = guided ? per_view : kRoughly},
+               .per_view = guided ? per_view : kPerViewRoughly},
               scene);
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
   RequireParallax(scene, matched, options.seed);
-  Adjust(scene, guided ? 10 : 60, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
+  Adjust(scene, guided ? kGuidedIterations : kUnguidedIterations, Unfit::kOutlier,
+         {options.progress, 0.5, 0.6}, "first adjustment");
   if (!guided) {
-    // Now the poses can guide: more is found, and what was wrong goes.
+    // Now the poses guide the matching: it finds more, and wrong matches go.
     RegisterAgain(scene, options.seed);
     for (const double now_px : {1.0, 0.5}) {
       pairs = ChoosePairs(scene);
       matched = MatchPairs(scene, pairs, now_px, matching);
-      BuildTracks(
-          matched,
-          {.gate_px = 8 * now_px, .min_views = MinViews(scene), .per_view = now_px < 1 ? per_view : kRoughly},
-          scene);
+      BuildTracks(matched,
+                  {.gate_px = kRepeatedGateErrors * now_px,
+                   .min_views = MinViews(scene),
+                   .per_view = now_px < 1 ? per_view : kPerViewRoughly},
+                  scene);
       RequireParallax(scene, matched, options.seed);
-      Adjust(scene, 30, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
+      Adjust(scene, kRepeatedIterations, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
     }
   }
   RegisterAgain(scene, options.seed);
@@ -345,22 +351,23 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
        {RefineStage{options.progress, 0.6, 0.7}, RefineStage{options.progress, 0.7, 0.8}}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks(extension, scene);
-    Adjust(scene, 12, Unfit::kDoubtful, stage, "adjustment");
+    Adjust(scene, kIterations, Unfit::kDoubtful, stage, "adjustment");
   }
   DropUnsupported(scene);
   if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
   const RefineStage lens{options.progress, 0.8, 0.85}, last{options.progress, 0.85, 0.9};
   lens.Show(0, "weighing the lens");
   WeighLenses(input, options, scene, result);
-  // Only under the lens that is kept: what contradicts a wrong one would look wrong itself.
+  // Drop wrong observations only under the final lens: under a wrong lens right observations look wrong.
   if (result.lenses != input.lenses)
-    Adjust(scene, 12, Unfit::kDoubtful, lens, "adjustment with the new lens");
+    Adjust(scene, kIterations, Unfit::kDoubtful, lens, "adjustment with the new lens");
   for (int round = 0; round < 2; ++round) {
     DropSliding(scene);
-    summary = Adjust(scene, 12, Unfit::kWrong, last, "last adjustment");
+    summary = Adjust(scene, kIterations, Unfit::kWrong, last, "last adjustment");
   }
   DropUnsupported(scene);
-  if (summary.least_kept < 0.5) result.contradicted = summary.least_kept_camera;
+  constexpr double kMostAgree = 0.5;
+  if (summary.least_kept < kMostAgree) result.contradicted = summary.least_kept_camera;
   result.rms_after_sigmas = summary.final_rms_sigmas;
   result.settled = summary.settled;
   result.groups = GroupViews(scene).count;

@@ -1,13 +1,16 @@
-// Every recorded view registered against all others: matches, points, poses and, where the pictures tell, the
-// lens (thesis, section 6.2, which found it too expensive).
+// Registers every recorded view against all others: matches, points, poses and, where the images determine
+// it, the lens (thesis, section 6.2, which found it too expensive).
 //
-//   corners of every view -> pairs by the poses -> matches -> tracks over all views, triangulated
-//   -> adjustment -> the same points looked for in every view, by their patches -> adjustment, twice
+//   1. detect corners in every view
+//   2. choose pairs of views by the poses, and match them
+//   3. join the matches to tracks over all views, and triangulate
+//   4. adjust poses and points
+//   5. search the points in every view by their patches, and adjust again; twice
 //
-// Start poses may be off by a percent and a degree: how far they are is measured first, and matching takes it
-// into account. What pictures cannot tell (position, orientation, scale of the whole) comes from the start
-// poses. A view that fits nowhere keeps its pose and says why. The same input gives the same bytes, whatever
-// the number of threads.
+// Start poses may be off by a percent and a degree: their error is measured first, and matching allows for
+// it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that
+// fits nowhere keeps its pose and says why. The same input gives the same bytes, whatever the number of
+// threads. Poses are cam_from_world in the input's units, image quantities are pixels.
 #pragma once
 
 #include <functional>
@@ -39,7 +42,7 @@ struct RefineOptions {
   int features = 0;         // corners a view; 0: by the number of views
   int max_side_px = 1600;   // larger pictures are reduced
   bool intrinsics = false;  // take over the lens that the evidence speaks for
-  bool all_points = false;  // measures all points that the views share, not only those that poses need
+  bool all_points = false;  // measure all points that the views share, not only those that poses need
   unsigned seed = 1;
   std::function<void(double share, const std::string& stage)> progress = {};
 };
@@ -53,28 +56,28 @@ struct RefinedView {
 
 struct RefineResult {
   std::vector<RefinedView> views;
-  // Under the new poses, with what views show of them; in a track a view is its index.
+  // Under the new poses, with the views that show them; a track names a view by its index.
   std::vector<ScenePoint> points;
   std::vector<CameraModel> lenses;      // changed with RefineOptions::intrinsics only
-  std::vector<LensEstimate> lens_fits;  // what the evidence speaks for, lens by lens; sizes of the input
-  std::vector<std::vector<LensTrial>> lens_trials;  // how they were chosen, for every lens
+  std::vector<LensEstimate> lens_fits;  // that the evidence supports, lens by lens; sizes of the input
+  std::vector<std::vector<LensTrial>> lens_trials;  // how they were chosen, lens by lens
   std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
   int registered = 0;
-  int groups = 0;  // of views that share points; more than one: they hold together by their start poses alone
-  std::size_t adjusted_points = 0, adjusted_observations = 0;  // that the poses come from
+  int groups = 0;  // of views that share points; between groups only the start poses say how they lie
+  std::size_t adjusted_points = 0, adjusted_observations = 0;  // of the adjustment
   double start_error_px = 0;  // of epipolar lines by the start poses, one standard deviation
-  // Of the same observations, root mean square and median, px; the points are best for each set of poses.
+  // Reprojection errors of the same observations, px; the points are fitted to each set of poses.
   double rms_before_px = 0, rms_after_px = 0;
   double median_before_px = 0, median_after_px = 0;
   double rms_after_sigmas = 0;
-  bool settled = false;   // the last adjustment ended by itself: more iterations would change little
+  bool settled = false;   // the last adjustment converged: more iterations would change little
   int contradicted = -1;  // the view most of whose points disagree with where it was put; -1: none
-  // How far centres and directions of the registered views moved.
+  // How far the registered views' centres moved, and by how much the views turned.
   double moved_median = 0, moved_max = 0;
   double turned_median_deg = 0, turned_max_deg = 0;
   int moved_most = -1;  // the view
-  // What the pictures leave open of where the registered views' centres are, one standard deviation; infinite
-  // where something can move freely. None of more than 200 views, nor of several groups.
+  // One standard deviation of the registered views' centres; infinite where something can move freely. None
+  // for more than 200 views, nor for several groups.
   std::optional<double> center_sigma_median, center_sigma_max;
   int least_sure = -1;  // the view
 };

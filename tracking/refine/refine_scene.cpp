@@ -2,51 +2,19 @@
 
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "core/base/error.h"
-#include "core/base/mutex.h"
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 
 namespace ulf::tracking {
-namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-void ReadOne(const ViewReading& reading, int index, const CameraModel& lens, FeatureExtractor& extractor,
-             bool first, RefineView& view) {
-  Image image = reading.read(index);
-  cv::Mat gray = GrayForTracking(image);
-  cv::Mat color = image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U ? image.pixels : gray;
-  if (gray.cols != lens.width || gray.rows != lens.height) {
-    cv::resize(gray, gray, {lens.width, lens.height}, 0, 0, cv::INTER_AREA);
-    cv::resize(color, color, {lens.width, lens.height}, 0, 0, cv::INTER_AREA);
-  }
-  view.gray = gray.clone();
-  const Pyramid pyramid = BuildPyramid(view.gray);
-  if (first) extractor.Extract(pyramid, reading.features);  // the corner threshold settles
-  view.features = extractor.Extract(pyramid, reading.features);
-  for (const Feature& feature : view.features.all()) {
-    const int x = static_cast<int>(feature.img.x()), y = static_cast<int>(feature.img.y());
-    if (color.channels() == 3) {
-      const cv::Vec3b bgr = color.at<cv::Vec3b>(y, x);
-      view.feature_rgb.push_back({bgr[2], bgr[1], bgr[0]});
-    } else {
-      const std::uint8_t value = gray.at<std::uint8_t>(y, x);
-      view.feature_rgb.push_back({value, value, value});
-    }
-  }
-}
-
-}  // namespace
 
 void ForAll(int count, const std::function<void(int)>& work) {
   cv::parallel_for_(
@@ -55,34 +23,6 @@ void ForAll(int count, const std::function<void(int)>& work) {
         for (int i = range.start; i < range.end; ++i) work(i);
       },
       count);
-}
-
-void ReadViews(const ViewReading& reading, RefineScene& scene) {
-  // One extractor serves neighbouring views, whose pictures are alike, whatever the number of threads.
-  constexpr int kChunk = 8;
-  const int count = static_cast<int>(scene.views.size());
-  struct {
-    Mutex mutex;
-    int done ULF_GUARDED_BY(mutex) = 0;
-  } shown;
-  ForAll((count + kChunk - 1) / kChunk, [&](int chunk) {
-    int lens = -1;
-    std::optional<FeatureExtractor> extractor;
-    for (int i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
-      RefineView& view = scene.views[static_cast<std::size_t>(i)];
-      const bool first = view.lens != lens;
-      if (first) extractor.emplace(scene.LensOf(view));
-      lens = view.lens;
-      try {
-        ReadOne(reading, i, scene.LensOf(view), *extractor, first, view);
-      } catch (const std::exception& error) {
-        view.registered = false;
-        view.why = error.what();
-      }
-      const MutexLock lock(shown.mutex);
-      if (reading.done) reading.done(++shown.done);
-    }
-  });
 }
 
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen) {
@@ -102,20 +42,20 @@ BundleProblem ToBundle(const RefineScene& scene) {
     problem.points.push_back(scene.tracks[t].position);
     for (const TrackObservation& o : scene.tracks[t].observations) {
       problem.observations.push_back({o.view, static_cast<int>(t), o.img, o.sigma_px, false});
-      ++seen[static_cast<std::size_t>(o.view)];
+      ++seen[At(o.view)];
     }
   }
   // Of each group the view that sees most holds the world still meanwhile.
   problem.fixed.assign(scene.views.size(), false);
   const ViewGroups groups = GroupViews(scene);
-  std::vector<int> most(static_cast<std::size_t>(groups.count), -1);
+  std::vector<int> most(At(groups.count), -1);
   for (int v = 0; v < static_cast<int>(seen.size()); ++v) {
-    const int group = groups.group[static_cast<std::size_t>(v)];
+    const int group = groups.group[At(v)];
     if (group < 0) continue;
-    int& best = most[static_cast<std::size_t>(group)];
-    if (best < 0 || seen[static_cast<std::size_t>(v)] > seen[static_cast<std::size_t>(best)]) best = v;
+    int& best = most[At(group)];
+    if (best < 0 || seen[At(v)] > seen[At(best)]) best = v;
   }
-  for (const int v : most) problem.fixed[static_cast<std::size_t>(v)] = true;
+  for (const int v : most) problem.fixed[At(v)] = true;
   return problem;
 }
 
@@ -158,7 +98,7 @@ ViewGroups GroupViews(const RefineScene& scene) {
   std::vector<int> parent(scene.views.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root_of = [&](int v) {
-    while (parent[static_cast<std::size_t>(v)] != v) v = parent[static_cast<std::size_t>(v)];
+    while (parent[At(v)] != v) v = parent[At(v)];
     return v;
   };
   ViewGroups groups;
@@ -166,14 +106,14 @@ ViewGroups GroupViews(const RefineScene& scene) {
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& o : track.observations) {
       const int a = root_of(track.observations.front().view), b = root_of(o.view);
-      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-      groups.group[static_cast<std::size_t>(o.view)] = 0;
+      parent[At(std::max(a, b))] = std::min(a, b);
+      groups.group[At(o.view)] = 0;
     }
   std::vector<int> number(scene.views.size(), -1);
   for (int v = 0; v < static_cast<int>(scene.views.size()); ++v) {
-    int& group = groups.group[static_cast<std::size_t>(v)];
+    int& group = groups.group[At(v)];
     if (group < 0) continue;
-    int& of_root = number[static_cast<std::size_t>(root_of(v))];
+    int& of_root = number[At(root_of(v))];
     if (of_root < 0) of_root = groups.count++;
     group = of_root;
   }
@@ -220,7 +160,7 @@ std::optional<Similarity3> ToStart(const std::vector<const RefineView*>& views, 
 bool AlignToStart(RefineScene& scene) {
   const ViewGroups groups = GroupViews(scene);
   for (int group = 0; group < groups.count; ++group) {
-    const auto in_group = [&](int v) { return groups.group[static_cast<std::size_t>(v)] == group; };
+    const auto in_group = [&](int v) { return groups.group[At(v)] == group; };
     std::vector<double> distances;
     for (const SceneTrack& track : scene.tracks)
       if (in_group(track.observations.front().view))
@@ -236,7 +176,7 @@ bool AlignToStart(RefineScene& scene) {
       if (in_group(track.observations.front().view)) track.position = *move * track.position;
     for (int v = 0; v < static_cast<int>(scene.views.size()); ++v) {
       if (!in_group(v)) continue;
-      Rigid3& pose = scene.views[static_cast<std::size_t>(v)].cam_from_world;
+      Rigid3& pose = scene.views[At(v)].cam_from_world;
       const Vector3d center = *move * pose.OriginInSource();
       pose.rotation = (pose.rotation * turned.conjugate()).normalized();
       pose.translation = -(pose.rotation * center);

@@ -1,8 +1,7 @@
-// What refining works on: the recorded views, and points with all places where they are seen. Values only.
+// The values that refining works on: recorded views, and points with all observations.
 //
 // Image quantities are pixels of the working resolution (the view's own, or reduced where it is larger than
-// features need), pixel centres at integer + 0.5. Poses are cam_from_world in the units that the views came
-// in.
+// features need), pixel centres at integer + 0.5. Poses are cam_from_world in the input's units.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/at.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/image.h"
@@ -24,7 +24,7 @@ namespace ulf::tracking {
 struct RefineView {
   std::string name;
   int lens = 0;  // index into RefineScene::lenses
-  Rigid3 start;  // as it came in
+  Rigid3 start;  // of the input
   Rigid3 cam_from_world;
   bool registered = true;
   std::string why;  // it is not
@@ -35,7 +35,7 @@ struct RefineView {
 
 struct TrackObservation {
   int view = 0;
-  int feature = -1;  // -1: found by its patch alone
+  int feature = -1;  // -1: the patch alone was found
   Eigen::Vector2d img = Eigen::Vector2d::Zero();
   double sigma_px = 1;
 };
@@ -51,48 +51,38 @@ struct RefineScene {
   std::vector<RefineView> views;
   std::vector<SceneTrack> tracks;
 
-  const CameraModel& LensOf(const RefineView& view) const {
-    return lenses[static_cast<std::size_t>(view.lens)];
-  }
-  const RefineView& view(int i) const { return views[static_cast<std::size_t>(i)]; }
+  const CameraModel& LensOf(const RefineView& view) const { return lenses[At(view.lens)]; }
+  const RefineView& view(int i) const { return views[At(i)]; }
 };
 
-// A parallel loop over 0 to count - 1, in as many threads as OpenCV uses. Whatever `work` does must depend on
-// its number alone, or the result would depend on the threads.
+// Calls work(0) to work(count - 1) in as many threads as OpenCV uses. `work` must depend on its number alone,
+// or the result would depend on the threads.
 void ForAll(int count, const std::function<void(int)>& work);
 
-// Reads every view, reduces it to at most `max_side_px`, and describes about `features` corners of it. A view
-// that cannot be read is not registered any more and says why. `done` is called with how many are.
-struct ViewReading {
-  std::function<Image(int view)> read;  // throws Error
-  int features = 1500;
-  std::function<void(int done)> done;
-};
-void ReadViews(const ViewReading& reading, RefineScene& scene);
-
-// Distance of an observation from where its point should appear, px; infinite where it does not.
+// Distance of an observation from its point's projection, px; infinite where the point does not project.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
 
-// The registered views and all tracks as an adjustment takes them, and back: observations that it calls
-// outliers go, tracks with fewer than `min_views` observations with them.
+// Converts views and tracks to an adjustment's problem, and back. FromBundle() drops the observations that
+// the adjustment marked as outliers, and tracks with fewer than `min_views` observations.
 BundleProblem ToBundle(const RefineScene& scene);
 void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene);
 
-// Drops points most of whose observations are off by several times what is usual. A corner on an outline,
-// where a round thing turns away or one edge passes before another, is at no place in the world: it slides as
-// the camera moves, in neighbouring views by the same, and bends their poses, though single observations fit.
+// Drops points whose median error is more than three times the usual one. A corner on an outline, where a
+// round thing turns away or one edge passes before another, has no fixed place in the world: it slides as the
+// camera moves, by the same amount in neighbouring views, and bends their poses although single observations
+// fit.
 void DropSliding(RefineScene& scene);
 
-// Views that share points, directly or through others: a number for each view, -1 for those without points.
+// Numbers the groups of views that share points, directly or through others; -1: a view without points.
 struct ViewGroups {
   std::vector<int> group;
   int count = 0;
 };
 ViewGroups GroupViews(const RefineScene& scene);
 
-// Moves each group of views with its points by the similarity that brings the views back nearest to where
-// they started: nothing in pictures holds position, orientation and scale. False where the views do not
-// determine one.
+// Moves each group of views with its points by the similarity that brings the views nearest to their start
+// poses, because images leave position, orientation and scale open. False where the views do not determine a
+// similarity.
 bool AlignToStart(RefineScene& scene);
 
 }  // namespace ulf::tracking

@@ -1,6 +1,5 @@
-// How far a light field's poses are from true ones: as they were given when the views were recorded, as they
-// were before refining, and after. Each set is brought onto the truth by a similarity of its own; lengths are
-// in the truth's unit.
+// Compares a light field's poses with true ones: as recorded, before refining, and after. Each set is aligned
+// with the truth by a similarity of its own; lengths are in the truth's unit.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

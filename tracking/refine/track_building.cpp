@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 
+#include "core/base/at.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/map/map.h"
 
@@ -23,7 +24,7 @@ class TrackSets {
   explicit TrackSets(const RefineScene& scene) {
     first_.push_back(0);
     for (const RefineView& view : scene.views) first_.push_back(first_.back() + view.features.size());
-    parent_.resize(static_cast<std::size_t>(first_.back()));
+    parent_.resize(At(first_.back()));
     std::iota(parent_.begin(), parent_.end(), 0);
     members_.resize(parent_.size());
   }
@@ -41,7 +42,7 @@ class TrackSets {
       if (merged[i].view == merged[i - 1].view) return;
     kept = std::move(merged);
     gone = {};
-    parent_[static_cast<std::size_t>(from)] = to;
+    parent_[At(from)] = to;
   }
 
   std::vector<std::vector<Corner>> Sets() {
@@ -53,24 +54,24 @@ class TrackSets {
 
  private:
   int RootOf(const Corner& corner) {
-    int node = first_[static_cast<std::size_t>(corner.view)] + corner.feature;
-    std::vector<Corner>& own = members_[static_cast<std::size_t>(node)];
-    if (parent_[static_cast<std::size_t>(node)] == node && own.empty()) own.push_back(corner);
-    while (parent_[static_cast<std::size_t>(node)] != node) {
-      int& above = parent_[static_cast<std::size_t>(node)];
-      above = parent_[static_cast<std::size_t>(above)];
+    int node = first_[At(corner.view)] + corner.feature;
+    std::vector<Corner>& own = members_[At(node)];
+    if (parent_[At(node)] == node && own.empty()) own.push_back(corner);
+    while (parent_[At(node)] != node) {
+      int& above = parent_[At(node)];
+      above = parent_[At(above)];
       node = above;
     }
     return node;
   }
-  std::vector<Corner>& Members(int root) { return members_[static_cast<std::size_t>(root)]; }
+  std::vector<Corner>& Members(int root) { return members_[At(root)]; }
 
   std::vector<int> first_, parent_;
   std::vector<std::vector<Corner>> members_;
 };
 
 double LargestParallax(const RefineScene& scene, const SceneTrack& track) {
-  // Against the first and against the one farthest from it.
+  // From the first centre to the farthest, and from there to the farthest again.
   double largest = 0;
   Vector3d from = scene.view(track.observations.front().view).cam_from_world.OriginInSource();
   for (int round = 0; round < 2; ++round) {
@@ -96,26 +97,25 @@ RayObservation RayOf(const RefineScene& scene, const TrackObservation& seen) {
   return {view.cam_from_world, ray.value_or(Vector3d::UnitZ())};
 }
 
-// Long tracks first, as long as one of their views has room where they are seen.
+// Takes long tracks first, as long as one of their views has room where it shows them.
 void SelectTracks(int per_view, RefineScene& scene) {
   constexpr int kColumns = 10, kRows = 8;
   const int per_cell = std::max(1, per_view / (kColumns * kRows));
   std::vector<int> order(scene.tracks.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return scene.tracks[static_cast<std::size_t>(a)].observations.size() >
-           scene.tracks[static_cast<std::size_t>(b)].observations.size();
+    return scene.tracks[At(a)].observations.size() > scene.tracks[At(b)].observations.size();
   });
   std::vector<std::uint16_t> crowd(scene.views.size() * kColumns * kRows, 0);
   const auto cell_of = [&](const TrackObservation& o) {
     const CameraModel& lens = scene.LensOf(scene.view(o.view));
     const int x = std::clamp(static_cast<int>(o.img.x() * kColumns / lens.width), 0, kColumns - 1);
     const int y = std::clamp(static_cast<int>(o.img.y() * kRows / lens.height), 0, kRows - 1);
-    return static_cast<std::size_t>((o.view * kRows + y) * kColumns + x);
+    return At((o.view * kRows + y) * kColumns + x);
   };
   std::vector<SceneTrack> chosen;
   for (const int t : order) {
-    SceneTrack& track = scene.tracks[static_cast<std::size_t>(t)];
+    SceneTrack& track = scene.tracks[At(t)];
     const auto has_room = [&](const TrackObservation& o) { return crowd[cell_of(o)] < per_cell; };
     if (std::none_of(track.observations.begin(), track.observations.end(), has_room)) continue;
     for (const TrackObservation& o : track.observations) ++crowd[cell_of(o)];
@@ -151,9 +151,9 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   std::vector<RayObservation> rays;
   for (const TrackObservation& o : all) rays.push_back(RayOf(scene, o));
   offer(TriangulatePoint(rays));
-  // Where not all agree: from pairs that are far apart in the order of views.
-  for (int k = 0; k < std::min(count, 12) && static_cast<int>(best.size()) < count; ++k) {
-    const auto a = static_cast<std::size_t>(k), b = static_cast<std::size_t>((k + count / 2) % count);
+  // Where not all agree: pairs that are far apart in the order of views.
+  for (int k = 0; k < std::min(count, options.tried_pairs) && static_cast<int>(best.size()) < count; ++k) {
+    const auto a = At(k), b = At((k + count / 2) % count);
     if (a != b)
       offer(TriangulatePoint(rays[a].cam_from_world, rays[a].ray_in_cam, rays[b].cam_from_world,
                              rays[b].ray_in_cam));
@@ -176,12 +176,12 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
   };
   std::vector<Link> links;
   for (int p = 0; p < static_cast<int>(pairs.size()); ++p)
-    for (const FeatureMatch& match : pairs[static_cast<std::size_t>(p)].matches) links.push_back({p, match});
+    for (const FeatureMatch& match : pairs[At(p)].matches) links.push_back({p, match});
   std::stable_sort(links.begin(), links.end(),
                    [](const Link& a, const Link& b) { return a.match.distance < b.match.distance; });
   TrackSets sets(scene);
   for (const Link& link : links) {
-    const PairMatches& pair = pairs[static_cast<std::size_t>(link.pair)];
+    const PairMatches& pair = pairs[At(link.pair)];
     sets.Join({pair.first, link.match.first}, {pair.second, link.match.second});
   }
   scene.tracks.clear();
@@ -194,15 +194,12 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
       track.observations.push_back(
           {corner.view, corner.feature, feature.img, DetectedSigmaPx(feature.level)});
     }
-    track.rgb =
-        scene.view(corners.front().view).feature_rgb[static_cast<std::size_t>(corners.front().feature)];
+    track.rgb = scene.view(corners.front().view).feature_rgb[At(corners.front().feature)];
     scene.tracks.push_back(std::move(track));
   }
   std::vector<std::uint8_t> good(scene.tracks.size(), 0);
-  ForAll(static_cast<int>(good.size()), [&](int t) {
-    good[static_cast<std::size_t>(t)] =
-        TriangulateRobustly(scene, options, scene.tracks[static_cast<std::size_t>(t)]);
-  });
+  ForAll(static_cast<int>(good.size()),
+         [&](int t) { good[At(t)] = TriangulateRobustly(scene, options, scene.tracks[At(t)]); });
   std::vector<SceneTrack> kept;
   for (std::size_t t = 0; t < good.size(); ++t)
     if (good[t]) kept.push_back(std::move(scene.tracks[t]));

@@ -1,5 +1,5 @@
-// Points from pairwise matches: joined over all views, triangulated from many, and thinned out to what the
-// views need.
+// Makes points from pairwise matches: joins the matches over all views, triangulates, and keeps as many
+// points as the views need.
 #pragma once
 
 #include <vector>
@@ -10,18 +10,20 @@
 namespace ulf::tracking {
 
 struct TrackOptions {
-  double gate_px = 4;  // of reprojection; grows with the pyramid level
-  int min_views = 3;
-  double min_parallax_deg = 1;  // largest between two of its views
+  double gate_px = 4;           // of reprojection; grows with the pyramid level. Guessed
+  int min_views = 3;            // fewer agree by chance
+  double min_parallax_deg = 1;  // largest between two of a track's views; less leaves its depth open. Guessed
   int per_view = 400;           // about so many tracks a view, evenly over the image
+  // Where not all observations agree, so many pairs of them are tried. Guessed.
+  int tried_pairs = 12;
 };
 
-// Joins matches, the surest first; one that would put two corners of a view into a track is left out. Then
-// triangulates and selects. Replaces scene.tracks.
+// Joins matches, those with the nearest descriptors first, except where a track would get two corners of one
+// view. Then triangulates and selects. Replaces scene.tracks.
 void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& options, RefineScene& scene);
 
-// The point that most of the observations agree on, and only those; false where fewer than min_views do, or
-// parallax is too small.
+// Finds the point that most observations agree on, and keeps only those; false where fewer than min_views do,
+// or the parallax is too small.
 bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, SceneTrack& track);
 
 }  // namespace ulf::tracking

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/light_field/points/point_fit.h"
 #include "tracking/refine/track_building.h"
@@ -19,10 +20,10 @@ PosedObservation ObservationOf(const RefineScene& scene, const TrackObservation&
   return {&scene.LensOf(view), &view.cam_from_world, seen.img};
 }
 
-// Tracks that fit nowhere lose all observations.
-void PutWhereSeen(RefineScene& scene) {
+// Fits every track's position to its observations. A track that fits nowhere loses all of them.
+void FitPositions(RefineScene& scene) {
   ForAll(static_cast<int>(scene.tracks.size()), [&](int t) {
-    SceneTrack& track = scene.tracks[static_cast<std::size_t>(t)];
+    SceneTrack& track = scene.tracks[At(t)];
     std::vector<PosedObservation> observations;
     for (const TrackObservation& seen : track.observations)
       observations.push_back(ObservationOf(scene, seen));
@@ -34,9 +35,9 @@ void PutWhereSeen(RefineScene& scene) {
   });
 }
 
-// What is several times farther off than is usual, and tracks that fewer views show then.
+// Drops observations that are off by several times the usual error, and tracks that too few views show then.
 void DropUnusual(std::size_t min_views, RefineScene& scene) {
-  constexpr double kMostTimesUsual = 5, kLeastPx = 0.5, kMostPx = 4;
+  constexpr double kMostTimesUsual = 5, kLeastPx = 0.5, kMostPx = 4;  // gate, and its limits. Guessed
   std::vector<double> errors;
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& seen : track.observations)
@@ -56,15 +57,16 @@ void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scen
   const auto registered = std::count_if(scene.views.begin(), scene.views.end(),
                                         [](const RefineView& view) { return view.registered; });
   const int min_views = registered > 3 ? 3 : 2;
-  constexpr int kAll = 1 << 20, kPerView = 4000;
-  BuildTracks(matched, {.gate_px = 3, .min_views = min_views, .per_view = kAll}, scene);
-  PutWhereSeen(scene);
+  constexpr int kAll = 1 << 20, kPerView = 4000;  // points a view. Guessed
+  constexpr double kGatePx = 3;                   // guessed
+  BuildTracks(matched, {.gate_px = kGatePx, .min_views = min_views, .per_view = kAll}, scene);
+  FitPositions(scene);
   ExtendTracks({.per_view = kPerView}, scene);
   for (int round = 0; round < 2; ++round) {
-    PutWhereSeen(scene);
-    DropUnusual(static_cast<std::size_t>(min_views), scene);
+    FitPositions(scene);
+    DropUnusual(At(min_views), scene);
   }
-  PutWhereSeen(scene);
+  FitPositions(scene);
   std::erase_if(scene.tracks, [](const SceneTrack& track) { return track.observations.empty(); });
 }
 
@@ -76,7 +78,7 @@ std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<Cam
     point.rgb = track.rgb;
     for (const TrackObservation& seen : track.observations) {
       const RefineView& view = scene.view(seen.view);
-      const CameraModel &working = scene.LensOf(view), &given = cameras[static_cast<std::size_t>(view.lens)];
+      const CameraModel &working = scene.LensOf(view), &given = cameras[At(view.lens)];
       const Eigen::Vector2d to_given(static_cast<double>(given.width) / working.width,
                                      static_cast<double>(given.height) / working.height);
       point.track.push_back({seen.view, seen.img.cwiseProduct(to_given)});
@@ -89,21 +91,17 @@ std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<Cam
 
 TriangulationResult TriangulateViews(const RefineInput& input, const TriangulationOptions& options) {
   TriangulationResult result;
-  RefineScene scene = SceneOf(input, options.max_side_px);
   const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.7},
       measuring{options.progress, 0.7, 1};
-  const bool few = input.views.size() <= 100;
-  const int features = options.features > 0 ? options.features : few ? 4000 : 2500;
-  ReadViews({input.read, features,
-             [&](int done) {
-               reading.Show(static_cast<double>(done) / static_cast<double>(input.views.size()),
-                            fmt::format("reading view {}", done));
-             }},
-            scene);
+  constexpr int kManyCorners = 4000, kCorners = 2500;  // a view. Guessed
+  const int features = options.features > 0              ? options.features
+                       : input.views.size() <= kFewViews ? kManyCorners
+                                                         : kCorners;
+  RefineScene scene = ReadScene(input, options.max_side_px, features, reading);
   for (const RefineView& view : scene.views)
     if (!view.registered) result.unread.push_back(view.why);
   const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
-  // The poses are given: where they disagree with the pictures nothing moves them.
+  // The poses are given and stay, even where the images disagree: always search along their epipolar lines.
   const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(0);
   result.pose_error_px = error_px;
   const std::vector<PairMatches> matched =

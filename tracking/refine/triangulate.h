@@ -1,8 +1,11 @@
-// All points that views of known pose share, each measured in every view that shows it: what a model for
-// other programs is made of. Poses stay as they are.
+// Measures all points that views of known pose share, each in every view that shows it: the points of a model
+// for other programs. Poses stay as they are.
 //
-//   corners of every view -> pairs by the poses -> matches along epipolar lines -> tracks, triangulated
-//   -> the same points looked for in every view, by their patches -> points where all of that has them
+//   1. detect corners in every view
+//   2. choose pairs of views by the poses, and match along epipolar lines
+//   3. join the matches to tracks, and triangulate
+//   4. search the points in every view by their patches
+//   5. fit each point to all its observations
 #pragma once
 
 #include <functional>
@@ -22,17 +25,17 @@ struct TriangulationOptions {
 };
 
 struct TriangulationResult {
-  std::vector<ScenePoint> points;   // in a track a view is its index; pixels are the input's
-  double pose_error_px = 0;         // of epipolar lines by the poses, one standard deviation
+  std::vector<ScenePoint> points;   // a track names a view by its index; pixels are the input's
+  double pose_error_px = 0;         // of matches from the poses' epipolar lines, one standard deviation
   std::vector<std::string> unread;  // views that could not be read, and why
 };
 
 TriangulationResult TriangulateViews(const RefineInput& input, const TriangulationOptions& options = {});
 
-// Replaces the tracks by all that the matches come to.
+// Replaces the scene's tracks by all that the matches give.
 void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene);
 
-// As points of a light field with these cameras.
+// The tracks as points of a light field with these cameras.
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras);
 
 }  // namespace ulf::tracking

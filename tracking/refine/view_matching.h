@@ -1,4 +1,4 @@
-// From recorded views to what pairs of them have in common: the first steps of refining and of triangulating.
+// Reads recorded views and matches pairs of them: the first steps of refining and of triangulating.
 #pragma once
 
 #include <functional>
@@ -12,11 +12,14 @@
 
 namespace ulf::tracking {
 
-// Poses off by more do not show where to look for a match.
+// Poses that are off by more do not show where to search for a match. Guessed.
 inline constexpr double kGuidingErrorPx = 2.5;
+// Fewer matches of a pair may all be wrong. Guessed.
 inline constexpr int kMinPairMatches = 15;
+// Few views can afford more corners and points, and need them. Guessed.
+inline constexpr std::size_t kFewViews = 100;
 
-// A part of the work, for whoever shows how far it is.
+// A part of the work and its share of the progress.
 struct RefineStage {
   const std::function<void(double share, const std::string& stage)>& progress;
   double from = 0, to = 1;
@@ -25,10 +28,12 @@ struct RefineStage {
   }
 };
 
-// Views with the lenses of their working resolution; nothing is read yet.
-RefineScene SceneOf(const RefineInput& input, int max_side_px);
+// Reads every view, reduces it to at most `max_side_px`, and describes about `corners` corners of it. A view
+// that cannot be read is not registered and says why.
+RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, const RefineStage& stage);
 
-// Along epipolar lines where poses are good to a few pixels, else with the relative poses moved first.
+// Matches along epipolar lines where the poses are good to a few pixels (kGuidingErrorPx); else moves the
+// relative poses first (MatchAroundPose).
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
                                     double error_px, const RefineStage& stage);
 

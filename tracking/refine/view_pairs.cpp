@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
@@ -19,7 +20,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 
-// About how far the scene is from the cameras: where their axes come nearest, else the spread of the cameras.
+// About the scene's distance from the cameras: to where their axes come nearest, else the cameras' spread.
 double SceneDistance(const RefineScene& scene) {
   std::vector<RayObservation> axes;
   Vector3d middle = Vector3d::Zero();
@@ -36,14 +37,15 @@ double SceneDistance(const RefineScene& scene) {
   return Median(std::move(distances));
 }
 
-// Another view as one sees it.
+// Another view, relative to one.
 struct Neighbour {
   int view = 0;
-  double apart = 0;   // angle of parallax at the scene's distance plus a part of what the axes differ
-  int direction = 0;  // quadrant of the image towards which it lies
+  double apart = 0;   // parallax at the scene's distance plus a part of the axes' angle, radians
+  int direction = 0;  // the image's quadrant in which its centre lies
 };
 
-std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double distance) {
+std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double distance,
+                                    const PairOptions& options) {
   const RefineView& view = scene.view(index);
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   std::vector<Neighbour> neighbours;
@@ -54,39 +56,33 @@ std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double 
     const double turned =
         std::acos(std::clamp(axis.dot(other.cam_from_world.DirectionInSource(Vector3d::UnitZ())), -1.0, 1.0));
     const double parallax = std::atan(towards.norm() / std::max(1e-12, distance));
-    if (turned > 60 * kDegree || parallax > 60 * kDegree) continue;
+    if (std::max(turned, parallax) > options.max_apart_deg * kDegree) continue;
     const int direction = (towards.x() > 0) + 2 * (towards.y() > 0);
-    neighbours.push_back({j, parallax + 0.3 * turned, direction});
+    neighbours.push_back({j, parallax + options.turn_weight * turned, direction});
   }
   return neighbours;
 }
 
 std::vector<int> AllOf(const FeatureSet& features) {
-  std::vector<int> all(static_cast<std::size_t>(features.size()));
+  std::vector<int> all(At(features.size()));
   std::iota(all.begin(), all.end(), 0);
   return all;
 }
 
-struct Rival {
-  int best = -1;
-  int distance = std::numeric_limits<int>::max();
-  int second = std::numeric_limits<int>::max();
-
-  void Offer(int j, int d, const FeatureSet& features) {
+// The nearest descriptor whose rival lies elsewhere in the image.
+struct NearestElsewhere : NearestDescriptor {
+  void OfferAt(int j, int d, const FeatureSet& features) {
     if (d >= second) return;
-    const bool same_place =
-        best >= 0 && (features[j].img - features[best].img).squaredNorm() < 9 * features[j].level + 9;
+    constexpr double kSamePlacePx = 3;  // grows with the pyramid level. Guessed
+    const bool same_place = index >= 0 && (features[j].img - features[index].img).squaredNorm() <
+                                              kSamePlacePx * kSamePlacePx * (features[j].level + 1);
     if (d < distance) {
       if (!same_place) second = distance;
       distance = d;
-      best = j;
+      index = j;
     } else if (!same_place) {
       second = d;
     }
-  }
-  bool Passes(const MatchOptions& options) const {
-    return best >= 0 && distance <= options.max_distance &&
-           (second == std::numeric_limits<int>::max() || distance <= options.max_ratio * second);
   }
 };
 
@@ -96,14 +92,17 @@ double SignedEpipolarError(const Eigen::Matrix3d& essential, const RayPair& pair
   return scale > 0 ? pair.second.dot(line) / scale * std::sqrt(2.0) : 0;
 }
 
-// The relative pose near `start` on which most pairs agree: Gauss-Newton with weights that fall off beyond an
+// The relative pose near `start` on which most pairs agree: Gauss-Newton with weights that fall beyond an
 // error that shrinks from `error_px` to a pixel, and a prior as wide as the start is uncertain.
 Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, double focal_px,
                        double error_px) {
   using Twist = Eigen::Matrix<double, 6, 1>;
   const double length = start.translation.norm();
+  constexpr double kTurnErrors = 2, kShift = 0.3;       // the prior's width. Guessed
+  constexpr double kLeastReachPx = 0.7, kShrink = 0.7;  // of the weights' reach. Guessed
+  constexpr int kIterations = 4;                        // at each reach. Guessed
   Twist prior;
-  prior << Vector3d::Constant(2 * error_px / focal_px), Vector3d::Constant(0.3 * length);
+  prior << Vector3d::Constant(kTurnErrors * error_px / focal_px), Vector3d::Constant(kShift * length);
   Twist twist = Twist::Zero();
   const auto errors_at = [&](const Twist& at) {
     const Eigen::Matrix3d essential = EssentialFromPose(Perturbed(start, at));
@@ -112,19 +111,19 @@ Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, d
       errors(static_cast<Eigen::Index>(i)) = focal_px * SignedEpipolarError(essential, pairs[i]);
     return errors;
   };
-  for (double reach_px = error_px; reach_px > 0.7; reach_px *= 0.7)
-    for (int iteration = 0; iteration < 4; ++iteration) {
+  for (double reach_px = error_px; reach_px > kLeastReachPx; reach_px *= kShrink)
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
       const Eigen::VectorXd errors = errors_at(twist);
       std::array<Eigen::VectorXd, 6> slopes;
       for (int k = 0; k < 6; ++k) {
         const double step = 1e-5 * (k < 3 ? 1 : length);
-        slopes[static_cast<std::size_t>(k)] = (errors_at(twist + step * Twist::Unit(k)) - errors) / step;
+        slopes[At(k)] = (errors_at(twist + step * Twist::Unit(k)) - errors) / step;
       }
       Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
       Twist right = Twist::Zero();
       for (Eigen::Index i = 0; i < errors.size(); ++i) {
         Twist j;
-        for (int k = 0; k < 6; ++k) j(k) = slopes[static_cast<std::size_t>(k)](i);
+        for (int k = 0; k < 6; ++k) j(k) = slopes[At(k)](i);
         const double share = errors(i) / reach_px, weight = 1 / ((1 + share * share) * (1 + share * share));
         normal += weight * j * j.transpose();
         right -= weight * errors(i) * j;
@@ -141,20 +140,20 @@ Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, d
 
 }  // namespace
 
-std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene) {
-  constexpr int kNearest = 2;
+std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene, const PairOptions& options) {
   const double distance = SceneDistance(scene);
   std::set<std::pair<int, int>> pairs;
   for (int i = 0; i < static_cast<int>(scene.views.size()); ++i) {
     if (!scene.view(i).registered) continue;
-    std::vector<Neighbour> neighbours = NeighboursOf(scene, i, distance);
+    std::vector<Neighbour> neighbours = NeighboursOf(scene, i, distance, options);
     std::stable_sort(neighbours.begin(), neighbours.end(),
                      [](const Neighbour& a, const Neighbour& b) { return a.apart < b.apart; });
     const auto take = [&](int j) { pairs.insert({std::min(i, j), std::max(i, j)}); };
-    for (int k = 0; k < std::min(kNearest, static_cast<int>(neighbours.size())); ++k)
-      take(neighbours[static_cast<std::size_t>(k)].view);
+    for (int k = 0; k < std::min(options.nearest, static_cast<int>(neighbours.size())); ++k)
+      take(neighbours[At(k)].view);
     for (int direction = 0; direction < 4; ++direction)
-      for (const double wanted : {4 * kDegree, 11 * kDegree}) {
+      for (const double wanted :
+           {options.small_parallax_deg * kDegree, options.large_parallax_deg * kDegree}) {
         const Neighbour* nearest = nullptr;
         for (const Neighbour& n : neighbours)
           if (n.direction == direction &&
@@ -171,27 +170,27 @@ std::vector<FeatureMatch> MatchAlongEpipolarLines(const FeatureSet& first, const
                                                   double band_px, const MatchOptions& options) {
   Eigen::Matrix<float, Eigen::Dynamic, 3> rays(second.size(), 3);
   for (int j = 0; j < second.size(); ++j) rays.row(j) = second[j].ray.cast<float>();
-  std::vector<Rival> of_second(static_cast<std::size_t>(second.size()));
+  std::vector<NearestElsewhere> of_second(At(second.size()));
   std::vector<FeatureMatch> matches;
   Eigen::VectorXf off(second.size());
   const float band = static_cast<float>(band_px / focal_px);
+  constexpr int kLevelsApart = 2;  // of matches; more is another thing. Guessed
   for (int i = 0; i < first.size(); ++i) {
     const Feature& feature = first[i];
     const Vector3d normal = second_from_first.translation.cross(second_from_first.rotation * feature.ray);
     if (!(normal.norm() > 1e-9 * second_from_first.translation.norm())) continue;
     off.noalias() = rays * normal.normalized().cast<float>();
-    Rival rival;
+    NearestElsewhere nearest;
     for (int j = 0; j < second.size(); ++j) {
-      if (std::abs(off(j)) > band || std::abs(second[j].level - feature.level) > 2) continue;
+      if (std::abs(off(j)) > band || std::abs(second[j].level - feature.level) > kLevelsApart) continue;
       const int distance = Distance(feature.descriptor, second[j].descriptor);
-      rival.Offer(j, distance, second);
-      of_second[static_cast<std::size_t>(j)].Offer(i, distance, first);
+      nearest.OfferAt(j, distance, second);
+      of_second[At(j)].OfferAt(i, distance, first);
     }
-    if (rival.Passes(options)) matches.push_back({i, rival.best, rival.distance});
+    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
   }
-  std::erase_if(matches, [&](const FeatureMatch& match) {
-    return of_second[static_cast<std::size_t>(match.second)].best != match.first;
-  });
+  std::erase_if(matches,
+                [&](const FeatureMatch& match) { return of_second[At(match.second)].index != match.first; });
   if (options.same_rotation) KeepSameRotation(first, second, matches);
   return matches;
 }
@@ -201,36 +200,38 @@ PairMatches MatchAroundPose(const RefineScene& scene, int first, int second, dou
   const RefineView &a = scene.view(first), &b = scene.view(second);
   PairMatches pair{first, second, {}, 0};
   const double focal_px = std::min(scene.LensOf(a).MeanFocalPx(), scene.LensOf(b).MeanFocalPx());
-  const MatchOptions options{.max_distance = 60, .max_ratio = 0.85};
+  constexpr double kWideErrors = 3, kBandPx = 2.5;  // half widths of the two bands. Guessed
+  // The agreeing matches must exceed those by chance this many times, and by so many. Guessed.
+  constexpr double kChanceTimes = 3, kChanceMore = 10;
   const Rigid3 start = b.cam_from_world * a.cam_from_world.Inverse();
   std::vector<FeatureMatch> matches;
   if (start.translation.norm() > 0)
-    matches = MatchAlongEpipolarLines(a.features, b.features, start, focal_px, 3 * error_px, options);
+    matches = MatchAlongEpipolarLines(a.features, b.features, start, focal_px, kWideErrors * error_px,
+                                      kPairMatching);
   else
-    matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), options);
+    matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), kPairMatching);
   pair.alike = static_cast<int>(matches.size());
   if (pair.alike < min_matches || !(start.translation.norm() > 0)) return pair;
   std::vector<RayPair> rays;
   for (const FeatureMatch& match : matches)
     rays.push_back({a.features[match.first].ray, b.features[match.second].ray});
   const Rigid3 moved = MoveToAgreement(rays, start, focal_px, error_px);
-  // Matches by chance agree, too: as many as the share of the wide band that the narrow one is, and some more
-  // because the pose went where they are.
-  constexpr double kBandPx = 2.5;
+  // Matches by chance agree too: in proportion to the bands' widths, and some more because the pose moved to
+  // where they are.
   const Eigen::Matrix3d essential = EssentialFromPose(moved);
   int agreeing = 0;
   for (const RayPair& ray : rays)
     agreeing += focal_px * std::abs(SignedEpipolarError(essential, ray)) < kBandPx;
-  const double by_chance = pair.alike * std::min(1.0, kBandPx / (3 * error_px));
-  if (agreeing < min_matches || agreeing < 3 * by_chance + 10) return pair;
-  pair.matches = MatchAlongEpipolarLines(a.features, b.features, moved, focal_px, kBandPx, options);
+  const double by_chance = pair.alike * std::min(1.0, kBandPx / (kWideErrors * error_px));
+  if (agreeing < min_matches || agreeing < kChanceTimes * by_chance + kChanceMore) return pair;
+  pair.matches = MatchAlongEpipolarLines(a.features, b.features, moved, focal_px, kBandPx, kPairMatching);
   if (static_cast<int>(pair.matches.size()) < min_matches) pair.matches.clear();
   return pair;
 }
 
 bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed) {
-  constexpr std::size_t kPairs = 24, kMatches = 30;
-  // Some matches are wrong, and nearly all pairs must agree: neighbours alone may lie very close together.
+  constexpr std::size_t kPairs = 24, kMatches = 30;  // that are asked, and that a pair needs. Guessed
+  // Some matches are wrong, and nearly all pairs must agree: neighbours may lie very close together. Guessed.
   constexpr double kTurnedPx = 2, kMatchShare = 0.7, kPairShare = 0.9;
   std::vector<const PairMatches*> telling;
   for (const PairMatches& pair : pairs)
@@ -238,7 +239,7 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
   const std::size_t count = std::min(kPairs, telling.size());
   std::vector<int> turned(count, 0);
   ForAll(static_cast<int>(count), [&](int k) {
-    const PairMatches& pair = *telling[static_cast<std::size_t>(k) * telling.size() / count];
+    const PairMatches& pair = *telling[At(k) * telling.size() / count];
     const RefineView &a = scene.view(pair.first), &b = scene.view(pair.second);
     const double focal_px = scene.LensOf(b).MeanFocalPx();
     std::vector<RayPair> rays;
@@ -248,8 +249,7 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
     const auto explained = std::count_if(rays.begin(), rays.end(), [&](const RayPair& ray) {
       return (turn * ray.first - ray.second).norm() * focal_px < kTurnedPx;
     });
-    turned[static_cast<std::size_t>(k)] =
-        static_cast<double>(explained) > kMatchShare * static_cast<double>(rays.size());
+    turned[At(k)] = static_cast<double>(explained) > kMatchShare * static_cast<double>(rays.size());
   });
   return count > 0 &&
          std::accumulate(turned.begin(), turned.end(), 0) > kPairShare * static_cast<double>(count);
@@ -257,14 +257,16 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
 
 std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
                                          const std::vector<std::pair<int, int>>& pairs) {
-  constexpr std::size_t kPairs = 24, kMatches = 20;
+  constexpr std::size_t kPairs = 24, kMatches = 20;  // that are asked, and that a pair needs. Guessed
+  // Matches without a guide must be surer than others. Guessed.
+  constexpr MatchOptions kUnguided{.max_distance = 40, .max_ratio = 0.75};
+  constexpr double kMedianOfNormal = 0.6745;  // of the absolute value, unit variance
+  constexpr double kPairsWithin = 0.8;        // share of the pairs that the result must cover. Guessed
   std::vector<double> pair_errors(kPairs, -1);
   ForAll(static_cast<int>(std::min(kPairs, pairs.size())), [&](int k) {
-    const auto [first, second] =
-        pairs[static_cast<std::size_t>(k) * pairs.size() / std::min(kPairs, pairs.size())];
+    const auto [first, second] = pairs[At(k) * pairs.size() / std::min(kPairs, pairs.size())];
     const RefineView &a = scene.view(first), &b = scene.view(second);
-    const auto matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features),
-                                  {.max_distance = 40, .max_ratio = 0.75});
+    const auto matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), kUnguided);
     if (matches.size() < kMatches) return;
     const Eigen::Matrix3d essential = EssentialFromPose(b.cam_from_world * a.cam_from_world.Inverse());
     if (!(essential.norm() > 0)) return;
@@ -273,13 +275,12 @@ std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
       errors.push_back(
           std::abs(EpipolarError(essential, {a.features[match.first].ray, b.features[match.second].ray})) *
           scene.LensOf(a).MeanFocalPx());
-    const double error = Median(std::move(errors)) / 0.6745;
-    if (std::isfinite(error)) pair_errors[static_cast<std::size_t>(k)] = error;
+    const double error = Median(std::move(errors)) / kMedianOfNormal;
+    if (std::isfinite(error)) pair_errors[At(k)] = error;
   });
   std::erase(pair_errors, -1);
   if (pair_errors.empty()) return std::nullopt;
-  // Most pairs must be within what is then taken for granted of all.
-  return Quantile(std::move(pair_errors), 0.8);
+  return Quantile(std::move(pair_errors), kPairsWithin);
 }
 
 }  // namespace ulf::tracking

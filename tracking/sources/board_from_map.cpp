@@ -5,40 +5,34 @@
 #include <cmath>
 
 namespace ulf::tracking {
-namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPairs = 400, kLeastPairs = 4;
-// What is not known better than this would leave the adjustment of the whole map far to go.
-constexpr double kMostScaleError = 0.05;
-
-}  // namespace
-
 void BoardFromMap::Add(const Anchored& anchor, const MarkerPose& pose) {
-  // No board is better than a ten-thousandth of its distance, whatever its corners say.
-  pairs_.push_back({anchor, pose.cam_from_world, std::max(pose.center_sigma, 1e-4 * pose.distance)});
-  if (pairs_.size() > kMostPairs) pairs_.erase(pairs_.begin() + kMostPairs / 2);  // both ends stay
+  pairs_.push_back(
+      {anchor, pose.cam_from_world, std::max(pose.center_sigma, options_.least_sigma * pose.distance)});
+  // Keep both ends: they determine the scale.
+  if (pairs_.size() > options_.most_pairs)
+    pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(options_.most_pairs / 2));
 }
 
 std::optional<Similarity3> BoardFromMap::Fit(const Tracker& tracker) const {
-  if (pairs_.size() < kLeastPairs) return std::nullopt;
+  if (pairs_.size() < options_.least_pairs) return std::nullopt;
   std::vector<Rigid3> in_map;
   std::vector<double> weights;
   for (const Pair& pair : pairs_) {
     in_map.push_back(tracker.PoseOf(pair.anchor));
     weights.push_back(1 / (pair.sigma * pair.sigma));
   }
-  constexpr int kRounds = 3;
   std::optional<Similarity3> fitted;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < options_.rounds; ++round) {
     fitted = Fit(in_map, weights);
     if (!fitted) return std::nullopt;
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const double off =
           (*fitted * in_map[i].OriginInSource() - pairs_[i].cam_from_board.OriginInSource()).norm();
-      weights[i] =
-          std::min(1.0, 3 * pairs_[i].sigma / std::max(1e-12, off)) / (pairs_[i].sigma * pairs_[i].sigma);
+      weights[i] = std::min(1.0, options_.gate_sigmas * pairs_[i].sigma / std::max(1e-12, off)) /
+                   (pairs_[i].sigma * pairs_[i].sigma);
     }
   }
   return fitted;
@@ -70,8 +64,8 @@ std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
   }
   if (!(along > 0) || !(across > 0)) return std::nullopt;
   fitted.scale = across / along;
-  // One standard deviation of the scale: each centre's error along its distance from their middle.
-  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > kMostScaleError) return std::nullopt;
+  // The scale's standard deviation: each centre's error over its distance from their middle.
+  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > options_.max_scale_error) return std::nullopt;
   fitted.translation = mean_board - fitted.scale * (fitted.rotation * mean_map);
   return fitted;
 }

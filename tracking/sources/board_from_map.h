@@ -1,8 +1,8 @@
-// The frame of a board of markers against a tracker's map that has a world and a unit of its own: a
-// similarity, from frames that have both poses. Orientation from the orientations (mean of quaternions,
-// Markley et al. 2007), scale and place from the centres, each pair weighed by how well the board gave it;
-// again without those that do not fit. Good enough to move the map into the board's frame; there the board's
-// corners, as known points of its adjustment, make it better than any number of pairs could
+// Fits the similarity from a tracker's map, which has a world and a unit of its own, to a board's frame
+// (metres), from frames that have both poses. Orientations give the rotation (mean of quaternions, Markley et
+// al. 2007), centres give scale and translation. Each pair is weighted by the board pose's uncertainty;
+// further rounds weigh pairs that do not fit less. The fit is good enough to move the map into the board's
+// frame; there the board's corners, as known points of the adjustment, make it better than more pairs could
 // (fiducial_observation.h).
 #pragma once
 
@@ -15,11 +15,21 @@
 
 namespace ulf::tracking {
 
+struct BoardFromMapOptions {
+  std::size_t most_pairs = 400, least_pairs = 4;  // guessed
+  // One standard deviation of the scale; above it the map's adjustment would have too far to go. Guessed.
+  double max_scale_error = 0.05;
+  double least_sigma = 1e-4;  // of a board's distance: no board is better, whatever its corners say. Guessed
+  int rounds = 3;             // of weighing. Guessed
+  double gate_sigmas = 3;     // pairs farther off weigh less. Guessed
+};
+
 class BoardFromMap {
  public:
+  explicit BoardFromMap(const BoardFromMapOptions& options = {}) : options_(options) {}
   void Add(const Anchored& anchor, const MarkerPose& pose);
   void Clear() { pairs_.clear(); }
-  // As the map stands now; none until there are pairs enough, far enough apart to tell the scale.
+  // Uses the map's present poses. None until there are enough pairs, far enough apart to determine the scale.
   std::optional<Similarity3> Fit(const Tracker& tracker) const;
 
  private:
@@ -30,6 +40,7 @@ class BoardFromMap {
   };
   std::optional<Similarity3> Fit(const std::vector<Rigid3>& in_map, const std::vector<double>& weights) const;
 
+  BoardFromMapOptions options_;
   std::vector<Pair> pairs_;
 };
 

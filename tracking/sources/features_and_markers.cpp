@@ -1,5 +1,6 @@
 #include <spdlog/spdlog.h>
 
+#include "core/base/at.h"
 #include "core/base/thread_clock.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
@@ -8,10 +9,11 @@
 namespace ulf::tracking {
 namespace {
 
-// The board gives poses at once, the world and its metre. Meanwhile the tracker begins a map of its own,
-// whose place in the board's frame is learnt from frames that have both; then the map moves there, and the
-// board's corners are part of it and of every frame's pose (fiducial_observation.h). Where the board is out
-// of sight features go on; where features fail the board carries, and tells them where they are.
+// The board gives poses from the first frame on, in its own frame and in metres. Meanwhile the tracker starts
+// a map. Frames that have both poses give the map's place in the board's frame; then the map moves there, and
+// the board's corners become part of it and of every frame's pose (fiducial_observation.h). Without the board
+// in sight the tracker goes on with features; where features fail the board gives the pose, and tells a lost
+// tracker where to search.
 class FeaturesAndMarkers : public PoseSource {
  public:
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
@@ -33,7 +35,7 @@ class FeaturesAndMarkers : public PoseSource {
       LearnWorld(*pose, track);
     on_map_ =
         track.cam_from_world && tracker_.WorldIsGiven() && !(pose && IsFarOff(*track.cam_from_world, *pose));
-    if (!on_map_) track = CarriedByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
+    if (!on_map_) track = TrackByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
     by_features_ += on_map_;
     track.map_id = 0;  // one world: the board's
     track.cpu_s = tracker_cpu_s + (located_s - start_s) + (ThreadCpuSeconds() - tracked_s);
@@ -60,7 +62,7 @@ class FeaturesAndMarkers : public PoseSource {
   Rigid3 PoseOf(const Anchored& anchor) const override {
     if (anchor.keyframe_id == kByBoardForGood) return anchor.cam_from_keyframe;
     if (anchor.keyframe_id > kByBoard) return tracker_.PoseOf(anchor);
-    const ByBoard& given = by_board_[static_cast<std::size_t>(kByBoard - anchor.keyframe_id)];
+    const ByBoard& given = by_board_[At(kByBoard - anchor.keyframe_id)];
     return given.in_map && given.map_id == map_id_ && tracker_.WorldIsGiven() ? tracker_.PoseOf(*given.in_map)
                                                                               : given.cam_from_board;
   }
@@ -74,13 +76,13 @@ class FeaturesAndMarkers : public PoseSource {
   std::vector<ScenePoint> Points() const override {
     return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
   }
-  // The recorded views' world is the board's already.
+  // The recorded views are in the board's frame already.
   bool SeedMap(std::span<const SeedView> views) override {
     if (!tracker_.SeedMap(views)) return false;
     tracker_.MoveWorld({});
     return true;
   }
-  // A map in a world of its own would be of no use to a later session.
+  // A later session could not use a map in a world of its own.
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
     if (tracker_.WorldIsGiven()) tracker_.SaveMap(file, key);
   }
@@ -98,8 +100,11 @@ class FeaturesAndMarkers : public PoseSource {
   bool IsMetric() const override { return true; }
 
  private:
-  // Anchors of poses that the board gave are numbered downwards from kByBoard. While the map has not been
-  // moved the tracker may know them as well, and better once it has been.
+  // A map that differs from an unambiguous board pose by more than this (of the distance, or radians) and by
+  // this many of its standard deviations is not used for the frame. Guessed.
+  static constexpr double kFar = 0.05, kFarSigmas = 5;
+  // Anchors of poses that the board gave are numbered downwards from kByBoard. The tracker may have known
+  // such a pose before the map moved; its anchor is better once the map has moved.
   static constexpr int kByBoardForGood = -2, kByBoard = -3;
   struct ByBoard {
     Rigid3 cam_from_board;
@@ -128,21 +133,20 @@ class FeaturesAndMarkers : public PoseSource {
     if (track.center_sigma) *track.center_sigma *= board_from_map->scale;
   }
 
-  // A map that the board contradicts is not believed for this frame.
   static bool IsFarOff(const Rigid3& by_map, const MarkerPose& pose) {
     if (pose.by_history) return false;
-    constexpr double kFar = 0.05;  // of the distance, or radians
     const double off = (by_map.OriginInSource() - pose.cam_from_world.OriginInSource()).norm();
     const double turned = RotationAngle(by_map.rotation * pose.cam_from_world.rotation.conjugate());
     const double sigma = pose.center_sigma / pose.distance;
-    const bool far = off > (kFar + 5 * sigma) * pose.distance || turned > kFar + 5 * sigma;
+    const double most = kFar + kFarSigmas * sigma;
+    const bool far = off > most * pose.distance || turned > most;
     if (far)
-      spdlog::debug("markers: the map is {:.3f} m and {:.3f} off the board: not believed", off, turned);
+      spdlog::debug("markers: the map is {:.3f} m and {:.3f} rad off the board: not used", off, turned);
     return far;
   }
 
-  Track CarriedByBoard(const Frame& frame, const std::optional<MarkerPose>& pose,
-                       const std::optional<Anchored>& in_map) {
+  Track TrackByBoard(const Frame& frame, const std::optional<MarkerPose>& pose,
+                     const std::optional<Anchored>& in_map) {
     Track track = given_->Step(WithPose(frame, pose));
     visible_.clear();
     if (pose) {
@@ -157,7 +161,7 @@ class FeaturesAndMarkers : public PoseSource {
 
   MarkerLocator locator_;
   Tracker tracker_;
-  std::unique_ptr<PoseSource> given_;  // judges sharpness and motion while the board carries
+  std::unique_ptr<PoseSource> given_;  // measures sharpness and motion while the board gives the pose
   BoardFromMap frames_;
   bool on_map_ = false, began_ = false, lost_ = false;
   int map_id_ = 0, by_features_ = 0;

@@ -4,14 +4,18 @@
 #include <deque>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/quantile.h"
+
 namespace ulf::tracking {
 namespace {
 
+constexpr int kDetailWidth = 480;    // px, of the image that sharpness is measured on. Guessed
+constexpr std::size_t kRecent = 30;  // frames that sharpness is relative to. Guessed
+
 // Mean squared Laplacian of a lightly smoothed, small image, relative to its contrast.
 double Detail(const Image& image) {
-  constexpr int kWidth = 480;
   cv::Mat gray = GrayForTracking(image), small, laplacian;
-  const double scale = std::min(1.0, static_cast<double>(kWidth) / gray.cols);
+  const double scale = std::min(1.0, static_cast<double>(kDetailWidth) / gray.cols);
   cv::resize(gray, small, {}, scale, scale, cv::INTER_AREA);
   cv::GaussianBlur(small, small, {3, 3}, 0);
   cv::Laplacian(small, laplacian, CV_32F);
@@ -58,17 +62,14 @@ class KnownPoseSource : public PoseSource {
 
  private:
   double SharpnessAgainstRecent(const Image& image) {
-    constexpr std::size_t kRecent = 30;
     const double detail = Detail(image);
     recent_detail_.push_back(detail);
     if (recent_detail_.size() > kRecent) recent_detail_.pop_front();
-    std::vector<double> sorted(recent_detail_.begin(), recent_detail_.end());
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return *middle > 0 ? detail / *middle : 1;
+    const double usual = Median({recent_detail_.begin(), recent_detail_.end()});
+    return usual > 0 ? detail / usual : 1;
   }
 
-  // How far the image of the scene at the subject's distance moves: the median over a grid of pixels.
+  // How far the image moves at the subject's distance: the median over a grid of pixels.
   double MotionPx(const Rigid3& before, const Rigid3& now) const {
     if (!subject_) return 0;
     const double distance = (before * subject_->center_in_world).norm();
@@ -81,10 +82,7 @@ class KnownPoseSource : public PoseSource {
         const auto moved = camera_.ImgFromCam(now * (before.Inverse() * (distance * *ray)));
         if (moved) motions.push_back((*moved - img).norm());
       }
-    if (motions.empty()) return 0;
-    const auto middle = motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2);
-    std::nth_element(motions.begin(), middle, motions.end());
-    return *middle;
+    return Median(std::move(motions));
   }
 
   CameraModel camera_;

@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/fiducials/board_detector.h"
@@ -19,9 +20,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kMostRmsPx = 2.5;   // more is no marker, or not this board
-constexpr int kSearchAllEvery = 10;  // frames: markers may come in elsewhere
 
 double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation> corners, const Rigid3& pose,
                      double sigma_px) {
@@ -35,6 +33,8 @@ double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation
 
 // Both poses of a plane, from points in it; or what a general method finds for points in space.
 std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const PointObservation> corners) {
+  constexpr double kLeastForward = 0.05;        // of a ray's z: IPPE takes points of a plane z = 1. Guessed
+  constexpr double kFlat = 1e-4, kThin = 1e-3;  // ratios of variances: a plane, a line. Guessed
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> normalized;
   Vector3d mean = Vector3d::Zero();
@@ -43,7 +43,7 @@ std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const Poin
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const PointObservation& corner : corners) {
     const auto ray = camera.RayFromImg(corner.img);
-    if (!ray || ray->z() < 0.05) continue;
+    if (!ray || ray->z() < kLeastForward) continue;
     const Vector3d p = corner.point_in_world - mean;
     scatter += p * p.transpose();
     points.emplace_back(p.x(), p.y(), p.z());
@@ -52,8 +52,8 @@ std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const Poin
   if (points.size() < 4) return {};
   // The plane that holds the points, as z = 0 of a frame of its own.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  const bool planar = axes.eigenvalues()[0] < 1e-4 * axes.eigenvalues()[1];
-  if (axes.eigenvalues()[1] < 1e-3 * axes.eigenvalues()[2]) return {};  // a line
+  const bool planar = axes.eigenvalues()[0] < kFlat * axes.eigenvalues()[1];
+  if (axes.eigenvalues()[1] < kThin * axes.eigenvalues()[2]) return {};  // a line
   Eigen::Matrix3d plane_from_world;
   plane_from_world.row(0) = axes.eigenvectors().col(2);
   plane_from_world.row(1) = axes.eigenvectors().col(1);
@@ -101,8 +101,6 @@ MarkerLocator MarkerLocator::For(const CameraModel& camera) const {
   return other;
 }
 
-int MarkerLocator::KnownMarkers() const { return spec_.kind == MarkerSpec::Kind::kSeveral ? map_.Size() : 1; }
-
 std::string MarkerLocator::WorldInWords() const {
   if (spec_.kind != MarkerSpec::Kind::kSeveral || map_.First() < 0) return {};
   return fmt::format("the world is the frame of marker {} (marker:{:g}:{}:{}), {} learnt", map_.First(),
@@ -115,8 +113,7 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
     const auto points = spec_.board.Points();
     const BoardView view = DetectBoard(spec_.board, gray);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      found.board.push_back(
-          {0.001 * points[static_cast<std::size_t>(view.ids[i])], view.img[i], options_.corner_sigma_px});
+      found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], options_.corner_sigma_px});
       found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
     }
     return found;
@@ -125,27 +122,25 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
   const auto points = board ? spec_.board.Points() : std::vector<Vector3d>();
   std::map<int, int> times;
   for (const auto& [id, img] : DetectMarkers(spec_.dictionary, gray)) {
-    const auto first = static_cast<std::size_t>(4 * id);
-    if (board && first + 4 > points.size()) continue;  // of another sheet
+    const auto first = At(4 * id);
+    if (board && first + 4 > points.size()) continue;  // of another board
     if (spec_.kind == MarkerSpec::Kind::kOne && id != spec_.id) continue;
     ++times[id];
     found.markers[id] = img;
   }
-  // Two of the same number: nobody knows which is which.
+  // A number that is seen twice is ambiguous.
   std::erase_if(found.markers, [&](const auto& marker) { return times[marker.first] > 1; });
   for (const auto& [id, img] : found.markers)
     for (std::size_t k = 0; k < 4; ++k) {
       found.all.emplace_back(static_cast<float>(img[k].x()), static_cast<float>(img[k].y()));
-      if (board)
-        found.board.push_back(
-            {0.001 * points[static_cast<std::size_t>(4 * id) + k], img[k], options_.corner_sigma_px});
+      if (board) found.board.push_back({0.001 * points[At(4 * id) + k], img[k], options_.corner_sigma_px});
     }
   return found;
 }
 
 MarkerLocator::Detections MarkerLocator::DetectNearLast(const cv::Mat& gray) const {
   const cv::Rect part = *last_seen_ & cv::Rect({}, gray.size());
-  if (part.width < 32 || part.height < 32) return {};
+  if (std::min(part.width, part.height) < options_.least_part_px) return {};
   Detections found = Detect(gray(part));
   const Vector2d shift(part.x, part.y);
   for (PointObservation& corner : found.board) corner.img += shift;
@@ -174,8 +169,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     double error;
   };
   std::vector<Candidate> candidates;
-  // A wrong corner among many is gated; of a single marker's four none can be spared.
-  const RefinePoseOptions refine{.gate_sigmas = corners.size() > 8 ? 10.0 : 1e6, .max_iterations = 20};
+  constexpr double kNoGate = 1e6;
+  const RefinePoseOptions refine{
+      .gate_sigmas = corners.size() > options_.few_corners ? options_.gate_sigmas : kNoGate,
+      .max_iterations = 20};
   for (const Rigid3& guess : FirstGuesses(camera_, corners))
     if (auto refined = RefinePose(camera_, corners, guess, refine)) {
       const double error = SquaredSigmas(camera_, corners, refined->cam_from_world, options_.corner_sigma_px);
@@ -184,10 +181,9 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   if (candidates.empty()) return std::nullopt;
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
-  // The corners' own scatter says how good they are, where they are many; what is usual, where they are few.
+  // The corners' variance over the usual one.
   const auto freedom = 2 * static_cast<double>(corners.size()) - 6;
-  constexpr double kUsual = 10;  // as if so many errors of the usual size had been seen
-  const double worse = (kUsual + candidates[0].error) / (kUsual + freedom);
+  const double worse = (options_.usual_weight + candidates[0].error) / (options_.usual_weight + freedom);
   std::size_t chosen = 0;
   MarkerPose pose;
   double between = 0;
@@ -197,21 +193,14 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     };
     const Rigid3 &first = candidates[0].refined.cam_from_world,
                  &second = candidates[1].refined.cam_from_world;
-    constexpr double kSame = 1e-3;  // radians
     const bool sure = candidates[1].error - candidates[0].error > options_.sure_difference * worse;
-    if (!sure && apart(first, second) > kSame) {
+    if (!sure && apart(first, second) > options_.same_rad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
-    }
-    // Where both say nearly the same it does not matter which; the predicted error covers both.
-    constexpr double kLittle = 0.01;  // of the distance
-    if (between > kLittle * first.translation.norm()) {
-      constexpr double kClearly = 0.5;
-      if (!history) {
-        *ambiguous = true;
-        return std::nullopt;
-      }
-      const double to_first = apart(first, *history), to_second = apart(second, *history);
-      if (std::min(to_first, to_second) > kClearly * std::max(to_first, to_second)) {
+    // Below, it does not matter which pose is chosen: the predicted error covers both.
+    if (between > options_.little * first.translation.norm()) {
+      const double to_first = history ? apart(first, *history) : 1;
+      const double to_second = history ? apart(second, *history) : 1;
+      if (std::min(to_first, to_second) > options_.clearly * std::max(to_first, to_second)) {
         *ambiguous = true;
         return std::nullopt;
       }
@@ -235,12 +224,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   const auto count = static_cast<double>(pose.corners.size());
   pose.rms_px = std::sqrt(squared / count);
   pose.distance = (mean / count).norm();
-  if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() || pose.rms_px > kMostRmsPx ||
-      (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
+  if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() ||
+      pose.rms_px > options_.max_rms_px || (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
     return std::nullopt;
-  // What neighbouring corners have in common (the lens, the light, the print) no number of them averages out.
-  constexpr double kIndependent = 8;
-  const double alike = std::max(1.0, count / kIndependent);
+  const double alike = std::max(1.0, count / options_.independent_corners);
   pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse * alike));
   for (PointObservation& corner : pose.corners) corner.sigma_px *= std::sqrt(worse * alike);
   return pose;
@@ -249,7 +236,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
 void MarkerLocator::Learn(const Detections& detections, const std::optional<MarkerPose>& pose) {
   if (spec_.kind != MarkerSpec::Kind::kSeveral) return;
   const auto local = MarkerCorners(spec_.side_m);
-  std::map<int, Rigid3> alone;  // markers whose own pose leaves no doubt
+  std::map<int, Rigid3> alone;  // poses of markers that are not ambiguous
   for (const auto& [id, img] : detections.markers) {
     if (map_.Knows(id)) continue;
     std::vector<PointObservation> corners;
@@ -269,7 +256,7 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
     throw Error("markers: an image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
                 gray.cols, gray.rows, camera_.width, camera_.height);
   Detections found;
-  if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < kSearchAllEvery)) {
+  if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < options_.search_all_every)) {
     found = DetectNearLast(gray);
     ++frames_near_;
   }
@@ -280,8 +267,9 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
   last_seen_.reset();
   if (!found.all.empty()) {
     const cv::Rect box = cv::boundingRect(found.all);
-    // As far as a hand moves between frames, and the board's rest that was hidden.
-    const int margin = std::max(box.width, box.height) / 3 + gray.cols / 24;
+    // A hand moves that far between frames, and parts of the board may have been hidden.
+    const int margin = static_cast<int>(options_.box_margin * std::max(box.width, box.height)) +
+                       static_cast<int>(options_.width_margin * gray.cols);
     last_seen_ = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin);
   }
   bool ambiguous = false;

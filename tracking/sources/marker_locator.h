@@ -1,13 +1,14 @@
-// A frame's pose from a board or markers of known size: metric, from the first frame on, without a map.
+// Finds a frame's pose from a board or from markers of known size: metric (metres), from the first frame on,
+// without a map. Image points are pixels of the image as it comes.
 //
-// Corners are found where the markers were last, with a margin, else in the whole image; each to a part of a
-// pixel. A plane seen from afar has two poses that show nearly the same (Schweighofer and Pinz 2006); both
-// are computed (Collins and Bartoli 2014, OpenCV's IPPE), refined over all corners with the full camera
-// model, and compared. Where the corners cannot tell them apart the frame before decides; without one there
-// is no pose rather than a wrong one.
+// The locator searches markers where they were last, with a margin, else in the whole image, and measures
+// their corners to a fraction of a pixel. A plane seen from afar has two poses that look nearly alike
+// (Schweighofer and Pinz 2006). Both are computed (Collins and Bartoli 2014, OpenCV's IPPE), refined over all
+// corners with the full camera model, and compared. Where the corners cannot tell them apart, the frame
+// before decides; without one the frame has no pose.
 //
-// Markers whose arrangement nobody knows: the first that is seen well is the world. Another gets its place
-// from frames that show it beside known ones and leave no doubt; from then on both are refined together
+// With several markers of unknown arrangement the first one seen well is the world. Another marker gets its
+// place from frames that show it beside known ones without ambiguity; from then on both are refined together
 // (marker_map.h).
 #pragma once
 
@@ -29,23 +30,46 @@ namespace ulf::tracking {
 
 struct MarkerPose {
   Rigid3 cam_from_world;
-  std::vector<PointObservation> corners;  // that support it, with what they come to as independent ones
-  double center_sigma = 0;  // metres; no less than half of what lies between the two poses of a plane
+  // That support the pose; sigmas so large that the corners may be taken for independent.
+  std::vector<PointObservation> corners;
+  double center_sigma = 0;  // metres; at least half the distance of a plane's two poses, if both are possible
   double distance = 0;      // from the camera to the corners' mean, metres
   double rms_px = 0;
-  bool by_history = false;  // the corners alone could not tell
+  bool by_history = false;  // the corners left two poses, and the frame before decided
 };
 
-void Describe(const MarkerPose& pose, Track& track);  // but for its anchor
+void Describe(const MarkerPose& pose, Track& track);  // everything but the anchor
 std::vector<VisiblePoint> VisibleCorners(const MarkerPose& pose);
-// The frame as if it had come with this pose, or with none.
+// The frame with this known pose, or with none.
 Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose);
 
 struct MarkerLocatorOptions {
-  double corner_sigma_px = 0.15;  // what is usual; where corners are many they say it themselves
-  // The worse of the two poses must be this much less likely: difference of squared errors in sigmas.
-  double sure_difference = 14;  // 1000 : 1
-  double history_s = 0.5;       // a pose older than this decides nothing
+  // Usual error of a corner; many corners show their own. Guessed.
+  double corner_sigma_px = 0.15;
+  // The usual error counts as so many residuals beside the frame's own. Guessed.
+  double usual_weight = 10;
+  // Neighbouring corners share errors (lens, light, print) that no number of them averages out: a board
+  // counts as so many independent corners. Guessed.
+  double independent_corners = 8;
+  // One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
+  // odds of 1000 : 1.
+  double sure_difference = 14;
+  double same_rad = 1e-3;  // two poses that differ by less are one
+  // Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
+  double little = 0.01;
+  // The history decides when one pose is this much nearer to it than the other. Guessed.
+  double clearly = 0.5;
+  double history_s = 0.5;   // a pose older than this decides nothing. Guessed
+  double max_rms_px = 2.5;  // above it the corners are no marker, or not this board. Guessed
+  // A wrong corner among more than so many is dropped beyond this gate; fewer can spare none. Guessed.
+  std::size_t few_corners = 8;
+  double gate_sigmas = 10;
+  // The part of the image that is searched first: this share of the markers' box and of the image's width
+  // around the box, and at least so many pixels. Every so many frames the whole image is searched for
+  // markers without a place. Guessed.
+  double box_margin = 1.0 / 3, width_margin = 1.0 / 24;
+  int least_part_px = 32;
+  int search_all_every = 10;
 };
 
 class MarkerLocator {
@@ -56,15 +80,12 @@ class MarkerLocator {
   // `gray`: CV_8UC1 of the camera's size, display-encoded (GrayForTracking).
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
 
-  // The same markers, as far as they are known, for another camera's photographs.
+  // A locator of the same markers, with the places known so far, for another camera's photographs.
   MarkerLocator For(const CameraModel& camera) const;
 
   const MarkerSpec& spec() const { return spec_; }
   const CameraModel& camera() const { return camera_; }
-  // Markers with a place in the world: 1 but for markers that are learnt.
-  int KnownMarkers() const;
-  // To be told at the end: which of several markers became the world, as --poses names it. Empty: not to be
-  // told.
+  // Which of several markers became the world, as --poses names it; empty where there was no choice.
   std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }
 
@@ -96,7 +117,7 @@ class MarkerLocator {
   int ambiguous_frames_ = 0;
 };
 
-// Where another camera took a photograph of the markers that `locator` knows.
+// Finds where another camera took a photograph of the markers that `locator` knows.
 std::optional<MarkerPose> LocateByMarkers(const MarkerLocator& locator, const Frame& photograph,
                                           const CameraModel& camera);
 

@@ -3,25 +3,23 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "core/base/at.h"
+#include "tracking/estimation/two_view_motion.h"
 #include "tracking/sources/marker_spec.h"
 
 namespace ulf::tracking {
 
 namespace {
 
-constexpr std::size_t kProposals = 6;  // that must agree
-constexpr double kAgreeAngle = 0.06;   // radians between proposals
-constexpr std::size_t kMostKeyframes = 60;
-
 // The proposal that most others agree with, and how many do.
-std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m) {
+std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m,
+                                         double agree_rad) {
   std::pair<Rigid3, std::size_t> best{proposals.front(), 0};
   for (const Rigid3& candidate : proposals) {
-    const auto agree =
-        static_cast<std::size_t>(std::count_if(proposals.begin(), proposals.end(), [&](const Rigid3& other) {
-          return (candidate.translation - other.translation).norm() < agree_m &&
-                 RotationAngle(candidate.rotation.conjugate() * other.rotation) < kAgreeAngle;
-        }));
+    const auto agree = At(std::count_if(proposals.begin(), proposals.end(), [&](const Rigid3& other) {
+      return (candidate.translation - other.translation).norm() < agree_m &&
+             RotationAngle(candidate.rotation.conjugate() * other.rotation) < agree_rad;
+    }));
     if (agree > best.second) best = {candidate, agree};
   }
   return best;
@@ -47,37 +45,39 @@ void MarkerMap::Add(const Rigid3& cam_from_world, const std::map<int, MarkerImag
   for (const auto& [id, cam_from_marker] : cam_from_new) {
     std::vector<Rigid3>& proposals = proposed_[id];
     proposals.push_back(cam_from_world.Inverse() * cam_from_marker);
-    if (proposals.size() > 4 * kProposals) proposals.erase(proposals.begin());
-    const auto [place, agree] = Consensus(proposals, 0.5 * side_m_);
-    if (agree < kProposals) continue;
+    if (proposals.size() > 4 * options_.proposals) proposals.erase(proposals.begin());
+    const auto [place, agree] = Consensus(proposals, options_.agree_share * side_m_, options_.agree_rad);
+    if (agree < options_.proposals) continue;
     world_from_marker_[id] = place;
     proposed_.erase(id);
     grew = true;
   }
-  // A keyframe for every new direction or set of markers.
+  // Every new direction and every new set of markers gives a keyframe.
   const auto known = [&](const auto& entry) { return Knows(entry.first); };
   if (std::count_if(seen.begin(), seen.end(), known) < 2) return;
   const double distance = cam_from_world.translation.norm();
   const bool like_another = std::any_of(keyframes_.begin(), keyframes_.end(), [&](const Keyframe& k) {
-    return (k.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm() < 0.05 * distance &&
+    return (k.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm() <
+               options_.keyframe_moved * distance &&
            std::all_of(seen.begin(), seen.end(), [&](const auto& s) { return k.seen.contains(s.first); });
   });
   if (like_another && !grew) return;
-  if (keyframes_.size() >= kMostKeyframes) keyframes_.erase(keyframes_.begin() + kMostKeyframes / 2);
+  if (keyframes_.size() >= options_.most_keyframes)
+    keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(options_.most_keyframes / 2));
   keyframes_.push_back({cam_from_world, seen});
-  Adjust(grew ? 20 : 5);
+  Adjust(grew ? options_.rounds_after_growth : options_.rounds);
 }
 
 void MarkerMap::Adjust(int rounds) {
+  constexpr double kNoGate = 1e6;
   const auto local = MarkerCorners(side_m_);
   for (int round = 0; round < rounds; ++round) {
     for (Keyframe& keyframe : keyframes_)
-      if (const auto refined = RefinePose(camera_, Corners(keyframe.seen, 0.5), keyframe.cam_from_world,
-                                          {.huber_sigmas = 2.45, .gate_sigmas = 1e6, .rounds = 1}))
+      if (const auto refined = RefinePose(camera_, Corners(keyframe.seen, options_.corner_sigma_px),
+                                          keyframe.cam_from_world, {.gate_sigmas = kNoGate, .rounds = 1}))
         keyframe.cam_from_world = refined->cam_from_world;
     for (auto& [id, world_from_marker] : world_from_marker_) {
       if (id == first_) continue;
-      // A marker's pose from all its frames is a rig of cameras' pose: Gauss-Newton by numeric derivatives.
       Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
       Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
       int corners = 0;
@@ -90,20 +90,17 @@ void MarkerMap::Adjust(int rounds) {
           const auto img = camera_.ImgFromCam(cam_from_marker * local[k], &img_by_point);
           if (!img) continue;
           const Eigen::Vector2d residual = *img - seen->second[k];
-          // The marker is moved by a twist of its own frame: point -> point + omega x point + v.
-          Eigen::Matrix3d minus_cross;
-          const Eigen::Vector3d& p = local[k];
-          minus_cross << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+          // A twist of the marker's own frame: point -> point + omega x point + v.
           Eigen::Matrix<double, 2, 6> jacobian;
           const Eigen::Matrix<double, 2, 3> by_local = img_by_point * cam_from_marker.RotationMatrix();
-          jacobian << by_local * minus_cross, by_local;
-          const double weight = std::min(1.0, 1.0 / std::max(1e-9, residual.norm()));
+          jacobian << -by_local * CrossMatrix(local[k]), by_local;
+          const double weight = std::min(1.0, options_.huber_px / std::max(1e-9, residual.norm()));
           hessian += weight * jacobian.transpose() * jacobian;
           gradient += weight * jacobian.transpose() * residual;
           ++corners;
         }
       }
-      if (corners < 8) continue;
+      if (corners < options_.min_corners) continue;
       const Eigen::Matrix<double, 6, 1> step = -hessian.ldlt().solve(gradient);
       if (!step.allFinite()) continue;
       world_from_marker = world_from_marker * Perturbed({}, step);

@@ -1,10 +1,10 @@
-// Where markers of known size are, learnt while they are seen: a small bundle adjustment of its own.
+// Learns the places of markers of known size while they are seen, by a small bundle adjustment.
 //
-// World: the first marker's frame, metres. A frame that shows a marker without a place beside one that has
-// it proposes one; several that agree make it known. From then on frames spread over the views (keyframes)
-// are kept, and marker and camera poses are refined together over all their corners (Gauss-Newton on camera
-// and marker in turn, each with the other held, which converges because every corner is seen with its
-// camera's others).
+// World: the first marker's frame, metres. A frame that shows a marker without a place beside one with a
+// place proposes one; several proposals that agree make it known. From then on the map keeps frames that are
+// spread over the views (keyframes) and refines marker and camera poses together over all their corners:
+// Gauss-Newton on cameras and markers in turn, each with the other held. That converges because every camera
+// sees several corners.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +19,26 @@
 
 namespace ulf::tracking {
 
+struct MarkerMapOptions {
+  // A place is known when so many proposals agree, of the newest four times as many; they agree within this
+  // angle and this share of a marker's side. Guessed.
+  std::size_t proposals = 6;
+  double agree_rad = 0.06;
+  double agree_share = 0.5;
+  // A frame becomes a keyframe when no other lies within this share of the distance and shows its markers.
+  // Guessed.
+  double keyframe_moved = 0.05;
+  std::size_t most_keyframes = 60;
+  int rounds = 5, rounds_after_growth = 20;  // of refinement for a keyframe. Guessed
+  double corner_sigma_px = 0.5;              // beyond 2.45 of it a corner weighs less. Guessed
+  double huber_px = 1;                       // the same for a marker's pose. Guessed
+  int min_corners = 8;                       // that refine a marker: two views'
+};
+
 class MarkerMap {
  public:
-  MarkerMap(const CameraModel& camera, double side_m) : camera_(camera), side_m_(side_m) {}
+  MarkerMap(const CameraModel& camera, double side_m, const MarkerMapOptions& options = {})
+      : camera_(camera), side_m_(side_m), options_(options) {}
 
   bool Knows(int id) const { return world_from_marker_.contains(id); }
   int Size() const { return static_cast<int>(world_from_marker_.size()); }
@@ -30,13 +47,12 @@ class MarkerMap {
     world_from_marker_[id] = {};
     first_ = id;
   }
-  // The known markers' corners with their places.
+  // The known markers' corners with their positions in the world.
   std::vector<PointObservation> Corners(const std::map<int, MarkerImage>& seen, double sigma_px) const;
-  // A frame whose camera is known; `cam_from_marker` of markers without a place, where there is no doubt.
+  // Adds a frame with a known pose. `cam_from_new`: poses of markers without a place that are not ambiguous.
   void Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,
            const std::map<int, Rigid3>& cam_from_new);
-  int First() const { return first_; }  // the world's; -1: none yet
-  const std::map<int, Rigid3>& WorldFromMarker() const { return world_from_marker_; }
+  int First() const { return first_; }  // the marker whose frame is the world; -1: none yet
 
  private:
   struct Keyframe {
@@ -47,6 +63,7 @@ class MarkerMap {
 
   CameraModel camera_;
   double side_m_;
+  MarkerMapOptions options_;
   std::map<int, Rigid3> world_from_marker_;
   std::map<int, std::vector<Rigid3>> proposed_;
   std::vector<Keyframe> keyframes_;

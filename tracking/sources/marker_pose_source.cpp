@@ -53,7 +53,7 @@ class MarkerSource : public PoseSource {
 
  private:
   MarkerLocator locator_;
-  std::unique_ptr<PoseSource> given_;  // judges sharpness and motion
+  std::unique_ptr<PoseSource> given_;  // measures sharpness and motion
   std::vector<VisiblePoint> visible_;
   bool began_ = false, lost_ = false;
 };

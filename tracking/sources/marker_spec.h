@@ -1,11 +1,12 @@
-// What markers a pose may come from: a board of known layout, or single markers of known size.
+// Names the markers that poses come from: a board of known layout, or single markers of known size.
 //
-//   charuco:7x5:30:22:DICT_5X5_100, aruco:4x5:37.5:5:DICT_6X6_1000   a board (core/fiducials/board.h)
+//   charuco:7x5:30:22:DICT_5X5_100      a board (core/fiducials/board.h)
+//   aruco:4x5:37.5:5:DICT_6X6_1000      a board
 //   marker:80:DICT_APRILTAG_36h11:3     the marker with number 3, its black square 80 mm wide
-//   marker:80:DICT_APRILTAG_36h11       several of that size, arranged nobody knows how: learnt on the way
+//   marker:80:DICT_APRILTAG_36h11       several of that size, whose arrangement is learnt while tracking
 //
 // Frame: metres, origin at the board's upper left corner, or in the middle of a single marker; x to the
-// right, y down, z into the sheet. Of learnt markers the first that is seen well is the world.
+// right, y down, z into the sheet. Of several markers the first one seen well is the world.
 #pragma once
 
 #include <Eigen/Core>

@@ -9,19 +9,14 @@ namespace {
 
 using Counted = std::vector<std::pair<std::string, std::uint64_t>>;
 
-// Frames are given their poses and go on as if they had come with them.
+// Gives the frames their poses and passes them on as if they had come with them.
 class OutsidePoses : public PoseSource {
  public:
   OutsidePoses(const CameraModel& camera, const std::optional<Subject>& subject, const Rigid3& tool_from_cam)
       : given_(MakeKnownPoseSource(camera, subject, true)), tool_from_cam_(tool_from_cam) {}
 
   Track Step(const Frame& frame) override {
-    Frame posed = frame;
-    posed.known_cam_from_world.reset();
-    if (frame.status == FrameStatus::kComplete)
-      if (const auto world_from_tool = WorldFromTool(frame))
-        posed.known_cam_from_world = (*world_from_tool * tool_from_cam_).Inverse();
-    Track track = given_->Step(posed);
+    Track track = given_->Step(Posed(frame));
     if (track.skipped) return track;
     if (!track.cam_from_world && !began_) track.state = TrackState::kInitializing;
     track.relocalized = track.cam_from_world && began_ && lost_;
@@ -31,11 +26,7 @@ class OutsidePoses : public PoseSource {
   }
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near) const override {
-    Frame posed = photograph;
-    posed.known_cam_from_world.reset();
-    if (const auto world_from_tool = WorldFromTool(photograph))
-      posed.known_cam_from_world = (*world_from_tool * tool_from_cam_).Inverse();
-    return given_->Locate(posed, camera, near);
+    return given_->Locate(Posed(photograph), camera, near);
   }
   Rigid3 PoseOf(const Anchored& anchor) const override { return given_->PoseOf(anchor); }
   bool IsMetric() const override { return true; }
@@ -44,6 +35,14 @@ class OutsidePoses : public PoseSource {
   virtual std::optional<Rigid3> WorldFromTool(const Frame& frame) const = 0;
 
  private:
+  Frame Posed(Frame frame) const {
+    frame.known_cam_from_world.reset();
+    if (frame.status == FrameStatus::kComplete)
+      if (const auto world_from_tool = WorldFromTool(frame))
+        frame.known_cam_from_world = (*world_from_tool * tool_from_cam_).Inverse();
+    return frame;
+  }
+
   std::unique_ptr<PoseSource> given_;
   Rigid3 tool_from_cam_;
   bool began_ = false, lost_ = false;

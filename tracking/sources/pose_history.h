@@ -1,10 +1,11 @@
-// Poses with times, as a robot or a motion-capture system gives them, and what they say of a moment between
-// two: the position on the line, the orientation on the shortest arc. In a gap nothing is said.
+// Poses with times, as a robot or a motion-capture system sends them, and interpolation between two: the
+// position on the line, the orientation on the shortest arc. In a gap there is no pose.
 #pragma once
 
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "core/geometry/rigid3.h"
 
@@ -12,10 +13,12 @@ namespace ulf::tracking {
 
 enum class PoseAnswer { kFound, kBefore, kAfter, kGap };  // kAfter: the moment is after the newest pose
 
+// A pose from the numbers tx ty tz qx qy qz qw; none where they are not finite or hold no rotation.
+std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> numbers);
+
 class PoseHistory {
  public:
-  // Between poses farther apart than `max_gap_s` there is none. Of more than `most` the earliest are
-  // forgotten.
+  // Between poses farther apart than `max_gap_s` there is no pose. The history keeps the latest `most` poses.
   explicit PoseHistory(double max_gap_s, std::size_t most = std::size_t(-1))
       : max_gap_s_(max_gap_s), most_(most) {}
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "core/base/at.h"
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "tracking/tracker/working_size.h"
@@ -23,16 +24,16 @@ Rigid3 ReadHandEye(const std::string& path) {
     char rest = 0;
     const int read = std::sscanf(line.c_str(), "%lf %lf %lf %lf %lf %lf %lf %c", v, v + 1, v + 2, v + 3,
                                  v + 4, v + 5, v + 6, &rest);
-    const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
-    if (read != 7 || !(std::abs(rotation.norm() - 1) < 0.05))
+    const auto pose = read == 7 ? PoseFromNumbers(v) : std::nullopt;
+    if (!pose)
       throw Error("hand_eye: {}: '{}' is not 'tx ty tz qx qy qz qw', the camera in the tool's frame", path,
                   line);
-    return {rotation.normalized(), {v[0], v[1], v[2]}};
+    return *pose;
   }
   throw Error("hand_eye: {} holds no line 'tx ty tz qx qy qz qw'", path);
 }
 
-// Said beforehand: what fails then looks like a wrong movement.
+// Warns before the start, because the failure looks like a wrong movement.
 void WarnOfLargePictures(const CameraModel& camera, const TrackerOptions& options) {
   const CameraModel tracked = WorkingSize(camera, options.max_side_px).working();
   if (std::max(tracked.width, tracked.height) <= TrackerOptions{}.max_side_px) return;
@@ -89,8 +90,7 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     spec.kind_ = Kind::kStream;
     int used = 0;
     if (std::sscanf(uri.path.c_str(), "%d%n", &spec.stream_.port, &used) != 1 ||
-        static_cast<std::size_t>(used) != uri.path.size() || spec.stream_.port < 0 ||
-        spec.stream_.port > 65535)
+        At(used) != uri.path.size() || spec.stream_.port < 0 || spec.stream_.port > 65535)
       throw UsageError(
           "--poses {}: '{}' is not a port; write tcp:PORT, 1 to 65535, or 0 for any that is free", text,
           uri.path);

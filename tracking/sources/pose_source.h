@@ -1,7 +1,6 @@
-// Where poses come from: the tracker, what a frame knows already (the simulator's truth, a replayed light
-// field), markers, or something beside the camera. One small interface, so that whoever needs a pose for
-// every frame
-// (`ulf track`, `ulf capture`) does not care.
+// The interface of everything that gives a pose for every frame: the tracker, the frame's own pose (the
+// simulator's truth, a replayed light field), markers, or a system outside the camera. `ulf track` and `ulf
+// capture` know only this interface. Poses are cam_from_world; see Track (tracker.h) for frames and units.
 #pragma once
 
 #include <filesystem>
@@ -26,27 +25,28 @@ class PoseSource {
  public:
   virtual ~PoseSource() = default;
   virtual Track Step(const Frame& frame) = 0;
-  // Where a photograph was taken that another camera made (a tethered camera's full resolution), `near` here
-  // or so; none when unsure. Frames' poses are not touched.
+  // Finds where another camera took a photograph (a tethered camera's full resolution), about at `near`; none
+  // when the pose is not certain. Does not change the frames' poses.
   virtual std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                                       const std::optional<Rigid3>& near) const = 0;
-  // What an anchor given earlier means now; poses move when the map is adjusted.
+  // The pose that an anchor means now; poses move when the map is adjusted.
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
-  // The image of that track was recorded as a view, before the next Step(): Points() know it then.
+  // The image of that track was recorded as a view: Points() lists what it shows. Call it before the next
+  // Step().
   virtual void NoteView(int /*view_id*/, const Track& /*track*/) {}
   virtual std::vector<ScenePoint> Points() const { return {}; }
-  // Before the first Step(), to go on with a capture.
+  // Called before the first Step() when a capture goes on.
   virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }
-  // As Tracker's; nothing where there is no map.
+  // As Tracker's; without a map they do nothing.
   virtual void SaveMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) const {}
   virtual std::string RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {
     return "these poses need no map";
   }
   virtual void Finish() {}
-  virtual TrackerStatistics Statistics() const { return {}; }  // of the map; zero where there is none
-  // What became of poses from outside, by name, in the order to be shown.
+  virtual TrackerStatistics Statistics() const { return {}; }  // of the map; zeros without a map
+  // How many poses came from outside, and how many frames got one: names and counts, in the order to show.
   virtual std::vector<std::pair<std::string, std::uint64_t>> Counts() const { return {}; }
   // Whether the world's unit is the metre; it may become so while tracking.
   virtual bool IsMetric() const { return false; }
@@ -54,18 +54,19 @@ class PoseSource {
 
 std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera, const TrackerOptions& options);
 
-// Poses as the frames bring them; a frame without one is a lost one. With a subject, the image's motion is
-// judged at its distance; without one not at all.
+// The frames' own poses; a frame without one is lost. The image's motion is measured at the subject's
+// distance, and is unknown without a subject.
 std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
                                                 const std::optional<Subject>& subject = {},
                                                 bool metric = false);
 
-// By markers alone, and with a map of features that the markers begin, give its metre, and help out of sight.
+// By markers alone; or by markers and a map of features, which gets its frame and its unit from the markers
+// and gives poses where they are out of sight.
 std::unique_ptr<PoseSource> MakeMarkerSource(const CameraModel& camera, const MarkerSpec& spec);
 std::unique_ptr<PoseSource> MakeFeaturesAndMarkersSource(const CameraModel& camera, const MarkerSpec& spec,
                                                          const TrackerOptions& options);
 
-// From a TUM file, by the frames' device times; between poses it interpolates.
+// From a TUM file: interpolates between poses at the frames' device times.
 struct TrajectoryOptions {
   double offset_s = 0;     // added to a frame's time before it is looked up
   double max_gap_s = 0.2;  // between poses farther apart there is none
@@ -87,26 +88,26 @@ struct PoseSourceOptions {
   std::function<bool()> stop = {};      // asked while waiting for poses from outside
 };
 
-// As `--poses` says it, on the command line of `ulf track` and `ulf capture`.
+// The option `--poses` of `ulf track` and `ulf capture`.
 inline constexpr const char* kPosesHelp =
     "Where poses come from: features (tracked), markers:SPEC, features+markers:SPEC, known (by the device), "
     "tum:FILE, tcp:PORT (docs/tracking.md)";
 
 class PosesSpec {
  public:
-  // Throws UsageError that names the forms.
+  // Throws UsageError that names the accepted forms.
   static PosesSpec Parse(const std::string& text);
   const std::string& Text() const { return text_; }
-  // Not found in the images: given with the frames or from outside; there are no tracked points.
+  // The poses come with the frames or from outside, not from the images: there are no tracked points.
   bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
-  // The world is known before the first frame: a subject can be named in it.
+  // The world is known before the first frame, so the user can name a subject in it.
   bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
-  // The world is whichever marker is seen first: another session's is another one.
+  // The world is the marker that is seen first, which differs between sessions.
   bool ChoosesWorldAnew() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  // A map of features is built, which a capture that goes on must be given.
+  // The source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
 

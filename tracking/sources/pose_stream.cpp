@@ -14,14 +14,16 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
 namespace ulf::tracking {
 namespace {
 
-constexpr std::size_t kLongestLine = 1024;
-constexpr std::size_t kMostPoses = 100000;  // 100 s of the fastest robot's
+constexpr std::size_t kLongestLine = 1024;             // bytes: the documented limit
+constexpr std::size_t kMostPoses = 100000;             // that are kept: 100 s of a robot at 1 kHz
+constexpr auto kPoll = std::chrono::milliseconds(50);  // between questions whether to stop
 
 int ListenOn(int port) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -47,7 +49,7 @@ int PortOf(int fd) {
   return ntohs(address.sin_port);
 }
 
-// For people: what cannot be printed is a dot, and no more than a screen's line.
+// For messages: prints a dot for what cannot be printed, and at most 60 characters.
 std::string Shown(const std::string& line) {
   std::string shown = line.substr(0, 60);
   for (char& c : shown)
@@ -63,7 +65,7 @@ PoseStream::PoseStream(const PoseStreamOptions& options)
   port_ = PortOf(listening_);
   if (pipe2(wake_, O_CLOEXEC | O_NONBLOCK) != 0) {
     close(listening_);
-    throw Error("tcp:{}: no pipe to be had: {}", options.port, std::strerror(errno));
+    throw Error("tcp:{}: cannot make a pipe: {}", options.port, std::strerror(errno));
   }
   thread_ = std::thread([this] { Serve(); });
 }
@@ -155,9 +157,7 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
   if (first == std::string::npos || line[first] == '#') return;
   double value = 0;
   int used = 0;
-  const auto all_read = [&] {
-    return line.find_first_not_of(" \t\r", static_cast<std::size_t>(used)) == std::string::npos;
-  };
+  const auto all_read = [&] { return line.find_first_not_of(" \t\r", At(used)) == std::string::npos; };
   if (std::sscanf(line.c_str(), " sync %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
     const double now_s = EpochSeconds();
     {
@@ -187,17 +187,15 @@ bool PoseStream::TakePose(const std::string& line) {
   int used = 0;
   if (std::sscanf(line.c_str(), "%lf %lf %lf %lf %lf %lf %lf %lf%n", v, v + 1, v + 2, v + 3, v + 4, v + 5,
                   v + 6, v + 7, &used) != 8 ||
-      line.find_first_not_of(" \t\r", static_cast<std::size_t>(used)) != std::string::npos)
+      line.find_first_not_of(" \t\r", At(used)) != std::string::npos)
     return false;
-  for (const double number : v)
-    if (!std::isfinite(number)) return false;
-  const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
-  if (std::abs(rotation.norm() - 1) > 0.05) return false;
+  const auto pose = PoseFromNumbers(std::span<const double, 7>(v + 1, 7));
+  if (!pose || !std::isfinite(v[0])) return false;
   const double now_s = EpochSeconds();
   {
     const MutexLock lock(mutex_);
     counts_.out_of_order += !history_.empty() && v[0] < history_.NewestS();
-    history_.Add(v[0], {rotation.normalized(), {v[1], v[2], v[3]}});
+    history_.Add(v[0], *pose);
     sender_clock_.Add(v[0], now_s);
     ++counts_.poses;
     starved_ = false;
@@ -233,7 +231,7 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
     }
     const bool over =
         Clock::now() >= until || starved_ || (!connected_ && !first) || (options_.stop && options_.stop());
-    // A gap just behind the newest pose may be one that comes late.
+    // A gap just before the newest pose may be filled by a pose that comes late.
     const bool may_come = answer == PoseAnswer::kAfter ||
                           (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
     if (over || !may_come) {
@@ -246,7 +244,7 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
       starved_ = starved_ || (may_come && Clock::now() >= until);
       return std::nullopt;
     }
-    came_.wait_until(lock, std::min(until, Clock::now() + std::chrono::milliseconds(50)));
+    came_.wait_until(lock, std::min(until, Clock::now() + kPoll));
   }
 }
 

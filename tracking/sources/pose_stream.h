@@ -1,19 +1,21 @@
-// Poses that another program sends over a socket of this computer: a robot's controller, a motion-capture
-// bridge. Lines of text, described for their authors in docs/tracking.md:
+// Receives poses that another program sends over a socket of this computer: a robot's controller, a
+// motion-capture bridge. The sender writes lines of text (docs/tracking.md describes them for senders):
 //
 //   time tx ty tz qx qy qz qw      the tool in the world, as in a TUM file; any order, any rate
-//   sync T                         T: the sender's clock now; answered at once by `sync T H`, H: ours
-//   offset S                       our clock minus the sender's, as the sender found it out
-//   # ...                          nothing
+//   sync T                         T: the sender's clock now; the answer is `sync T H`, H: our clock
+//   offset S                       our clock minus the sender's, as the sender measured it
+//   # ...                          a comment
 //
-// Listens on 127.0.0.1 only. One sender at a time; it may go and come back. What cannot be read is counted
-// and named, never fatal.
+// Listens on 127.0.0.1 only, to one sender at a time, which may leave and return. Lines that cannot be read
+// are counted and reported; they end nothing.
 //
-// Clocks: `own`, the sender's times are of its own clock. It is told by `offset`, or learnt from when lines
-// arrive (clock_offset.h: the least delay). `host`: of this computer's, seconds since the epoch. `device`: of
-// the camera's.
+// Clocks of the times that are sent:
+//   own       the sender's. `offset` gives the difference to ours, or the arrival times do (clock_offset.h:
+//             the least delay)
+//   host      this computer's, seconds since the epoch
+//   device    the camera's
 //
-// One thread receives; frames ask from another.
+// One thread receives; another asks for the frames' poses.
 #pragma once
 
 #include <cstdint>
@@ -37,22 +39,23 @@ struct PoseStreamOptions {
   int port = 0;  // 0: any that is free
   SenderClock clock = SenderClock::kOwn;
   double max_gap_s = 0.2;
-  double wait_s = 0.25;             // that a frame waits for a pose of its time
-  double connect_s = 10;            // that the first frame waits for a sender
+  double wait_s = 0.25;             // how long a frame waits for a pose of its time
+  double connect_s = 10;            // how long the first frame waits for a sender
   double offset_s = 0;              // added to a frame's time before it is looked up
   std::function<bool()> stop = {};  // asked while waiting
 };
 
 class PoseStream {
  public:
-  // Throws Error when the port cannot be had.
+  // Throws Error when it cannot listen on the port.
   explicit PoseStream(const PoseStreamOptions& options);
   ~PoseStream();
   PoseStream(const PoseStream&) = delete;
   PoseStream& operator=(const PoseStream&) = delete;
 
   int Port() const { return port_; }
-  // The tool at a frame's time. Waits for it; not again after having waited in vain, until a line has come.
+  // The tool's pose at a frame's time. Waits for it; after a wait in vain it waits again only when another
+  // line has come.
   std::optional<Rigid3> WorldFromTool(double device_time_s, double host_time_s);
 
   struct Counts {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/pose_log_odds.h"
 
@@ -17,9 +18,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Fewer agreeing matches than this are not even a hint of a pose.
-constexpr int kMinCoarse = 12;
-
 std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
   std::vector<PointMatch> inliers;
   for (std::size_t i = 0; i < matches.size(); ++i)
@@ -27,14 +25,10 @@ std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const 
   return inliers;
 }
 
-const Candidate& CandidateOf(const FramePose& located, const PointMatch& match) {
-  return located.candidates[static_cast<std::size_t>(match.candidate)];
-}
-
-// Whether a point may be seen there from a pose that is as unsure as it says.
+// Whether a match fits a pose within the pose's covariance and its own sigma.
 bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3d& position,
             const PointMatch& match) {
-  constexpr double kChi2 = 5.99;  // 95 % in two dimensions
+  constexpr double kChi2 = 5.99;  // 95 % quantile, two degrees of freedom
   const Vector3d in_cam = pose.cam_from_world * position;
   Eigen::Matrix<double, 2, 3> img_by_point;
   const auto img = camera.ImgFromCam(in_cam, &img_by_point);
@@ -48,24 +42,25 @@ bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3
   return off.dot(variance.inverse() * off) <= kChi2;
 }
 
-// Without what contradicts the points that are confirmed. Where a part of the picture moves on its own, two
-// keyframes can agree about all of it, and so many new points at once would draw the pose, and the keyframes
-// that follow, over to them: they count where they are found at a place that the confirmed ones allow. In a
-// map that has just been started nothing is confirmed, and everything counts.
-std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const FramePose& located,
+// Drops matches that contradict the confirmed points. Where a part of the image moves on its own, two
+// keyframes can agree about all of it; its many new points would then pull the pose, and the next keyframes,
+// along. So an unconfirmed point counts only where the pose of the confirmed ones allows it. A map that has
+// just started has no confirmed points, and every match counts.
+std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const FramePose& frame_pose,
                                                 const std::vector<PointMatch>& matches,
-                                                const std::vector<PointObservation>& corners) {
+                                                const std::vector<PointObservation>& corners,
+                                                int min_matches) {
   std::vector<PointMatch> confirmed;
   std::copy_if(matches.begin(), matches.end(), std::back_inserter(confirmed),
-               [&](const PointMatch& match) { return CandidateOf(located, match).confirmed; });
+               [&](const PointMatch& match) { return frame_pose.CandidateOf(match).confirmed; });
   if (confirmed.size() == matches.size()) return matches;
-  std::vector<PointObservation> sure = ToObservations(located.candidates, confirmed);
+  std::vector<PointObservation> sure = ToObservations(frame_pose.candidates, confirmed);
   sure.insert(sure.end(), corners.begin(), corners.end());
-  const auto pose = RefinePose(camera, sure, located.cam_from_world);
-  if (!pose || pose->inliers < kMinCoarse) return matches;
+  const auto pose = RefinePose(camera, sure, frame_pose.cam_from_world);
+  if (!pose || pose->inliers < min_matches) return matches;
   std::vector<PointMatch> kept;
   std::copy_if(matches.begin(), matches.end(), std::back_inserter(kept), [&](const PointMatch& match) {
-    const Candidate& candidate = CandidateOf(located, match);
+    const Candidate& candidate = frame_pose.CandidateOf(match);
     return candidate.confirmed || Allows(camera, *pose, candidate.position, match);
   });
   return kept;
@@ -73,10 +68,10 @@ std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const
 
 }  // namespace
 
-double MedianShiftPx(const CameraModel& camera, const FramePose& located, const Rigid3& cam_from_world) {
+double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
   std::vector<double> shifts;
-  for (const PointMatch& match : located.matches) {
-    if (const auto img = camera.ImgFromCam(cam_from_world * CandidateOf(located, match).position))
+  for (const PointMatch& match : frame_pose.matches) {
+    if (const auto img = camera.ImgFromCam(cam_from_world * frame_pose.CandidateOf(match).position))
       shifts.push_back((*img - match.img).norm());
   }
   return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
@@ -87,82 +82,80 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
                                               const std::unordered_map<int, Vector2d>& first_points,
                                               StageTimes& stages) {
   StageTimer matching(&stages.matching_s);
-  FramePose located;
+  FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    located.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
+    frame_pose.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
   }
   std::vector<int> first;
-  for (int i = 0; i < static_cast<int>(located.candidates.size()); ++i)
-    if (first_points.contains(located.candidates[static_cast<std::size_t>(i)].id)) first.push_back(i);
+  for (int i = 0; i < static_cast<int>(frame_pose.candidates.size()); ++i)
+    if (first_points.contains(frame_pose.candidates[At(i)].id)) first.push_back(i);
   if (first.empty()) return std::nullopt;
 
-  const MapMatches coarse = MatchMap(camera_, image, located.candidates, first, predicted,
-                                     {.radius_px = first_radius_px, .max_distance = 80, .align = false});
+  const MapMatches coarse =
+      MatchMap(camera_, image, frame_pose.candidates, first, predicted,
+               {.radius_px = first_radius_px, .max_distance = options_.first_max_distance});
   matching.Stop();
   StageTimer refinement(&stages.refinement_s);
-  const auto refined = RefinePose(camera_, ToObservations(located.candidates, coarse.matches), predicted,
-                                  {.gate_sigmas = 3, .rounds = 2, .min_step = 1e-5});
+  const auto refined = RefinePose(camera_, ToObservations(frame_pose.candidates, coarse.matches), predicted,
+                                  options_.first_refinement);
   refinement.Stop();
-  if (!refined || refined->inliers < kMinCoarse) return std::nullopt;
-  located.cam_from_world = refined->cam_from_world;
-  return Refine(image, std::move(located), 4 * camera_.width / 640.0, stages);
+  if (!refined || refined->inliers < options_.min_matches) return std::nullopt;
+  frame_pose.cam_from_world = refined->cam_from_world;
+  return Refine(image, std::move(frame_pose), options_.fine_radius_px * PxAt640(camera_.width), stages);
 }
 
-std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePose located, double radius_px,
-                                              StageTimes& stages) const {
+std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePose frame_pose,
+                                              double radius_px, StageTimes& stages) const {
   StageTimer matching(&stages.matching_s);
-  MapMatches fine = MatchMap(camera_, image, located.candidates, {}, located.cam_from_world,
-                             {.radius_px = radius_px, .max_distance = 70, .align = false});
+  MapMatches fine = MatchMap(camera_, image, frame_pose.candidates, {}, frame_pose.cam_from_world,
+                             {.radius_px = radius_px, .max_distance = options_.max_distance});
   matching.Stop();
   StageTimer alignment(&stages.alignment_s);
-  AlignMatches(camera_, image, located.candidates, located.cam_from_world, fine.matches);
+  AlignMatches(camera_, image, frame_pose.candidates, frame_pose.cam_from_world, fine.matches);
   alignment.Stop();
   StageTimer refinement(&stages.refinement_s);
   const auto refine = [&](std::vector<PointMatch>& matches, const Rigid3& from) {
-    const std::vector<PointObservation> corners = CornersOf(shared_, image, located.cam_from_world);
-    matches = FilterByConfirmedPoints(camera_, located, matches, corners);
-    std::vector<PointObservation> all = ToObservations(located.candidates, matches);
+    const std::vector<PointObservation> corners = CornersOf(shared_, image, frame_pose.cam_from_world);
+    matches = FilterByConfirmedPoints(camera_, frame_pose, matches, corners, options_.min_matches);
+    std::vector<PointObservation> all = ToObservations(frame_pose.candidates, matches);
     all.insert(all.end(), corners.begin(), corners.end());
     return RefinePose(camera_, all, from);
   };
-  auto refined = refine(fine.matches, located.cam_from_world);
+  auto refined = refine(fine.matches, frame_pose.cam_from_world);
   if (!refined) return std::nullopt;
-  located.matches = InliersOf(fine.matches, *refined);
-  if (static_cast<int>(located.matches.size()) < kMinCoarse) return std::nullopt;
+  frame_pose.matches = InliersOf(fine.matches, *refined);
+  if (static_cast<int>(frame_pose.matches.size()) < options_.min_matches) return std::nullopt;
   refinement.Stop();
   StageTimer search(&stages.alignment_s);
   const std::vector<int> looked_for =
-      AlignUndetected(camera_, image, located.candidates, fine.expected, refined->cam_from_world,
-                      most_undetected_, located.matches);
+      AlignUndetected(camera_, image, frame_pose.candidates, fine.expected, refined->cam_from_world,
+                      undetected_, frame_pose.matches);
   search.Stop();
   StageTimer last(&stages.refinement_s);
-  refined = refine(located.matches, refined->cam_from_world);
+  refined = refine(frame_pose.matches, refined->cam_from_world);
   if (!refined) return std::nullopt;
-  located.cam_from_world = refined->cam_from_world;
-  located.center_sigma = refined->center_sigma;
-  located.matches = InliersOf(located.matches, *refined);
-  located.in_view = fine.expected;
-  located.looked_for = looked_for;
-  located.expected = 0;
-  for (const int i : looked_for)
-    located.expected += located.candidates[static_cast<std::size_t>(i)].find_rate;
-  return located;
+  frame_pose.cam_from_world = refined->cam_from_world;
+  frame_pose.center_sigma = refined->center_sigma;
+  frame_pose.matches = InliersOf(frame_pose.matches, *refined);
+  frame_pose.in_view = fine.expected;
+  frame_pose.looked_for = looked_for;
+  frame_pose.expected = 0;
+  for (const int i : looked_for) frame_pose.expected += frame_pose.candidates[At(i)].find_rate;
+  return frame_pose;
 }
 
 std::optional<FramePose> FrameLocator::FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const {
-  std::optional<FramePose> found = RefineTwice(image, cam_from_world);
+  std::optional<FramePose> found = FindNear(image, cam_from_world);
   if (!found || PoseLogOdds(camera_, *found) <= kFollowedLogOdds) return std::nullopt;
   return found;
 }
 
 std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                             unsigned seed) const {
-  constexpr int kTried = 6;  // keyframes, until one shows where this is
-  constexpr int kRanked = 100;
-  const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, kRanked);
-  for (int k = 0; k < std::min(kTried, static_cast<int>(ranked.size())); ++k) {
-    const int keyframe = ranked[static_cast<std::size_t>(k)].keyframe;
+  const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, options_.ranked);
+  for (int k = 0; k < std::min(options_.tried, static_cast<int>(ranked.size())); ++k) {
+    const int keyframe = ranked[At(k)].keyframe;
     std::optional<FramePose> found = FindBy(keyframe, image, seed);
     if (!found) continue;
     LeftOut left_out;
@@ -176,22 +169,22 @@ std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const Key
   return std::nullopt;
 }
 
-// The keyframes that look like this picture without seeing what it was found by.
+// Asks the keyframes that look like this image but show other points than its pose rests on.
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
-                                      const FramePose& located, LeftOut& left_out) const {
-  constexpr std::size_t kOthers = 5;
+                                      const FramePose& frame_pose, LeftOut& left_out) const {
   const MapLock lock(shared_);
-  std::unordered_map<int, std::size_t> shows;  // by keyframe: how many of the points it sees
-  for (const PointMatch& match : located.matches) {
-    const int id = CandidateOf(located, match).id;
+  std::unordered_map<int, int> shows;  // by keyframe: how many of the points it sees
+  for (const PointMatch& match : frame_pose.matches) {
+    const int id = frame_pose.CandidateOf(match).id;
     for (const Observation& o : shared_.map.point(id).observations) ++shows[o.keyframe];
   }
-  std::size_t others = 0;
+  int others = 0;
   for (const auto& [keyframe, votes] : ranked) {
-    if (others >= kOthers) break;
-    if (3 * shows[keyframe] > located.matches.size()) continue;
+    if (others >= options_.other_places) break;
+    if (shows[keyframe] > options_.other_place_share * static_cast<double>(frame_pose.matches.size()))
+      continue;
     ++others;
-    ExcludeAmbiguousMatches(shared_.map, keyframe, located, left_out);
+    ExcludeAmbiguousMatches(shared_.map, keyframe, frame_pose, left_out);
   }
 }
 
@@ -203,57 +196,59 @@ std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& 
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
   if (!proposal) return std::nullopt;
-  return RefineTwice(image, proposal->cam_from_world);
+  return FindNear(image, proposal->cam_from_world);
 }
 
-std::optional<FramePose> FrameLocator::RefineTwice(const TrackedImage& image,
-                                                   const Rigid3& cam_from_world) const {
-  StageTimes ignored;  // the caller counts all of this as one stage
-  const double unit = camera_.width / 640.0;
-  FramePose located;
-  located.cam_from_world = cam_from_world;
+std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image,
+                                                const Rigid3& cam_from_world) const {
+  FramePose frame_pose;
+  frame_pose.cam_from_world = cam_from_world;
   {
     const MapLock lock(shared_);
-    located.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
+    frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
   }
-  std::optional<FramePose> wide = Refine(image, std::move(located), 10 * unit, ignored);
-  if (!wide) return std::nullopt;
-  return Refine(image, std::move(*wide), 4 * unit, ignored);
+  return RefineTwice(image, std::move(frame_pose));
 }
 
-void FrameLocator::Describe(const FeatureSet& detected, const FramePose& located,
+std::optional<FramePose> FrameLocator::RefineTwice(const TrackedImage& image, FramePose frame_pose) const {
+  StageTimes ignored;  // the caller counts all of this as one stage
+  const double unit = PxAt640(camera_.width);
+  std::optional<FramePose> wide =
+      Refine(image, std::move(frame_pose), options_.wide_radius_px * unit, ignored);
+  return wide ? Refine(image, std::move(*wide), options_.fine_radius_px * unit, ignored) : std::nullopt;
+}
+
+void FrameLocator::Describe(const FeatureSet& detected, const FramePose& frame_pose,
                             NewKeyframe& keyframe) const {
-  std::vector<int> point_of(static_cast<std::size_t>(detected.size()), -1);
-  std::vector<bool> shadowed(static_cast<std::size_t>(detected.size()), false);
-  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
-    const int feature = located.matches[static_cast<std::size_t>(m)].feature;
-    if (feature >= 0) point_of[static_cast<std::size_t>(feature)] = m;
+  std::vector<int> point_of(At(detected.size()), -1);
+  std::vector<bool> shadowed(At(detected.size()), false);
+  for (int m = 0; m < static_cast<int>(frame_pose.matches.size()); ++m) {
+    const int feature = frame_pose.matches[At(m)].feature;
+    if (feature >= 0) point_of[At(feature)] = m;
   }
   std::vector<Feature> features;
   const auto add = [&](const Feature& feature, int m) {
     if (m >= 0) {
-      const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
-      keyframe.seen.push_back({CandidateOf(located, match).id,
+      const PointMatch& match = frame_pose.matches[At(m)];
+      keyframe.seen.push_back({frame_pose.CandidateOf(match).id,
                                {-1, static_cast<int>(features.size()), match.img, match.sigma_px}});
     }
     features.push_back(feature);
   };
-  for (int m = 0; m < static_cast<int>(located.matches.size()); ++m) {
-    const PointMatch& match = located.matches[static_cast<std::size_t>(m)];
+  for (int m = 0; m < static_cast<int>(frame_pose.matches.size()); ++m) {
+    const PointMatch& match = frame_pose.matches[At(m)];
     if (match.feature >= 0) continue;
     const auto ray = camera_.RayFromImg(match.img);
     if (!ray) continue;
-    const Candidate& candidate = CandidateOf(located, match);
-    const double distance = (located.cam_from_world * candidate.position).norm();
+    const Candidate& candidate = frame_pose.CandidateOf(match);
+    const double distance = (frame_pose.cam_from_world * candidate.position).norm();
     const int level = NearestLevel(candidate.reference_distance / distance);
-    constexpr double kShadowPx = 3;
-    detected.ForEachNear(match.img, kShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
-                         [&](int i) { shadowed[static_cast<std::size_t>(i)] = true; });
+    detected.ForEachNear(match.img, options_.shadow_px * LevelScale(level), std::max(0, level - 1), level + 1,
+                         [&](int i) { shadowed[At(i)] = true; });
     add({match.img, *ray, 0, level, candidate.descriptor}, m);
   }
   for (int i = 0; i < detected.size(); ++i)
-    if (point_of[static_cast<std::size_t>(i)] >= 0 || !shadowed[static_cast<std::size_t>(i)])
-      add(detected[i], point_of[static_cast<std::size_t>(i)]);
+    if (point_of[At(i)] >= 0 || !shadowed[At(i)]) add(detected[i], point_of[At(i)]);
   keyframe.keyframe.features =
       std::make_shared<const FeatureSet>(std::move(features), camera_.width, camera_.height);
 }

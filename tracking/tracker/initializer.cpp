@@ -6,17 +6,13 @@
 #include <limits>
 #include <span>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 
 namespace ulf::tracking {
 namespace {
 
-constexpr int kMinMatches = 60;
-// Followed from frame to frame, nearly all matches are right: where a scene stands still, 0.98 and more give
-// points. A picture half of which moves, or tiles taken for their neighbours, stay below 0.75.
-constexpr double kMinPointShare = 0.85;
-
-// The ray of a match in the second view, aligned with the patch in the first where that works: detected
+// The ray of a match in the second view, aligned with the first view's patch where that works: detected
 // corners alone are too coarse for the small parallax at the start. The patch is warped by rotation only.
 Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const Pyramid& first,
                            const Feature& to, const Pyramid& second) {
@@ -29,15 +25,14 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   return camera.RayFromImg(aligned->img).value_or(to.ray);
 }
 
-// Whether a part of the picture lies off the motion's epipolar lines all to one side. Two things that move
-// can look like one for a while, since depth explains whatever goes along the lines; what remains is across
-// them, and of one sign where it belongs to one thing, while errors of matches have both.
-bool PartMovesOtherwise(const CameraModel& camera, const Rigid3& second_from_first,
-                        std::span<const Eigen::Vector2d> first_img, std::span<const RayPair> pairs) {
+// Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions
+// can look like one for a while, because depth explains everything along the lines. What remains is across
+// them; it has one sign where one thing moves, while errors of matches have both.
+bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& options,
+                       const Rigid3& second_from_first, std::span<const Eigen::Vector2d> first_img,
+                       std::span<const RayPair> pairs) {
   constexpr int kColumns = 4, kRows = 3;
-  constexpr std::size_t kLeastPairs = 8;
-  const double most_px =
-      camera.width / 640.0;  // what stands still, drawn and recorded, stays below half of it
+  const double most_px = options.max_part_shift_px * PxAt640(camera.width);
   const Eigen::Matrix3d essential = EssentialFromPose(second_from_first);
   std::array<std::vector<double>, kColumns * kRows> off_px;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -47,15 +42,14 @@ bool PartMovesOtherwise(const CameraModel& camera, const Rigid3& second_from_fir
     const int column =
                   std::clamp(static_cast<int>(first_img[i].x() * kColumns / camera.width), 0, kColumns - 1),
               row = std::clamp(static_cast<int>(first_img[i].y() * kRows / camera.height), 0, kRows - 1);
-    off_px[static_cast<std::size_t>(row * kColumns + column)].push_back(camera.MeanFocalPx() *
-                                                                        pairs[i].second.dot(line) / across);
+    off_px[At(row * kColumns + column)].push_back(camera.MeanFocalPx() * pairs[i].second.dot(line) / across);
   }
   return std::any_of(off_px.begin(), off_px.end(), [&](const std::vector<double>& part) {
-    return part.size() >= kLeastPairs && std::abs(Median(part)) > most_px;
+    return part.size() >= At(options.min_part_matches) && std::abs(Median(part)) > most_px;
   });
 }
 
-// Then that is what stands in the way.
+// Reports it in `progress`.
 bool TooFewFeatures(const TrackedImage& image, StartProgress& progress) {
   if (image.features->size() >= kFewestFeatures) return false;
   progress.obstacle = StartObstacle::kTooFewFeatures;
@@ -86,9 +80,6 @@ StartObstacle ObstacleOf(const RelativePoseResult& relative) {
 
 }  // namespace
 
-Initializer::Initializer(const CameraModel& camera, double min_parallax_deg, unsigned seed)
-    : camera_(camera), min_parallax_deg_(min_parallax_deg), seed_(seed) {}
-
 void Initializer::SetReference(const TrackedImage& image) {
   reference_ = image;
   expected_.clear();
@@ -100,19 +91,19 @@ void Initializer::SetReference(const TrackedImage& image) {
 InitializerAttempt Initializer::Step(const TrackedImage& image) {
   InitializerAttempt attempt;
   StartProgress& progress = attempt.progress;
-  progress.matches_needed = kMinMatches;
-  progress.parallax_needed_deg = min_parallax_deg_;
+  progress.matches_needed = options_.min_matches;
+  progress.parallax_needed_deg = options_.min_parallax_deg;
   if (!reference_) {
     if (TooFewFeatures(image, progress)) return attempt;
     SetReference(image);
     return attempt;
   }
   const FeatureSet &first = *reference_->features, &second = *image.features;
-  const double radius_px = 0.08 * camera_.width;
-  const std::vector<FeatureMatch> matches = MatchInWindow(
-      first, second, expected_, radius_px, {.max_distance = kSureDistance + 10, .max_ratio = 0.85});
+  const std::vector<FeatureMatch> matches =
+      MatchInWindow(first, second, expected_, options_.search_radius * camera_.width,
+                    {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
   progress.matches = static_cast<int>(matches.size());
-  if (progress.matches < kMinMatches) {
+  if (progress.matches < options_.min_matches) {
     progress.obstacle = StartObstacle::kTooFewMatches;
     reference_.reset();
     if (!TooFewFeatures(image, progress)) SetReference(image);
@@ -125,27 +116,24 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
     const Feature &from = first[match.first], &to = second[match.second];
     pairs.push_back({from.ray, AlignedRay(camera_, from, *reference_->pyramid, to, *image.pyramid)});
     first_img.push_back(from.img);
-    Eigen::Vector2d& expected = expected_[static_cast<std::size_t>(match.first)];
+    Eigen::Vector2d& expected = expected_[At(match.first)];
     const Eigen::Vector2d moved = second[match.second].img - expected;
     motion_px.push_back(moved.norm());
     expected = second[match.second].img;
-    double& seen_s = seen_s_[static_cast<std::size_t>(match.first)];
+    double& seen_s = seen_s_[At(match.first)];
     flow.push_back(moved / (image.time_s - seen_s));
-    if (Eigen::Vector2d& at_first = flow_[static_cast<std::size_t>(match.first)];
-        seen_s == reference_->time_s)
+    if (Eigen::Vector2d& at_first = flow_[At(match.first)]; seen_s == reference_->time_s)
       at_first = flow.back();
     seen_s = image.time_s;
   }
-  std::nth_element(motion_px.begin(), motion_px.begin() + static_cast<long>(motion_px.size() / 2),
-                   motion_px.end());
-  attempt.median_motion_px = motion_px[motion_px.size() / 2];
+  attempt.median_motion_px = Median(std::move(motion_px));
 
   RelativePoseResult relative = RelativePose(pairs, {.focal_px = camera_.MeanFocalPx(),
-                                                     .min_parallax_deg = min_parallax_deg_,
-                                                     .min_point_share = kMinPointShare,
+                                                     .min_parallax_deg = options_.min_parallax_deg,
+                                                     .min_point_share = options_.min_point_share,
                                                      .seed = seed_});
   if (relative.outcome == RelativePoseOutcome::kFound &&
-      PartMovesOtherwise(camera_, relative.second_from_first, first_img, pairs))
+      PartMovesOnItsOwn(camera_, options_, relative.second_from_first, first_img, pairs))
     relative.outcome = RelativePoseOutcome::kConflicting;
   attempt.outcome = relative.outcome;
   progress.obstacle = ObstacleOf(relative);
@@ -160,7 +148,7 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
     if (relative.points_in_first[i]) {
       start.matches.push_back(matches[i]);
       start.points.push_back(*relative.points_in_first[i]);
-      start.first_flow.push_back(flow_[static_cast<std::size_t>(matches[i].first)]);
+      start.first_flow.push_back(flow_[At(matches[i].first)]);
       start.second_flow.push_back(flow[i]);
     }
   attempt.start = std::move(start);

@@ -1,8 +1,9 @@
-// Waits for two views from which a map can start.
+// Finds two views from which a map can start.
 //
-// A reference frame is kept and every further frame matched against it; when the matches thin out, the
-// current frame becomes the reference. Refusals are values with a reason: turning on the spot never starts a
-// map.
+// The initializer keeps a reference frame and matches every further frame with it. When too few match, the
+// current frame becomes the reference. A refusal is a value with a reason; a camera that only turns never
+// starts a map. Rays are unit vectors in their camera, image points pixels, the first view's camera is the
+// world and the translation has unit length.
 #pragma once
 
 #include <optional>
@@ -14,17 +15,18 @@
 #include "tracking/features/matching.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/start_progress.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
 
 struct TwoViewStart {
   TrackedImage first, second;
   Rigid3 second_from_first;
-  std::vector<FeatureMatch> matches;    // those that gave a point
-  std::vector<Eigen::Vector3d> points;  // in the first view, by match
-  // How the matches moved in the image, px/s: after the first view and before the second; NaN: unknown.
+  std::vector<FeatureMatch> matches;    // that gave a point
+  std::vector<Eigen::Vector3d> points;  // in the first view's frame, by match
+  // The matches' velocities in the image, px/s: after the first view and before the second; NaN: unknown.
   std::vector<Eigen::Vector2d> first_flow, second_flow;
-  // The cameras' velocities that they show.
+  // The cameras' velocities that the flow shows (RowMotion::AtStart).
   std::optional<Twist> first_velocity, second_velocity;
 };
 
@@ -40,19 +42,20 @@ struct InitializerAttempt {
 
 class Initializer {
  public:
-  Initializer(const CameraModel& camera, double min_parallax_deg, unsigned seed);
+  Initializer(const CameraModel& camera, const InitializerOptions& options, unsigned seed)
+      : camera_(camera), options_(options), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
   void Restart() { reference_.reset(); }
 
  private:
   void SetReference(const TrackedImage& image);
   CameraModel camera_;
-  double min_parallax_deg_;
+  InitializerOptions options_;
   unsigned seed_;
   std::optional<TrackedImage> reference_;
   std::vector<Eigen::Vector2d> expected_;  // by reference feature: where it was last seen
-  std::vector<double> seen_s_;             // and when
-  std::vector<Eigen::Vector2d> flow_;      // and how it moved at first
+  std::vector<double> seen_s_;             // by reference feature: when it was last seen
+  std::vector<Eigen::Vector2d> flow_;      // by reference feature: its first velocity in the image, px/s
 };
 
 }  // namespace ulf::tracking

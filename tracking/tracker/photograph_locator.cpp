@@ -27,31 +27,27 @@ void ScaleMatches(std::vector<PointMatch>& matches, const Eigen::Vector2d& scale
   }
 }
 
-std::shared_ptr<const FiducialObservation> ResizedTo(FiducialObservation fiducials, const cv::Mat& from,
-                                                     const CameraModel& camera) {
-  const Eigen::Vector2d scale(static_cast<double>(camera.width) / from.cols,
-                              static_cast<double>(camera.height) / from.rows);
-  for (PointObservation& corner : fiducials.corners) {
-    corner.img = corner.img.cwiseProduct(scale);
-    corner.sigma_px *= scale.mean();
-  }
-  return std::make_shared<const FiducialObservation>(std::move(fiducials));
+std::shared_ptr<const FiducialObservation> ResizedTo(const FiducialObservation& fiducials,
+                                                     const cv::Mat& from, const CameraModel& camera) {
+  return std::make_shared<const FiducialObservation>(Scaled(
+      fiducials,
+      {static_cast<double>(camera.width) / from.cols, static_cast<double>(camera.height) / from.rows}));
 }
 
 }  // namespace
 
 PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel& photograph,
                                      const SharedMap& shared, const KeyframeIndex& index,
-                                     const Options& options)
+                                     const PhotographOptions& options)
     : options_(options),
       photograph_px_(photograph.width, photograph.height),
-      // A patch of the map is found on the pyramid level where its pixels are the image's: more than the
-      // pyramid spans would not be used.
+      // A patch of the map is aligned on the pyramid level where its pixels are as large as the image's: a
+      // larger image than the pyramid spans would not be used.
       full_(Reduced(photograph, LevelScale(kPyramidLevels - 1) * live.MeanFocalPx())),
       small_(Reduced(photograph, live.MeanFocalPx())),
       shared_(shared),
       index_(index),
-      locator_(small_, shared, options.features / 5) {}
+      locator_(small_, shared, options.features) {}
 
 std::optional<FramePose> PhotographLocator::Locate(
     const cv::Mat& gray, const std::optional<Rigid3>& near,
@@ -63,71 +59,66 @@ std::optional<FramePose> PhotographLocator::Locate(
   FeatureExtractor extractor(small_);
   extractor.Extract(*image.pyramid, options_.features);  // the corner threshold settles
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, options_.features));
-  std::optional<FramePose> located;
-  if (near) located = LocateNear(image, *near);
-  if (!located) located = locator_.Find(image, index_, options_.seed);
-  if (!located) return std::nullopt;
+  std::optional<FramePose> frame_pose;
+  if (near) frame_pose = LocateNear(image, *near);
+  if (!frame_pose) frame_pose = locator_.Find(image, index_, options_.seed);
+  if (!frame_pose) return std::nullopt;
   TrackedImage at_full;
   at_full.pyramid = std::make_shared<const Pyramid>(BuildPyramid(full));
   if (fiducials) at_full.fiducials = ResizedTo(*fiducials, gray, full_);
-  FramePose at_photograph = RefineAtFull(std::move(at_full), std::move(*located));
+  FramePose at_photograph = RefineAtFull(std::move(at_full), std::move(*frame_pose));
   ScaleMatches(at_photograph.matches,
                photograph_px_.cwiseQuotient(Eigen::Vector2d(full_.width, full_.height)));
   return at_photograph;
 }
 
 std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image, const Rigid3& near) const {
-  const double unit = small_.width / 640.0;
-  StageTimes ignored;
-  FramePose located;
+  const double unit = PxAt640(small_.width);
+  FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    located.candidates = GatherCandidates(shared_.map, small_, near);
+    frame_pose.candidates = GatherCandidates(shared_.map, small_, near);
   }
-  for (const double radius_px : {15 * unit, 60 * unit}) {
-    const MapMatches coarse = MatchMap(small_, image, located.candidates, {}, near,
-                                       {.radius_px = radius_px, .max_distance = 70, .align = false});
-    const auto refined =
-        RefinePose(small_, ToObservations(located.candidates, coarse.matches), near, {.gate_sigmas = 3});
+  for (const double radius_px : {options_.near_radius_px * unit, options_.far_radius_px * unit}) {
+    const MapMatches coarse = MatchMap(small_, image, frame_pose.candidates, {}, near,
+                                       {.radius_px = radius_px, .max_distance = options_.max_distance});
+    const auto refined = RefinePose(small_, ToObservations(frame_pose.candidates, coarse.matches), near,
+                                    {.gate_sigmas = options_.gate_sigmas});
     if (!refined) continue;
-    located.cam_from_world = refined->cam_from_world;
-    std::optional<FramePose> wide = locator_.Refine(image, located, 10 * unit, ignored);
-    if (!wide) continue;
-    std::optional<FramePose> found = locator_.Refine(image, std::move(*wide), 4 * unit, ignored);
+    frame_pose.cam_from_world = refined->cam_from_world;
+    std::optional<FramePose> found = locator_.RefineTwice(image, frame_pose);
     if (!found) continue;
-    // `near` is of another moment: unless nothing has moved, it does not say which of several like things
-    // this is.
+    // `near` is of another moment: unless nothing has moved since, it does not tell similar things apart.
     LeftOut left_out;
-    if (MedianShiftPx(small_, *found, near) > 4 * unit)
+    if (MedianShiftPx(small_, *found, near) > options_.unmoved_px * unit)
       ExcludeAmbiguousMatches(small_, *image.features, *found, left_out);
     if (PoseLogOdds(small_, *found, left_out) > kRelocalizedLogOdds) return found;
   }
   return std::nullopt;
 }
 
-FramePose PhotographLocator::RefineAtFull(TrackedImage image, FramePose located) const {
+FramePose PhotographLocator::RefineAtFull(TrackedImage image, FramePose frame_pose) const {
   const Eigen::Vector2d full_by_small(static_cast<double>(full_.width) / small_.width,
                                       static_cast<double>(full_.height) / small_.height);
-  ScaleMatches(located.matches, full_by_small);
-  std::vector<PointMatch> matches = located.matches;
-  AlignMatches(full_, image, located.candidates, located.cam_from_world, matches);
-  std::vector<PointObservation> observations = ToObservations(located.candidates, matches);
-  for (const PointObservation& corner : CornersOf(shared_, image, located.cam_from_world))
+  ScaleMatches(frame_pose.matches, full_by_small);
+  std::vector<PointMatch> matches = frame_pose.matches;
+  AlignMatches(full_, image, frame_pose.candidates, frame_pose.cam_from_world, matches);
+  std::vector<PointObservation> observations = ToObservations(frame_pose.candidates, matches);
+  for (const PointObservation& corner : CornersOf(shared_, image, frame_pose.cam_from_world))
     observations.push_back(corner);
-  const auto refined = RefinePose(full_, observations, located.cam_from_world);
-  // A photograph that is sharp when it is small only keeps what the small one said.
+  const auto refined = RefinePose(full_, observations, frame_pose.cam_from_world);
   const auto fits = [&] {
-    return 2 * std::count(refined->inlier.begin(),
-                          refined->inlier.begin() + static_cast<std::ptrdiff_t>(matches.size()), true) >=
-           static_cast<std::ptrdiff_t>(matches.size());
+    const auto end_of_matches = refined->inlier.begin() + static_cast<std::ptrdiff_t>(matches.size());
+    return static_cast<double>(std::count(refined->inlier.begin(), end_of_matches, true)) >=
+           options_.min_sharp_share * static_cast<double>(matches.size());
   };
-  if (!refined || !fits()) return located;
-  located.cam_from_world = refined->cam_from_world;
-  located.center_sigma = refined->center_sigma;
-  located.matches.clear();
+  if (!refined || !fits()) return frame_pose;
+  frame_pose.cam_from_world = refined->cam_from_world;
+  frame_pose.center_sigma = refined->center_sigma;
+  frame_pose.matches.clear();
   for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined->inlier[i]) located.matches.push_back(matches[i]);
-  return located;
+    if (refined->inlier[i]) frame_pose.matches.push_back(matches[i]);
+  return frame_pose;
 }
 
 }  // namespace ulf::tracking

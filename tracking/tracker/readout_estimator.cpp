@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/base/at.h"
+
 namespace ulf::tracking {
 namespace {
 
@@ -14,10 +16,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Right = Eigen::Matrix<double, 3, 4>;
 
-constexpr int kMostKeyframes = 24, kLeastKeyframes = 8;
-
-// An observation's part of the least squares problem, weighted. The right side is the residual, and what the
-// readout, the shear and the stretch do to it.
+// An observation's weighted part of the least squares problem. Right sides: the residual, and its derivatives
+// by the readout, the shear and the stretch.
 struct Row {
   int keyframe;
   Eigen::Matrix<double, 2, 6> by_pose;
@@ -26,7 +26,7 @@ struct Row {
 };
 
 std::optional<Row> MakeRow(const CameraModel& camera, const Keyframe& keyframe, const Vector3d& point,
-                           const Observation& observation) {
+                           const Observation& observation, double huber_sigmas) {
   const Matrix3d rotation = keyframe.cam_from_world.RotationMatrix();
   const Vector3d at_once = rotation * point + keyframe.cam_from_world.translation;
   const Vector2d seen = keyframe.rows ? keyframe.rows->Seen(observation.img, at_once) : observation.img;
@@ -36,14 +36,13 @@ std::optional<Row> MakeRow(const CameraModel& camera, const Keyframe& keyframe, 
   const Vector3d motion = omega.cross(at_once) + keyframe.velocity->tail<3>();
   const Vector3d in_cam = at_once + readout_s * share * motion;
   Eigen::Matrix<double, 2, 3> img_by_point;
-  // Slopes are those of the frame's own time: a world that is turned or scaled as a whole turns and scales
-  // the velocities with it, and must not look like another readout.
+  // Derivatives are taken at the frame's own time: a world that is turned or scaled as a whole turns and
+  // scales the velocities with it, and must not look like another readout.
   const auto img = camera.ImgFromCam(in_cam);
   if (!img || !camera.ImgFromCam(at_once, &img_by_point)) return std::nullopt;
   const Vector2d residual = (seen - *img) / observation.sigma_px;
-  constexpr double kHuber = 2;
   const double length = residual.norm();
-  const double weight = std::sqrt(length <= kHuber ? 1 : kHuber / length);
+  const double weight = std::sqrt(length <= huber_sigmas ? 1 : huber_sigmas / length);
   Row row;
   const Eigen::Matrix<double, 2, 3> slope = img_by_point * (weight / observation.sigma_px);
   for (int k = 0; k < 2; ++k) {
@@ -52,7 +51,7 @@ std::optional<Row> MakeRow(const CameraModel& camera, const Keyframe& keyframe, 
   }
   row.by_point = slope * rotation;
   row.right.col(0) = weight * residual;
-  // The estimate is of the whole readout: what was already taken off is put back.
+  // The estimate is of the whole readout: add what was already compensated.
   row.right.col(1) = share * (slope * motion);
   row.right.col(0) += readout_s * row.right.col(1);
   const double lens = share * weight / observation.sigma_px;
@@ -61,18 +60,19 @@ std::optional<Row> MakeRow(const CameraModel& camera, const Keyframe& keyframe, 
   return row;
 }
 
-// The rows, those of a point together.
+// The rows, ordered by point.
 struct Problem {
   int keyframes = 0;
   std::vector<Row> rows;
   std::vector<std::size_t> starts;  // of each point, and the end
 };
 
-Problem MakeProblem(const CameraModel& camera, const Map& map) {
+Problem MakeProblem(const CameraModel& camera, const Map& map, const ReadoutOptions& options) {
   Problem problem;
   std::unordered_map<int, int> index;
-  // Without the newest, whose velocity the tracking thread may be telling just now.
-  for (auto k = map.living().rbegin() + 1; k < map.living().rend() && problem.keyframes < kMostKeyframes; ++k)
+  // Without the newest keyframe, whose velocity the next frame sets.
+  for (auto k = map.living().rbegin() + 1;
+       k < map.living().rend() && problem.keyframes < options.most_keyframes; ++k)
     if (map.keyframe(*k).velocity) index[*k] = problem.keyframes++;
   for (const MapPoint& point : map.points()) {
     if (!point.alive) continue;
@@ -80,7 +80,7 @@ Problem MakeProblem(const CameraModel& camera, const Map& map) {
     for (const Observation& o : point.observations) {
       const auto keyframe = index.find(o.keyframe);
       if (keyframe == index.end()) continue;
-      auto row = MakeRow(camera, map.keyframe(o.keyframe), point.position, o);
+      auto row = MakeRow(camera, map.keyframe(o.keyframe), point.position, o, options.huber_sigmas);
       if (!row) continue;
       row->keyframe = keyframe->second;
       problem.rows.push_back(*row);
@@ -94,7 +94,7 @@ Problem MakeProblem(const CameraModel& camera, const Map& map) {
   return problem;
 }
 
-// A point's own normal equations, and how they hang on the poses.
+// A point's normal equations and their coupling with the poses.
 struct PointPart {
   Matrix3d inverse;
   Right right = Right::Zero();
@@ -115,8 +115,8 @@ PointPart MakePart(const Problem& problem, std::size_t p) {
   return part;
 }
 
-// Takes off every right side what poses and points explain (Frisch and Waugh 1933).
-bool FreeOfPosesAndPoints(Problem& problem) {
+// Removes from every right side what poses and points explain (Frisch and Waugh 1933).
+bool EliminatePosesAndPoints(Problem& problem) {
   const int size = 6 * problem.keyframes;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(size, 4);
@@ -137,7 +137,7 @@ bool FreeOfPosesAndPoints(Problem& problem) {
             by_inverse * part.mixed[b].transpose();
     }
   }
-  // Where the world lies and how large it is stays free: held as it is.
+  // The observations leave the world's position, orientation and scale free: damping holds them.
   constexpr double kHold = 1e-7;
   normal.diagonal() += kHold * diagonal;
   const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
@@ -160,10 +160,11 @@ bool FreeOfPosesAndPoints(Problem& problem) {
 
 }  // namespace
 
-std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map) {
-  Problem problem = MakeProblem(camera, map);
-  if (problem.keyframes < kLeastKeyframes || !FreeOfPosesAndPoints(problem)) return std::nullopt;
-  const auto count = static_cast<std::size_t>(problem.keyframes);
+std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map,
+                                               const ReadoutOptions& options) {
+  Problem problem = MakeProblem(camera, map, options);
+  if (problem.keyframes < options.least_keyframes || !EliminatePosesAndPoints(problem)) return std::nullopt;
+  const auto count = At(problem.keyframes);
   std::vector<Matrix3d> normals(count, Matrix3d::Zero());
   std::vector<Vector3d> rights(count, Vector3d::Zero());
   Matrix3d normal = Matrix3d::Zero();
@@ -172,8 +173,8 @@ std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const 
     const Eigen::Matrix<double, 2, 3> slopes = row.right.rightCols<3>();
     const Matrix3d square = slopes.transpose() * slopes;
     const Vector3d product = slopes.transpose() * row.right.col(0);
-    normals[static_cast<std::size_t>(row.keyframe)] += square;
-    rights[static_cast<std::size_t>(row.keyframe)] += product;
+    normals[At(row.keyframe)] += square;
+    rights[At(row.keyframe)] += product;
     normal += square;
     right += product;
   }

@@ -1,22 +1,24 @@
-// Whether rows are read one after the other, and how fast: found out from the map's keyframes.
+// Measures a rolling shutter's readout time from the map's keyframes.
 //
-// Under a rolling shutter what is seen misses its place by its row's time times its velocity in the image.
-// Linearised about the adjusted map, with every pose and point free (else they would already have taken up
-// most of it), the readout time is one more unknown of a least squares problem. A lens that is not quite as
-// calibrated shears and stretches the image in the same way for as long as the camera moves in one direction:
-// both are unknowns too, common to all keyframes, so that only motion in several directions tells. What the
-// keyframes say apart from each other tells how certain it is (sandwich estimate, one cluster a keyframe).
+// Under a rolling shutter an observation is off by its row's time times its velocity in the image. About the
+// adjusted map this is linear: the readout time is one more unknown of a least squares problem in which every
+// pose and point is free (held, they would have absorbed most of it). A lens that is not quite as calibrated
+// shears and stretches the image in the same way as long as the camera moves in one direction. So a shear and
+// a stretch, common to all keyframes, are unknowns too, and only motion in several directions determines the
+// readout. The spread between keyframes gives the uncertainty (sandwich estimate, one cluster a keyframe).
 #pragma once
 
 #include <optional>
 
 #include "core/geometry/camera_model.h"
 #include "tracking/map/map.h"
+#include "tracking/map/mapper_options.h"
 
 namespace ulf::tracking {
 
-// From the newest keyframes whose velocity is known. None where there are too few, or where their motion
-// does not tell.
-std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map);
+// Uses the newest keyframes whose velocity is known. None where there are too few, or where their motion does
+// not determine the readout.
+std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map,
+                                               const ReadoutOptions& options = {});
 
 }  // namespace ulf::tracking

@@ -1,12 +1,11 @@
-// Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows, says so,
-// and, where asked to, has it compensated: the keyframes get their rows, the map is adjusted, and it is
-// measured again until it stays.
+// Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows, and
+// reports it. On request it compensates: the mapper gives the keyframes their rows, adjusts the map and
+// measures again until the readout no longer changes.
 #pragma once
 
 #include <optional>
 
 #include "tracking/estimation/row_motion.h"
-#include "tracking/map/map.h"
 #include "tracking/map/mapper.h"
 #include "tracking/tracker/tracker.h"
 
@@ -14,27 +13,25 @@ namespace ulf::tracking {
 
 class ReadoutSearch {
  public:
-  // To compensate, changes `rows` when something was found; the map then, too.
-  ReadoutSearch(const CameraModel& camera, RowMotion& rows, SharedMap& shared, Mapper& mapper,
-                bool compensate);
+  // With `compensate` it changes `rows` and has the mapper change the map when it finds a readout.
+  ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate, const ReadoutSearchOptions& options = {});
 
-  void Step();  // between frames
+  void Step();  // call it between frames
   const std::optional<Readout>& found() const { return found_; }
 
  private:
   void Judge(const ReadoutEstimate& estimate);
   void Apply(double readout_s);
-  void End();
+  void End() { mapper_.MeasureReadout(false); }
 
-  CameraModel camera_;
   RowMotion& rows_;
-  SharedMap& shared_;
   Mapper& mapper_;
   bool compensate_;
+  ReadoutSearchOptions options_;
   std::optional<Readout> found_;
   int judged_ = 0;   // measurements
-  int certain_ = 0;  // of these one after the other said that it rolls
-  int applied_ = 0;
+  int certain_ = 0;  // measurements in a row that said that the shutter rolls
+  int applied_ = 0;  // readouts
 };
 
 }  // namespace ulf::tracking

@@ -1,34 +1,34 @@
-// What a map still waits for, for whoever holds the camera: how much parallax there is, how much it takes,
-// and what stands in the way. Angles are degrees, medians over the matched features.
+// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and
+// what prevents the start. Angles are degrees, medians over the matched features.
 #pragma once
 
 namespace ulf::tracking {
 
 enum class StartObstacle {
   kNone,                // the map has started
-  kFirstView,           // this frame is what later ones are compared with
-  kTooFewFeatures,      // in this picture alone: hardly any texture, darkness, or out of focus
+  kFirstView,           // this frame is the reference for later ones
+  kTooFewFeatures,      // in this image: hardly any texture, darkness, or out of focus
   kTooFewMatches,       // with the reference: blur, noise, or a jump
   kRotationOnly,        // the camera only turned, or stood still
-  kLowParallax,         // it moved, not far enough for the direction to be certain
-  kAmbiguousPlane,      // what is seen is flat, and two motions explain it
-  kConflictingMotions,  // parts of the picture move differently, or repeat
-  kMapDidNotHold,       // a map was made and refused: this frame could not be tracked on it
+  kLowParallax,         // the camera moved, but not far enough for a certain direction
+  kAmbiguousPlane,      // the scene is flat, and two motions explain it
+  kConflictingMotions,  // parts of the image move differently, or repeat
+  kMapDidNotHold,       // a map was made and discarded: the frame could not be tracked on it
 };
 
-// Fewer corners than that in a picture start no map, and find no camera that was lost.
+// With fewer corners in an image no map starts, and a lost camera is not found. Guessed.
 inline constexpr int kFewestFeatures = 80;
 
 struct StartProgress {
   StartObstacle obstacle = StartObstacle::kFirstView;
   double parallax_deg = 0;
-  // What it takes at this frame's noise, as far as is known: at least the smallest that is ever accepted.
+  // What is needed at this frame's noise, as far as is known: at least the smallest angle that is accepted.
   double parallax_needed_deg = 0;
-  int matches = 0;  // of kTooFewFeatures: features
+  int matches = 0;  // for kTooFewFeatures: features
   int matches_needed = 0;
 };
 
-// What to do about it, as a sentence for the operator without a full stop.
+// What the operator can do about it: a sentence without a full stop.
 inline const char* Advice(StartObstacle obstacle) {
   switch (obstacle) {
     case StartObstacle::kNone:

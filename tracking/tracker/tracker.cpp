@@ -3,7 +3,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tracking/map/map_file.h"
-#include "tracking/map/map_matching.h"
 #include "tracking/tracker/tracker_state.h"
 
 namespace ulf::tracking {
@@ -68,26 +67,14 @@ std::vector<ScenePoint> Tracker::Points() const {
 
 void Tracker::NoteView(int view_id, const Track& track) {
   if (!track.seen) return;
-  const MapLock lock(state_->shared);
-  Map& map = state_->shared.map;
-  for (const MapObservation& seen : *track.seen)
-    // The mapper may have merged or removed it meanwhile.
-    if (const int point = map.Resolve(seen.point); point >= 0) map.SeenInView(point, {view_id, seen.img});
-}
-
-std::vector<Anchored> Tracker::Keyframes() const {
-  const MapLock lock(state_->shared);
-  std::vector<Anchored> anchors;
-  for (const int keyframe : state_->shared.map.living())
-    anchors.push_back({keyframe, {}, state_->shared.map.keyframe(keyframe).unit});
-  return anchors;
+  state_->mapper.NoteView(view_id, *track.seen);
 }
 
 bool Tracker::SeedMap(std::span<const SeedView> views) {
   State& state = *state_;
   state.mapper.Drain();
   if (views.size() < 2) return false;
-  // Tried on a tracker of its own, so that a failure leaves this one as it was.
+  // Builds the map in another tracker, so that a failure leaves this one as it was.
   auto seeded = std::make_unique<State>(state.size.original(), state.options);
   for (const SeedView& view : views) {
     const CameraModel& original = state.size.original();
@@ -105,22 +92,9 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
     offered.keyframe.color = state.size.Reduced(Srgb8(view.image));
     seeded->mapper.AddSeed(std::move(offered));
   }
-  seeded->mapper.FinishSeeds();
-  constexpr int kMinPoints = 60;
-  {
-    const MapLock lock(seeded->shared);
-    Map& map = seeded->shared.map;
-    if (map.LivingPoints() < kMinPoints) return false;
-    // The views are their points' record: of all that a view should show, most was found in a few views
-    // only. Without it the first frame would be expected to find half of everything, and refused.
-    for (const Keyframe& keyframe : map.keyframes())
-      for (const Candidate& candidate : GatherCandidates(map, state.camera, keyframe.cam_from_world))
-        ++map.point(candidate.id).expected;
-    for (const MapPoint& point : map.points())
-      map.point(point.id).found = static_cast<int>(point.observations.size());
-  }
+  if (!seeded->mapper.FinishSeeds(state.options.min_seed_points)) return false;
   seeded->state = TrackState::kLost;
-  seeded->frames_tracked = 10;  // given, hence proven
+  seeded->frames_tracked = state.options.proven_frames;  // a given map is proven
   state_ = std::move(seeded);
   return true;
 }
@@ -135,19 +109,17 @@ void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) cons
 std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
   State& state = *state_;
   state.mapper.Drain();
-  auto restored = std::make_unique<State>(state.size.original(), state.options);
+  Map map(state.camera);
   try {
-    const MapLock lock(restored->shared);
-    const std::string problem = MapFromBytes(ReadWholeFile(file), state.size.KeyAtWorkingSize(key),
-                                             state.camera, restored->shared.map);
+    const std::string problem =
+        MapFromBytes(ReadWholeFile(file), state.size.KeyAtWorkingSize(key), state.camera, map);
     if (!problem.empty()) return problem;
   } catch (const Error& error) {
     return error.what();
   }
-  for (const Keyframe& keyframe : restored->shared.ReadByOwner().keyframes())
-    if (keyframe.alive) restored->index.Add(keyframe);
+  auto restored = std::make_unique<State>(state.size.original(), state.options, std::move(map));
   restored->state = TrackState::kLost;
-  restored->frames_tracked = 10;  // it proved itself before
+  restored->frames_tracked = state.options.proven_frames;
   state_ = std::move(restored);
   return {};
 }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
@@ -22,26 +23,25 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLongestStep_s = 0.25;  // between frames, for a velocity
-
-// Where the picture shows what the pose rests on: `in_picture` of a match and its point in the camera.
+// Where the image shows the points that support a pose. `in_picture`: converts a match's image point, given
+// its point in the camera.
 template <typename InPicture>
-std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& located, InPicture in_picture) {
+std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& frame_pose, InPicture in_picture) {
   auto seen = std::make_shared<std::vector<MapObservation>>();
-  for (const PointMatch& match : located.matches) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-    seen->push_back({candidate.id, in_picture(match.img, located.cam_from_world * candidate.position)});
+  for (const PointMatch& match : frame_pose.matches) {
+    const Candidate& candidate = frame_pose.CandidateOf(match);
+    seen->push_back({candidate.id, in_picture(match.img, frame_pose.cam_from_world * candidate.position)});
   }
   return seen;
 }
 
 }  // namespace
 
-// None where frames are missing between: the hand was free to do anything.
+// None where frames are missing in between: the hand may have done anything.
 std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
                                                    double time_s) const {
   const double step_s = time_s - last.time_s;
-  if (!(step_s > 0 && step_s < kLongestStep_s)) return std::nullopt;
+  if (!(step_s > 0 && step_s < options.longest_step_s)) return std::nullopt;
   return TwistBetween(last_pose, pose, step_s);
 }
 
@@ -62,61 +62,61 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
     for (const VisiblePoint& point : last.visible) points.push_back(point.position_in_world);
     rows.Expect(image, predicted, points);
   }
-  const double unit = camera.width / 640.0;
-  const double near_px = 12 * unit;
-  std::optional<FramePose> located;
+  const double unit = PxAt640(camera.width);
+  const double near_px = options.near_px * unit;
+  std::optional<FramePose> frame_pose;
   double evidence = 0;
   const auto try_from = [&](const Rigid3& pose, double radius_px) {
-    located = locator.Locate(image, pose, radius_px, last.img_of_point, track.stages);
-    evidence = located ? PoseLogOdds(camera, *located) : 0;
+    frame_pose = locator.Locate(image, pose, radius_px, last.img_of_point, track.stages);
+    evidence = frame_pose ? PoseLogOdds(camera, *frame_pose) : 0;
     return evidence > kFollowedLogOdds;
   };
-  const bool followed = try_from(predicted, near_px) || try_from(predicted, 30 * unit) ||
-                        (last.velocity && try_from(last_pose, 40 * unit));
-  // Where no prediction says which of several like things this is, only what is unlike them can.
-  if (followed && MedianShiftPx(camera, *located, predicted) > near_px) {
+  const bool followed = try_from(predicted, near_px) || try_from(predicted, options.far_px * unit) ||
+                        (last.velocity && try_from(last_pose, options.last_pose_px * unit));
+  // Far from the prediction only points that look like nothing else tell similar places apart.
+  if (followed && MedianShiftPx(camera, *frame_pose, predicted) > near_px) {
     LeftOut left_out;
-    ExcludeAmbiguousMatches(camera, *image.features, *located, left_out);
-    evidence = PoseLogOdds(camera, *located, left_out) - kRelocalizedLogOdds;
+    ExcludeAmbiguousMatches(camera, *image.features, *frame_pose, left_out);
+    evidence = PoseLogOdds(camera, *frame_pose, left_out) - kRelocalizedLogOdds;
   }
   if (evidence <= kFollowedLogOdds) {
     spdlog::debug("frame {}: lost: {} points of {:.0f}, evidence {:.1f}, {} known in the frame before", frame,
-                  located ? located->matches.size() : 0, located ? located->expected : 0.0, evidence,
-                  last.img_of_point.size());
+                  frame_pose ? frame_pose->matches.size() : 0, frame_pose ? frame_pose->expected : 0.0,
+                  evidence, last.img_of_point.size());
     return false;
   }
-  located_ = std::move(located);
+  frame_pose_ = std::move(frame_pose);
   if (rows.rolls())
-    rows.Settle(image, *located_, VelocitySince(last_pose, located_->cam_from_world, image.time_s),
+    rows.Settle(image, *frame_pose_, VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
                 shared.world_given);
-  Accept(image.time_s, *located_, track);
+  Accept(image.time_s, *frame_pose_, track);
   return true;
 }
 
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<FramePose> found;
-  // What only the frame before could tell from its mirror image is no place to look.
+  // A marker pose that the frame before had to choose (sigma 0) is no place to search.
   if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
     found = locator.FindAt(image, image.fiducials->cam_from_world);
-  if (!found) found = locator.Find(image, index, options.seed + static_cast<unsigned>(frame));
+  if (!found) found = locator.Find(image, mapper.index(), options.seed + static_cast<unsigned>(frame));
   if (!found) return false;
   last = {};
   rows.Forget();
-  located_ = std::move(found);
-  if (rows.rolls()) rows.Settle(image, *located_, {}, shared.world_given);
-  Accept(image.time_s, *located_, track);
+  frame_pose_ = std::move(found);
+  if (rows.rolls()) rows.Settle(image, *frame_pose_, {}, shared.world_given);
+  Accept(image.time_s, *frame_pose_, track);
   track.relocalized = true;
   spdlog::debug("frame {}: found again", frame);
   return true;
 }
 
-// The living keyframe that shares most points with these matches.
-Anchored Tracker::State::AnchorOf(const FramePose& located) const {
+// Anchors a pose to the living keyframe that shares most points with its matches.
+Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
-  for (const PointMatch& match : located.matches) {
-    const int id = located.candidates[static_cast<std::size_t>(match.candidate)].id;
+  for (const PointMatch& match : frame_pose.matches) {
+    const int id = frame_pose.CandidateOf(match).id;
     for (const Observation& o : map.point(id).observations) ++seen_with[o.keyframe];
   }
   int reference = map.FirstKeyframe(), most = 0;
@@ -125,140 +125,144 @@ Anchored Tracker::State::AnchorOf(const FramePose& located) const {
       reference = keyframe;
       most = seen;
     }
-  return {reference, located.cam_from_world * map.PoseOf(reference).Inverse(), map.keyframe(reference).unit};
+  return {reference, frame_pose.cam_from_world * map.PoseOf(reference).Inverse(),
+          map.keyframe(reference).unit};
 }
 
-void Tracker::State::Describe(const FramePose& located, Track& track) const {
-  track.cam_from_world = located.picture_from_cam * located.cam_from_world;
-  if (rows.rolls()) track.middle_row_from_picture = located.picture_from_cam.Inverse();
-  track.matched_points = static_cast<int>(located.matches.size());
+void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
+  track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
+  if (rows.rolls()) track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
+  track.matched_points = static_cast<int>(frame_pose.matches.size());
   std::vector<double> distances;
-  for (const PointMatch& match : located.matches)
-    distances.push_back(
-        (located.cam_from_world * located.candidates[static_cast<std::size_t>(match.candidate)].position)
-            .norm());
+  for (const PointMatch& match : frame_pose.matches)
+    distances.push_back((frame_pose.cam_from_world * frame_pose.CandidateOf(match).position).norm());
   const double distance = Median(std::move(distances));
-  track.center_sigma = std::hypot(located.center_sigma, unrest.Of(shared.map, distance));
+  track.center_sigma = std::hypot(frame_pose.center_sigma, map_drift.CenterSigma(shared.map, distance));
   if (shared.world_given && world_information > 0)
     track.center_sigma = std::hypot(*track.center_sigma, 1 / std::sqrt(world_information));
   track.quality = QualityOf(*track.center_sigma, distance);
 }
 
-std::vector<ExpectedPoint> ExpectedOf(const FramePose& located) {
-  std::vector<bool> found(located.candidates.size());
-  for (const PointMatch& match : located.matches) found[static_cast<std::size_t>(match.candidate)] = true;
+std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
+  std::vector<bool> found(frame_pose.candidates.size());
+  for (const PointMatch& match : frame_pose.matches) found[At(match.candidate)] = true;
   std::vector<ExpectedPoint> expected;
-  for (const int i : located.looked_for) {
-    const Candidate& candidate = located.candidates[static_cast<std::size_t>(i)];
-    expected.push_back({candidate.position, candidate.find_rate, candidate.times_expected,
-                        found[static_cast<std::size_t>(i)]});
+  for (const int i : frame_pose.looked_for) {
+    const Candidate& candidate = frame_pose.candidates[At(i)];
+    expected.push_back({candidate.position, candidate.find_rate, candidate.times_expected, found[At(i)]});
   }
   return expected;
 }
 
-// The frame is tracked: chooses the keyframe to anchor to, counts, and remembers for the next frame.
-void Tracker::State::Accept(double time_s, const FramePose& located, Track& track) {
+// The frame is tracked: anchors its pose and keeps what the next frame needs.
+void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& track) {
   LastFrame now;
   now.time_s = time_s;
   std::vector<double> motion_px;
   {
     const MapLock lock(shared);
-    Map& map = shared.map;
-    for (const int i : located.in_view)
-      ++map.point(located.candidates[static_cast<std::size_t>(i)].id).expected;
-    for (const PointMatch& match : located.matches) {
-      const Candidate& candidate = located.candidates[static_cast<std::size_t>(match.candidate)];
-      ++map.point(candidate.id).found;
+    for (const PointMatch& match : frame_pose.matches) {
+      const Candidate& candidate = frame_pose.CandidateOf(match);
       if (const auto before = last.img_of_point.find(candidate.id); before != last.img_of_point.end())
         motion_px.push_back((before->second - match.img).norm());
       now.img_of_point[candidate.id] = match.img;
       now.visible.push_back(
-          {candidate.position, match.img, (located.cam_from_world * candidate.position).z()});
+          {candidate.position, match.img, (frame_pose.cam_from_world * candidate.position).z()});
     }
-    now.expected = ExpectedOf(located);
-    now.anchor = AnchorOf(located);
-    if (std::exchange(revision, shared.revision) != shared.revision) unrest.Forget();
-    Describe(located, track);
+    now.expected = ExpectedOf(frame_pose);
+    now.anchor = AnchorOf(frame_pose);
+    if (std::exchange(revision, shared.revision) != shared.revision) map_drift.Clear();
+    Describe(frame_pose, track);
     if (last.anchor.keyframe_id >= 0) {
-      const Rigid3 last_pose = map.PoseOf(last.anchor);
-      now.velocity = located.cam_from_world * last_pose.Inverse();
-      now.between = VelocitySince(last_pose, located.cam_from_world, time_s);
+      const Rigid3 last_pose = shared.map.PoseOf(last.anchor);
+      now.velocity = frame_pose.cam_from_world * last_pose.Inverse();
+      now.between = VelocitySince(last_pose, frame_pose.cam_from_world, time_s);
     }
   }
   spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
-                located.matches.size(), located.expected, located.candidates.size(),
-                std::count_if(located.matches.begin(), located.matches.end(),
+                frame_pose.matches.size(), frame_pose.expected, frame_pose.candidates.size(),
+                std::count_if(frame_pose.matches.begin(), frame_pose.matches.end(),
                               [](const PointMatch& m) { return m.aligned; }),
                 Median(motion_px));
   frame_before.reset();
   if (now.between) frame_before = {last.time_s, last.anchor};
   last = std::move(now);
   track.anchor = last.anchor;
-  track.anchor->cam_from_keyframe = located.picture_from_cam * last.anchor.cam_from_keyframe;
+  track.anchor->cam_from_keyframe = frame_pose.picture_from_cam * last.anchor.cam_from_keyframe;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
 }
 
-bool Tracker::State::WantsKeyframe(const FramePose& located, int reference_points) const {
-  const int matched = static_cast<int>(located.matches.size());
-  if (frames_since_keyframe < 2) return false;
+bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, int reference_points) const {
+  const int matched = static_cast<int>(frame_pose.matches.size());
+  const MapperOptions& limits = options.mapping;
+  if (frames_since_keyframe < limits.frames_between) return false;
   const Rigid3& pose = last.anchor.cam_from_keyframe;
   std::vector<double> depths;
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
   const double depth = std::max(1e-9, Median(depths));
   const double moved = pose.OriginInSource().norm() / depth;
   const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
-  const bool thin = matched < 0.75 * reference_points || matched < 80;
-  const bool far = moved > options.mapping.keyframe_moved || turned_deg > options.mapping.keyframe_turned_deg;
-  return (thin && (moved > 0.02 || turned_deg > 4)) || far;
+  const bool thin = matched < limits.thin_share * reference_points || matched < limits.thin_points;
+  const bool far = moved > limits.keyframe_moved || turned_deg > limits.keyframe_turned_deg;
+  return (thin && (moved > limits.thin_moved || turned_deg > limits.thin_turned_deg)) || far;
 }
 
-// Of the frame before, if it became a keyframe: from the frames before and after it, so that it is of its own
-// moment, and what the hand trembles faster than that is no error of one sign.
-void Tracker::State::SetVelocity(const TrackedImage& image, const FramePose& located) {
-  if (before_keyframe && image.time_s - before_keyframe->time_s < 2 * kLongestStep_s) {
-    const MapLock lock(shared);
-    const Twist velocity = TwistBetween(shared.map.PoseOf(before_keyframe->anchor), located.cam_from_world,
-                                        image.time_s - before_keyframe->time_s);
-    // A mapper that has not put it into the map yet leaves it with the velocity before it.
-    if (!shared.map.living().empty())
-      if (Keyframe& newest = shared.map.keyframe(shared.map.living().back());
-          newest.time_s == before_keyframe->keyframe_time_s)
-        newest.velocity = velocity;
-  }
-  before_keyframe.reset();
+// Of the frame before, where it became a keyframe.
+std::optional<FrameReport::KeyframeVelocity> Tracker::State::VelocityOfKeyframe(const TrackedImage& image,
+                                                                                const FramePose& frame_pose) {
+  const std::optional<BeforeKeyframe> before = std::exchange(before_keyframe, std::nullopt);
+  if (!before || image.time_s - before->time_s >= 2 * options.longest_step_s) return std::nullopt;
+  const MapLock lock(shared);
+  return FrameReport::KeyframeVelocity{
+      before->keyframe_time_s, TwistBetween(shared.map.PoseOf(before->anchor), frame_pose.cam_from_world,
+                                            image.time_s - before->time_s)};
 }
 
-void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const FramePose& located,
-                                   Track& track) {
-  StageTimer timer(&track.stages.keyframe_s);
+std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image, const Frame& frame_in,
+                                                      const FramePose& frame_pose, StageTimes& stages) const {
+  const StageTimer timer(&stages.keyframe_s);
   {
     const MapLock lock(shared);
-    if (!WantsKeyframe(located, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth)) return;
+    if (!WantsKeyframe(frame_pose, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth))
+      return std::nullopt;
   }
   NewKeyframe offered;
   offered.keyframe.time_s = image.time_s;
-  offered.keyframe.cam_from_world = located.cam_from_world;
+  offered.keyframe.cam_from_world = frame_pose.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
   offered.keyframe.velocity = last.between;
   offered.keyframe.color = size.Reduced(Srgb8(frame_in.image));
   if (shared.world_given)
-    offered.keyframe.corners = CornersOf(shared, image, located.cam_from_world);
+    offered.keyframe.corners = CornersOf(shared, image, frame_pose.cam_from_world);
   else if (image.fiducials && !image.pyramid->rows)
     offered.keyframe.corners = image.fiducials->corners;
-  locator.Describe(*image.features, located, offered);
-  timer.Stop();
+  locator.Describe(*image.features, frame_pose, offered);
+  return offered;
+}
+
+// Hands the mapper what the frame says of the map.
+void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose,
+                            Track& track) {
+  FrameReport report;
+  for (const int i : frame_pose.in_view) report.expected.push_back(frame_pose.candidates[At(i)].id);
+  for (const PointMatch& match : frame_pose.matches) report.found.push_back(frame_pose.CandidateOf(match).id);
+  report.velocity = VelocityOfKeyframe(image, frame_pose);
+  if (!track.keyframe) report.keyframe = KeyframeOf(image, frame_in, frame_pose, track.stages);
+  const bool offered = report.keyframe.has_value();
   const double before_s = ThreadCpuSeconds();
-  track.keyframe = mapper.Offer(std::move(offered));
+  const bool taken = mapper.Take(std::move(report));
+  if (!offered) return;
   if (options.deterministic) mapping_cpu_s += ThreadCpuSeconds() - before_s;
-  if (track.keyframe) {
-    frames_since_keyframe = 0;
-    AddWorldInformation(image);
-    if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
-    unrest.Give(last.anchor, located.cam_from_world);
-  } else {
+  if (!taken) {
     ++keyframes_left_out;
+    return;
   }
+  track.keyframe = true;
+  frames_since_keyframe = 0;
+  AddWorldInformation(image);
+  if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
+  map_drift.Add(last.anchor, frame_pose.cam_from_world);
 }
 
 void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
@@ -276,7 +280,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   rows.AtStart(*attempt.start);
   image = attempt.start->second;
   StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
-  // The map stands or falls by whether this frame can be tracked on it.
+  // The map is kept only if this frame can be tracked on it.
   {
     const MapLock lock(shared);
     const int keyframes = static_cast<int>(shared.map.keyframes().size());
@@ -296,7 +300,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   track.start->obstacle = StartObstacle::kMapDidNotHold;
   mapper.Reset();
   last = {};
-  unrest.Forget();
+  map_drift.Clear();
   initializer.Restart();
 }
 
@@ -310,7 +314,7 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   AddWorldInformation(start.second);
 }
 
-// What was learnt of the motion so far goes on in the new world's unit.
+// What is known of the motion continues in the new world's unit.
 void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.Rest();
   mapper.MoveWorld(given_from_world);
@@ -324,7 +328,7 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   for (ExpectedPoint& point : last.expected)
     point.position_in_world = given_from_world * point.position_in_world;
   rows.Scale(scale);
-  unrest.Forget();
+  map_drift.Clear();
   mapper.AdjustSoon();
 }
 
@@ -357,8 +361,8 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   StageTimer pyramid(&track.stages.pyramid_s);
   const cv::Mat gray = GrayForTracking(frame_in.image);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(size.Reduced(gray)));
-  // Of the picture as it comes: that is what is recorded, and a blur of a few of its pixels is none of a
-  // reduced one's.
+  // Measured on the image as it comes, which is what is recorded: a blur of a few of its pixels does not show
+  // in a reduced one.
   track.sharpness =
       sharpness.Step(size.IsReduced() ? ForSharpness(gray) : image.pyramid->levels[kSharpnessLevel]);
   pyramid.Stop();
@@ -368,10 +372,8 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   detection.Stop();
   track.features = image.features->size();
   ++frames_since_keyframe;
-  located_.reset();
-  // A replay gives the mapper the time that a camera would: it may be a few frames behind, not more.
-  constexpr int kMayLag = 3;
-  if (options.wait_for_mapper && frames_since_keyframe > kMayLag) mapper.Drain();
+  frame_pose_.reset();
+  if (options.wait_for_mapper && frames_since_keyframe > options.max_lag) mapper.Drain();
 
   switch (state) {
     case TrackState::kInitializing:
@@ -387,19 +389,16 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       if (Relocalize(image, track)) state = TrackState::kTracking;
       break;
   }
-  if (located_)
-    track.seen = SeenIn(*located_, [&](const Vector2d& img, const Vector3d& in_cam) {
+  if (frame_pose_)
+    track.seen = SeenIn(*frame_pose_, [&](const Vector2d& img, const Vector3d& in_cam) {
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
-  if (located_) SetVelocity(image, *located_);
-  if (state == TrackState::kTracking && located_ && !track.keyframe)
-    OfferKeyframe(image, frame_in, *located_, track);
-  if (state == TrackState::kLost && frames_tracked < 10) {
-    // Lost at once: a map that never proved itself.
+  if (frame_pose_) Report(image, frame_in, *frame_pose_, track);
+  if (state == TrackState::kLost && frames_tracked < options.proven_frames) {
     spdlog::debug("frame {}: lost at once, starting again", frame);
     mapper.Rest();
     mapper.Reset();
-    unrest.Forget();
+    map_drift.Clear();
     initializer.Restart();
     state = TrackState::kInitializing;
     frames_tracked = 0;
@@ -416,17 +415,17 @@ std::optional<Track> Tracker::State::LocatePhotograph(
     const Image& image, const CameraModel& photograph_camera, const std::optional<Rigid3>& near,
     const std::optional<FiducialObservation>& fiducials) const {
   if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
-  const PhotographLocator photographs(camera, photograph_camera, shared, index,
+  const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(),
                                       {.features = 2 * options.features, .seed = options.seed});
-  const auto located = photographs.Locate(GrayForTracking(image), near, fiducials);
-  if (!located) return std::nullopt;
+  const auto frame_pose = photographs.Locate(GrayForTracking(image), near, fiducials);
+  if (!frame_pose) return std::nullopt;
   Track track;
   track.state = TrackState::kTracking;
   track.map_id = map_id;
   const MapLock lock(shared);
-  Describe(*located, track);
-  track.anchor = AnchorOf(*located);
-  track.seen = SeenIn(*located, [](const Vector2d& img, const Vector3d&) { return img; });
+  Describe(*frame_pose, track);
+  track.anchor = AnchorOf(*frame_pose);
+  track.seen = SeenIn(*frame_pose, [](const Vector2d& img, const Vector3d&) { return img; });
   return track;
 }
 

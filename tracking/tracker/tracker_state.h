@@ -1,5 +1,5 @@
-// What a tracker is made of and what it does with a frame: the inside of tracker.h, for its two sources only.
-// Pixels are those of the working size; only frames and photographs come as they are.
+// The parts of a tracker and what it does with a frame: private to tracker.cpp and tracker_state.cpp.
+// Pixels are those of the working size; only frames and photographs are as they come.
 #pragma once
 
 #include <memory>
@@ -33,42 +33,42 @@ struct LastFrame {
 };
 
 struct Tracker::State {
-  State(const CameraModel& camera_in, const TrackerOptions& options_in)
+  // Starts with `map`: empty, or one from a file.
+  State(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
       : size(camera_in, options_in.max_side_px),
         camera(size.working()),
         options(options_in),
-        extractor(camera, options_in.pyramid_levels),
-        shared(camera),
-        index(options_in.seed),
-        mapper(camera, shared, index, options_in.deterministic, options_in.mapping, options_in.seed),
-        locator(camera, shared, options_in.features / 5),
-        initializer(camera, options_in.min_initial_parallax_deg, options_in.seed),
-        rows(camera, options_in.readout_s.value_or(0)) {
-    if (!options.readout_s)
-      readout_search.emplace(camera, rows, shared, mapper, options.compensate_found_readout);
+        extractor(camera, options_in.corners),
+        mapper(camera, map ? std::move(*map) : Map(camera), options_in.deterministic, options_in.mapping,
+               options_in.seed),
+        shared(mapper.shared()),
+        locator(camera, shared, options_in.features, options_in.locator),
+        initializer(camera, options_in.start, options_in.seed),
+        rows(camera, options_in.readout.readout_s.value_or(0)) {
+    if (!options.readout.readout_s)
+      readout_search.emplace(rows, mapper, options.readout.compensate_found, options.readout_search);
   }
 
   WorkingSize size;
   CameraModel camera;  // of the working size, as every image point in here
   TrackerOptions options;
   FeatureExtractor extractor;
-  SharedMap shared;
-  KeyframeIndex index;
-  Mapper mapper;
+  Mapper mapper;  // owns the map
+  const SharedMap& shared;
   FrameLocator locator;
   Initializer initializer;
   Sharpness sharpness;
   RowMotion rows;
   std::optional<ReadoutSearch> readout_search;
-  std::optional<std::pair<double, Anchored>> frame_before;  // of the last one: time and pose
+  std::optional<std::pair<double, Anchored>> frame_before;  // the one before the last: time and pose
   struct BeforeKeyframe {
     double time_s;
     Anchored anchor;
     double keyframe_time_s;
   };
-  std::optional<BeforeKeyframe> before_keyframe;  // where the last frame became one
-  MapDriftEstimate unrest;
-  double world_information = 0;  // about where the given world is, from keyframes that showed it; 1 / sigma^2
+  std::optional<BeforeKeyframe> before_keyframe;  // the frame before, where the last frame became a keyframe
+  MapDriftEstimate map_drift;
+  double world_information = 0;  // 1 / sigma^2 of the given world's place, from keyframes that showed it
   int revision = 0;              // of the map, when the last frame was tracked
 
   TrackState state = TrackState::kInitializing;
@@ -91,18 +91,20 @@ struct Tracker::State {
   bool Relocalize(TrackedImage& image, Track& track);
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
-  void Accept(double time_s, const FramePose& located, Track& track);
-  Anchored AnchorOf(const FramePose& located) const ULF_REQUIRES(shared.mutex);
-  void Describe(const FramePose& located, Track& track) const ULF_REQUIRES(shared.mutex);
+  void Accept(double time_s, const FramePose& frame_pose, Track& track);
+  Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
+  void Describe(const FramePose& frame_pose, Track& track) const ULF_REQUIRES(shared.mutex);
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near,
                                         const std::optional<FiducialObservation>& fiducials) const;
-  void SetVelocity(const TrackedImage& image, const FramePose& located);
-  void OfferKeyframe(const TrackedImage& image, const Frame& frame_in, const FramePose& located,
-                     Track& track);
-  bool WantsKeyframe(const FramePose& located, int reference_points) const;
+  void Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose, Track& track);
+  std::optional<FrameReport::KeyframeVelocity> VelocityOfKeyframe(const TrackedImage& image,
+                                                                  const FramePose& frame_pose);
+  std::optional<NewKeyframe> KeyframeOf(const TrackedImage& image, const Frame& frame_in,
+                                        const FramePose& frame_pose, StageTimes& stages) const;
+  bool WantsKeyframe(const FramePose& frame_pose, int reference_points) const;
 
-  std::optional<FramePose> located_;  // of the frame in work
+  std::optional<FramePose> frame_pose_;  // of the frame in work
 };
 
 }  // namespace ulf::tracking

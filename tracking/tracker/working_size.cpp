@@ -20,11 +20,11 @@ WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
   working_ = original.ScaledTo(reduced(original.width), reduced(original.height));
 }
 
-// Means over areas, in a step of whole pixels (which OpenCV does ten times as fast) where the sizes have one,
-// and one for the rest. Up to one and a half pixels the two nearest weigh as the area does.
+// Averages over areas: first in a step of whole pixels, which OpenCV does ten times as fast, where the sizes
+// have one, then in one for the rest. Below one and a half pixels linear interpolation averages as well.
 cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {
   if (!IsReduced()) return original;
-  constexpr double kLikeNearest = 1.5;
+  constexpr double kLinearSuffices = 1.5;  // original pixels for one working pixel. Guessed
   const cv::Size size(working_.width, working_.height);
   int whole = std::min(original.cols / size.width, original.rows / size.height);
   while (whole > 1 && (original.cols % whole != 0 || original.rows % whole != 0)) --whole;
@@ -34,7 +34,7 @@ cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {
   if (stepped.size() == size) return stepped;
   const double left = std::max(static_cast<double>(stepped.cols) / size.width,
                                static_cast<double>(stepped.rows) / size.height);
-  cv::resize(stepped, working, size, 0, 0, left > kLikeNearest ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::resize(stepped, working, size, 0, 0, left > kLinearSuffices ? cv::INTER_AREA : cv::INTER_LINEAR);
   return working;
 }
 
@@ -43,14 +43,8 @@ Vector2d WorkingSize::WorkingByOriginal() const {
           static_cast<double>(working_.height) / original_.height};
 }
 
-FiducialObservation WorkingSize::Reduced(FiducialObservation original) const {
-  if (!IsReduced()) return original;
-  const Vector2d scale = WorkingByOriginal();
-  for (PointObservation& corner : original.corners) {
-    corner.img = corner.img.cwiseProduct(scale);
-    corner.sigma_px *= scale.mean();
-  }
-  return original;
+FiducialObservation WorkingSize::Reduced(const FiducialObservation& original) const {
+  return IsReduced() ? Scaled(original, WorkingByOriginal()) : original;
 }
 
 Vector2d WorkingSize::ToOriginal(const Vector2d& working) const {

@@ -1,3 +1,5 @@
+// Tests: tracking/estimation/bundle_adjustment, tracking/estimation/bundle_uncertainty,
+// tracking/estimation/free_intrinsics, tracking/estimation/residuals.
 #include "tracking/estimation/bundle_adjustment.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// Tests: core/geometry/triangulation, tracking/estimation/absolute_pose, tracking/estimation/opengv_bridge,
+// tracking/estimation/relative_pose, tracking/estimation/sampling.
 #include <gtest/gtest.h>
 
 #include <set>

@@ -1,3 +1,4 @@
+// Tests: tests/support/pose_readers.
 // The true poses of real pictures, as their readers understand them, against the pictures themselves.
 #include "tests/support/pose_readers.h"
 

@@ -1,3 +1,5 @@
+// Tests: tracking/estimation/rolling_shutter, tracking/estimation/row_motion,
+// tracking/tracker/readout_search.
 #include "tracking/estimation/rolling_shutter.h"
 
 #include <gtest/gtest.h>
@@ -215,11 +217,11 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   EXPECT_FALSE(plain.rolling->compensated);
   EXPECT_NE(plain.rolling->InWords().find("--readout-ms"), std::string::npos);
 
-  const Outcome told = Follow(kReadout_s, {.deterministic = true, .readout_s = kReadout_s});
+  const Outcome told = Follow(kReadout_s, {.deterministic = true, .readout = {.readout_s = kReadout_s}});
   EXPECT_LT(told.error_m, 2.5 * global.error_m);
   EXPECT_LT(2.5 * told.error_m, plain.error_m);
   EXPECT_FALSE(told.rolling->sigma_s);
-  const Outcome found = Follow(kReadout_s, {.deterministic = true, .compensate_found_readout = true});
+  const Outcome found = Follow(kReadout_s, {.deterministic = true, .readout = {.compensate_found = true}});
   EXPECT_LT(found.error_m, 0.6 * plain.error_m);
   ASSERT_TRUE(found.rolling);
   EXPECT_TRUE(found.rolling->compensated);
@@ -231,8 +233,9 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
 TEST(RollingShutter, IsFoundAndCompensatedBesideAMapperInItsOwnThread) {
   std::array<double, 3> ratios{};
   for (double& ratio : ratios) {
-    const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout_s = 0});
-    const Outcome found = Follow(kReadout_s, {.wait_for_mapper = true, .compensate_found_readout = true}, 8);
+    const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout = {.readout_s = 0}});
+    const Outcome found =
+        Follow(kReadout_s, {.wait_for_mapper = true, .readout = {.compensate_found = true}}, 8);
     ASSERT_TRUE(found.rolling);
     EXPECT_TRUE(found.rolling->compensated);
     EXPECT_NEAR(found.rolling->readout_s, kReadout_s, 0.25 * kReadout_s);

@@ -1,3 +1,4 @@
+// Tests: tracking/features/features, tracking/features/matching, tracking/features/patch_alignment.
 #include "tracking/features/features.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Tests: core/geometry/similarity3, tracking/estimation/pose_graph, tracking/map/loop_closer.
 // Loops, from the algebra up to a map whose drift is known.
 #include <gtest/gtest.h>
 
@@ -132,7 +133,8 @@ struct Turn {
   };
   Options options;
   CameraModel camera = test::SceneCamera();
-  SharedMap shared{camera};
+  OwnedMap owned{Map(camera)};
+  SharedMap& shared = owned.shared;
   KeyframeIndex index{1};
   std::vector<Rigid3> truth;
   int loops = 0;
@@ -187,7 +189,7 @@ struct Turn {
                         {}});
       }
     }
-    Map& map = shared.map;
+    Map& map = owned.map;
     for (int k = 0; k < options.keyframes; ++k) {
       const double angle = 2 * M_PI * k / 72;
       truth.push_back(LookAt(CenterAt(angle), Vector3d::Zero(), Vector3d::UnitZ()));
@@ -225,7 +227,7 @@ struct Turn {
 
   // As the mapper does it: each keyframe is examined, then filed.
   void Close(const LoopOptions& loop_options = {}) {
-    LoopCloser closer(camera, shared, index, loop_options);
+    LoopCloser closer(camera, owned, index, 1, loop_options);
     for (int k = 0; k < options.keyframes; ++k) {
       if (!shared.ReadByOwner().keyframe(k).alive) continue;
       loops += closer.Examine(k).has_value();
@@ -269,7 +271,7 @@ TEST(LoopCloserTest, ComingRoundTakesTheDriftOut) {
 
 TEST(LoopCloserTest, WhatHungOnAKeyframeFollowsInItsUnits) {
   Turn turn({});
-  Map& map = turn.shared.map;
+  Map& map = turn.owned.map;
   // Beside keyframe 60, whose drifted world is larger: at a point's place, seen from the keyframe.
   const MapPoint& point = map.point(map.keyframe(60).point_of_feature[5]);
   const int id = point.id;

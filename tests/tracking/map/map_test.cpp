@@ -1,3 +1,5 @@
+// Tests: tracking/map/anchored, tracking/map/map, tracking/map/map_adjustment, tracking/map/map_file,
+// tracking/map/map_matching, tracking/map/relocalizer.
 #include "tracking/map/map.h"
 
 #include <gtest/gtest.h>
@@ -8,87 +10,19 @@
 
 #include "core/geometry/digest.h"
 #include "tests/support/floors.h"
-#include "tests/tracking/scenes/geometry_scene.h"
+#include "tests/tracking/scenes/mapped_wall.h"
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/map_file.h"
 #include "tracking/map/map_matching.h"
-#include "tracking/map/mapper.h"
 #include "tracking/map/relocalizer.h"
 
 namespace ulf {
 namespace {
 
+using test::Disturbed;
 using test::Draw;
-
-Descriptor RandomDescriptor(Draw& draw) {
-  Descriptor descriptor{};
-  for (auto& word : descriptor)
-    for (int bit = 0; bit < 64; ++bit) word = word << 1 | (draw.Uniform(0, 1) < 0.5 ? 1u : 0u);
-  return descriptor;
-}
-
-Descriptor Disturbed(Descriptor descriptor, int bits, Draw& draw) {
-  for (int i = 0; i < bits; ++i) {
-    const int bit = static_cast<int>(draw.Uniform(0, 255.9));
-    descriptor[static_cast<std::size_t>(bit / 64)] ^= std::uint64_t{1} << (bit % 64);
-  }
-  return descriptor;
-}
-
-// Keyframes in a row before a wall of points, each seeing those near it.
-struct World {
-  CameraModel camera = test::SceneCamera();
-  Map map{camera};
-  std::vector<int> points;
-
-  explicit World(int keyframes, unsigned seed = 1) {
-    Draw draw(seed);
-    std::vector<Descriptor> looks;
-    for (int p = 0; p < 60 * keyframes; ++p) {
-      points.push_back(map.AddPoint({draw.Uniform(-1, keyframes), draw.Uniform(-1, 1), draw.Uniform(3, 4)}));
-      looks.push_back(RandomDescriptor(draw));
-    }
-    for (int k = 0; k < keyframes; ++k) {
-      Keyframe keyframe;
-      keyframe.cam_from_world.translation = {-static_cast<double>(k), 0, 0};
-      std::vector<Feature> features;
-      std::vector<int> seen;
-      for (std::size_t p = 0; p < points.size(); ++p) {
-        const auto img = camera.ImgFromCam(keyframe.cam_from_world * map.point(points[p]).position);
-        if (!img || !camera.Contains(*img)) continue;
-        features.push_back({*img, *camera.RayFromImg(*img), 0, 0, Disturbed(looks[p], 20, draw)});
-        seen.push_back(points[p]);
-      }
-      keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
-      const int id = map.AddKeyframe(std::move(keyframe));
-      for (int i = 0; i < static_cast<int>(seen.size()); ++i)
-        map.Observe(seen[static_cast<std::size_t>(i)], {id, i, features[static_cast<std::size_t>(i)].img, 1});
-    }
-    for (const int point : points) map.Update(point);
-  }
-
-  // Every link exists in both directions, and the counts are right.
-  void ExpectConsistent() const {
-    for (const Keyframe& keyframe : map.keyframes()) {
-      int count = 0;
-      for (int i = 0; i < static_cast<int>(keyframe.point_of_feature.size()); ++i) {
-        const int id = keyframe.point_of_feature[static_cast<std::size_t>(i)];
-        if (id < 0) continue;
-        ++count;
-        const auto& observations = map.point(id).observations;
-        EXPECT_TRUE(map.point(id).alive);
-        EXPECT_EQ(
-            std::count_if(observations.begin(), observations.end(),
-                          [&](const Observation& o) { return o.keyframe == keyframe.id && o.feature == i; }),
-            1);
-      }
-      EXPECT_EQ(count, keyframe.points);
-    }
-    for (const MapPoint& point : map.points())
-      for (const Observation& o : point.observations)
-        EXPECT_EQ(map.keyframe(o.keyframe).point_of_feature[static_cast<std::size_t>(o.feature)], point.id);
-  }
-};
+using test::RandomDescriptor;
+using World = test::MappedWall;
 
 TEST(MapTest, ObservationsLinkBothWaysThroughEveryChange) {
   World world(5);
@@ -110,7 +44,7 @@ TEST(MapTest, APointWithOneObservationGoes) {
   World world(4);
   for (const int id : world.points) {
     if (world.map.point(id).observations.size() != 2) continue;
-    world.map.Forget(id, world.map.point(id).observations[0].keyframe);
+    world.map.RemoveObservation(id, world.map.point(id).observations[0].keyframe);
     EXPECT_FALSE(world.map.point(id).alive);
     world.ExpectConsistent();
     return;
@@ -178,7 +112,7 @@ std::string SavedWorld(World& world) {
     point.patch = std::make_shared<const ReferencePatch>(patch);
     point.patch_keyframe = id % 2 == 0 ? 2 : 1;
     point.found = id % 7;
-    for (int view = 0; view < id % 4; ++view) world.map.SeenInView(id, {10 + view, {0.25 * id, 7.5}});
+    for (int view = 0; view < id % 4; ++view) world.map.AddView(id, {10 + view, {0.25 * id, 7.5}});
   }
   return MapToBytes(world.map, 77);
 }
@@ -297,67 +231,24 @@ TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
 // A whole map's adjustment moves nothing that the images leave open.
 TEST(MapTest, AdjustingEverythingKeepsTheMapWhereItIs) {
   World world(6);
-  SharedMap shared(world.camera);
-  const Map& map = shared.ReadByOwner();
-  Draw draw(3);
+  // The first keyframe is the one that is wrong: held, it would turn and move all others.
+  world.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
+  OwnedMap owned(world.map);
+  const Map& map = owned.shared.ReadByOwner();
   const auto mean_center = [&] {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const int id : map.living())
       mean += map.keyframe(id).cam_from_world.OriginInSource() / map.LivingKeyframes();
     return mean;
   };
-  {
-    const MapLock lock(shared);
-    shared.map = world.map;
-    // The first keyframe is the one that is wrong: held, it would turn and move all others.
-    shared.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
-  }
   const Eigen::Vector3d before = mean_center();
   const Eigen::Vector3d fourth = map.keyframe(4).cam_from_world.OriginInSource();
-  const BundleSummary summary = AdjustMap(world.camera, shared, map.living(), {},
+  const BundleSummary summary = AdjustMap(world.camera, owned, map.living(), {},
                                           {.robust_iterations = 20, .iterations = 20, .gate_sigmas = 100});
   ASSERT_TRUE(summary.usable);
   EXPECT_LT(summary.final_rms_sigmas, 0.05);
   EXPECT_LT((mean_center() - before).norm(), 1e-9);
   EXPECT_LT((map.keyframe(4).cam_from_world.OriginInSource() - fourth).norm(), 0.03);
-}
-
-// Two points in one place, each known to two keyframes of the four that see it: they become one.
-TEST(MapperTest, DuplicatesMerge) {
-  World world(4);
-  SharedMap shared(world.camera);
-  KeyframeIndex index(1);
-  int split = 0;
-  for (const int id : world.points) {
-    const std::vector<Observation> seen = world.map.point(id).observations;
-    if (seen.size() < 4 || split >= 20) continue;
-    const int copy = world.map.AddPoint(world.map.point(id).position + Eigen::Vector3d(1e-3, 0, 0));
-    for (std::size_t i = 2; i < seen.size(); ++i) {
-      world.map.Forget(id, seen[i].keyframe);
-      ASSERT_TRUE(world.map.Observe(copy, seen[i]));
-    }
-    world.map.Update(id);
-    world.map.Update(copy);
-    ++split;
-  }
-  ASSERT_GE(split, 5);
-  const int before = world.map.LivingPoints();
-  {
-    const MapLock lock(shared);
-    shared.map = world.map;
-  }
-  Mapper mapper(world.camera, shared, index, true);
-  // The last keyframe's sight once more, a little aside: with it comes the merging.
-  NewKeyframe offered;
-  const Keyframe& last = shared.ReadByOwner().keyframe(3);
-  offered.keyframe.cam_from_world = last.cam_from_world;
-  offered.keyframe.features = last.features;
-  for (int i = 0; i < last.features->size(); ++i)
-    if (last.point_of_feature[static_cast<std::size_t>(i)] >= 0)
-      offered.seen.push_back(
-          {last.point_of_feature[static_cast<std::size_t>(i)], {-1, i, (*last.features)[i].img, 1}});
-  ASSERT_TRUE(mapper.Offer(std::move(offered)));
-  EXPECT_LE(shared.ReadByOwner().LivingPoints(), before - split * 3 / 4);
 }
 
 TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {

@@ -1,3 +1,4 @@
+// Tests: tracking/estimation/pose_log_odds, tracking/map/map_matching, tracking/tracker/frame_locator.
 // Found again, at once and never wrong: after shakes and occlusions, and where things look alike.
 #include <gtest/gtest.h>
 

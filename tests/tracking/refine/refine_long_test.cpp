@@ -1,3 +1,4 @@
+// Tests: tracking/estimation/calibration_check, tracking/refine/refine.
 // Refining on real pictures with measured poses, and over several seeds.
 #include <fmt/format.h>
 #include <gtest/gtest.h>

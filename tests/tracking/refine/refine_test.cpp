@@ -1,3 +1,6 @@
+// Tests: commands/tracking/refine_command, tracking/estimation/calibration_check,
+// tracking/estimation/lens_evidence, tracking/refine/light_field_input, tracking/refine/refine,
+// tracking/refine/refine_truth, tracking/refine/track_extension, tracking/refine/triangulate.
 // Poses that are a little off come back, and what cannot be refined is named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -322,7 +325,7 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
   EXPECT_THAT(imported.output, HasSubstr("they are known to"));
-  EXPECT_THAT(imported.output, Not(HasSubstr("has not settled")));
+  EXPECT_THAT(imported.output, Not(HasSubstr("has not converged")));
   EXPECT_LT(room.Errors(room.scratch / "copy").center, 0.002);
 }
 

@@ -40,7 +40,7 @@ class TiledWall {
         dots_.push_back(
             {place + Eigen::Vector3d(t * period - mapped, 0, 0), unique ? RandomLook(draw) : look});
     }
-    Map& map = shared_.map;
+    Map& map = owned_.map;
     std::vector<int> point_of(dots_.size(), -1);
     for (double x = 0.5 * kWidth; x <= mapped - 0.5 * kWidth; x += options.keyframe_step * kWidth) {
       Keyframe keyframe;
@@ -69,13 +69,13 @@ class TiledWall {
 
   std::optional<FramePose> Find(const Rigid3& cam_from_world, Draw& draw) const {
     const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
-    return FrameLocator(camera_, shared_, 200).Find(image, index_, 1);
+    return FrameLocator(camera_, owned_.shared, 1000).Find(image, index_, 1);
   }
 
   // Told by something else where it is.
   std::optional<FramePose> FindAt(const Rigid3& cam_from_world, const Rigid3& told, Draw& draw) const {
     const TrackedImage image{0, nullptr, Look(cam_from_world, draw, nullptr)};
-    return FrameLocator(camera_, shared_, 200).FindAt(image, told);
+    return FrameLocator(camera_, owned_.shared, 1000).FindAt(image, told);
   }
 
  private:
@@ -113,7 +113,7 @@ class TiledWall {
 
   CameraModel camera_ = SceneCamera();
   std::vector<Dot> dots_;
-  SharedMap shared_{camera_};
+  OwnedMap owned_{Map(camera_)};
   KeyframeIndex index_{1};
 };
 

@@ -1,3 +1,4 @@
+// Tests: acquisition/aravis/aravis_device, tracking/tracker/tracker.
 // A day in five minutes: 1280x1024 at 30 frames a second over GigE Vision while a tracker works on what it
 // can take. Every frame that the camera sent must have come.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// Tests: tracking/map/map, tracking/tracker/tracker.
 // Frames that become recorded views leave in the map what they show of its points.
 #include <gtest/gtest.h>
 
@@ -51,11 +52,11 @@ TEST(NotedViews, AreSeenByThePointsThatTheyShow) {
 TEST(NotedViews, GoWithPointsThatAreMergedAndRemoved) {
   Map map(TexturedRoom::Camera());
   const int kept = map.AddPoint({0, 0, 3}), gone = map.AddPoint({0, 0, 3.01});
-  map.SeenInView(kept, {1, {10, 10}});
-  map.SeenInView(kept, {2, {11, 10}});
-  map.SeenInView(kept, {2, {99, 99}});
-  map.SeenInView(gone, {2, {12, 10}});
-  map.SeenInView(gone, {3, {13, 10}});
+  map.AddView(kept, {1, {10, 10}});
+  map.AddView(kept, {2, {11, 10}});
+  map.AddView(kept, {2, {99, 99}});
+  map.AddView(gone, {2, {12, 10}});
+  map.AddView(gone, {3, {13, 10}});
   map.Merge(gone, kept);
   std::map<int, double> seen;
   for (const ViewObservation& o : map.point(kept).views) seen[o.view_id] = o.in_img.x();

@@ -1,3 +1,4 @@
+// Tests: tracking/tracker/photograph_locator.
 // Photographs of another camera, located against the map that live view has made.
 #include <gmock/gmock.h>
 

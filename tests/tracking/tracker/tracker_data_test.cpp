@@ -1,3 +1,4 @@
+// Tests: tracking/tracker/tracker.
 // Parts of real captures by others; whole ones are in tracker_long_test.cpp, the sibling on the simulator in
 // tracker_test.cpp.
 #include <gtest/gtest.h>

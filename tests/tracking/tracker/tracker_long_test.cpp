@@ -1,3 +1,5 @@
+// Tests: tracking/estimation/pose_error, tracking/map/mapper, tracking/tracker/frame_locator,
+// tracking/tracker/tracker.
 // Whole real sequences, several seeds: stable, not lucky.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// Tests: tracking/tracker/tracker, tracking/tracker/tracker_state, commands/tracking/track_command.
 #include "tracking/tracker/tracker.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +69,7 @@ TEST(TrackerTest, FollowsAHandThroughARoom) {
     EXPECT_GT(tracker.Points().size(), 200u);
     EXPECT_GT(tracker.VisiblePoints().size(), 50u);
     for (const VisiblePoint& point : tracker.VisiblePoints()) EXPECT_GT(point.depth, 0);
-    EXPECT_GE(tracker.Keyframes().size(), 3u);
+    EXPECT_GE(tracker.Statistics().keyframes, 3);
     const Track& last = result.tracks.back();
     EXPECT_GT(last.quality, 0.5);
     EXPECT_GT(last.speed_px, 0);

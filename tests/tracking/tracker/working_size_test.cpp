@@ -1,3 +1,4 @@
+// Tests: tracking/map/fiducial_observation, tracking/tracker/working_size.
 // Pictures larger than the working size: tracked as smaller ones are, everything outside in their own pixels.
 #include "tracking/tracker/working_size.h"
 
