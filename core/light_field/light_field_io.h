@@ -87,12 +87,17 @@ class LightFieldWriter {
   // it.
   void KeepMosaics(bool keep);
 
+  // The number of a view that is to be added, which no other gets, whether it is added or not. Above all that
+  // any file of the light field bears. May be called beside everything else.
+  int ReserveViewId();
   // Writes the image (and its master where the frame is more than 8-bit sRGB) and the journal line. Paths and
   // id of `view` are given here; what was written is returned. When the disk refuses (DiskFullError, Error)
   // nothing of the view stays behind, and it can be added again.
   View AddView(const Frame& frame, View view);
-  // Several in one wait for the disk, in this order; all of them or, when the disk refuses, none. A
-  // photograph that is not among the files is to follow by WritePictureFromMaster().
+  // Several in one wait for the disk, in this order; all of them or, when the disk refuses, none. Each has
+  // the id that was reserved for it, or 0 for the next one: throws Error for one that was not reserved or is
+  // not above those of all views. A photograph that is not among the files is to follow by
+  // WritePictureFromMaster().
   struct NewView {
     Frame frame;
     View view;
@@ -120,7 +125,7 @@ class LightFieldWriter {
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;
-  int NextViewId() const;  // that the next view will get
+  int NextViewId() const;  // that the next reservation will give
 
  private:
   struct State;
