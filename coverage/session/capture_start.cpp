@@ -56,19 +56,8 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
   std::size_t lost = 0;
   std::string problem;
   for (const Frame& photograph : photographs) {
-    fs::path folder;
-    const auto keep_in = [&](const fs::path& where, const auto& write) {
-      if (!folder.empty()) return;
-      try {
-        write();
-        folder = where;
-      } catch (const std::exception& error) {
-        problem = error.what();
-      }
-    };
-    if (writer) keep_in(dir / "unposed", [&] { writer->KeepUnposed(photograph); });
-    keep_in(FolderBeside(dir), [&] { KeepBeside(FolderBeside(dir), photograph); });
-    ++(folder.empty() ? lost : kept_in[folder]);
+    const auto folder = KeepAnywhere(writer, dir, photograph, problem);
+    ++(folder ? kept_in[*folder] : lost);
   }
   for (const auto& [folder, count] : kept_in)
     fmt::print(stderr, "{} had come already: kept in {}\n", Counted(count, "photograph"), folder.string());
