@@ -1,3 +1,6 @@
+// Tests: commands/capture/capture_command, commands/capture/plan_command,
+// coverage/session/record/map_cache.
+//
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>
 #include <signal.h>
