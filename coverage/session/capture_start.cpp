@@ -153,7 +153,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         args.poses.Text());
   if (args.resume && args.poses.ChoosesWorldAnew())
     throw UsageError(
-        "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
+        "{}: the first of several markers that is seen defines the world, and it could be another one now; "
+        "go on "
         "with --poses features, or name the marker that was the first (the end of that session said which): "
         "--poses {}:NUMBER",
         args.dir, args.poses.Text());
@@ -203,7 +204,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)
     throw UsageError(
-        "--no-subject: {} is asked for photographs where the coverage of a subject needs them; leave out "
+        "--no-subject: {} takes photographs where the coverage of a subject needs them; leave out "
         "--no-subject, or take the photographs by hand and track a video of the same place",
         info.uri);
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
@@ -235,7 +236,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
   prepared.writer->KeepMosaics(args.raw);
   if (args.raw && first.image.mosaic == Mosaic::kNone)
-    spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
+    spdlog::warn("--raw: the frames of {} are not a mosaic; --raw changes nothing", args.uri);
   return true;
 }
 

@@ -385,10 +385,11 @@ LightFieldWriter ViewSpool::Finish() {
   if (!threaded_) WriteInCaller(false);
   if (pictures_not_made_ > 0)
     spdlog::warn(
-        "{} of images/ could not be made now: made from masters/ when the light field is next opened",
+        "{} of images/ could not be made now and will be made from masters/ when the light field is next "
+        "opened",
         Counted(pictures_not_made_, "photograph"));
   if (!failure_ && !pictures_.empty())
-    spdlog::warn("{} of images/ had no room: made from masters/ when there is",
+    spdlog::warn("{} of images/ had no room and will be made from masters/ when there is some",
                  Counted(pictures_.size(), "photograph"));
   return std::move(writer_);
 }
