@@ -41,14 +41,13 @@ namespace {
 namespace fs = std::filesystem;
 
 void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
-                   const coverage::CaptureSummary& summary, const LightFieldReport& report) {
+                   const coverage::CaptureSummary& summary) {
   if (args.overlay.empty() && args.map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
     fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
     return;
   }
   const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
-  const coverage::CoverageMap map = coverage::RefinedForPictures(*summary.map);
   if (!args.overlay.empty()) {
     // Lines and dots want pixels: small images are drawn on at twice their size.
     constexpr int kWideEnough = 1000;
@@ -57,13 +56,10 @@ void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
     cv::Mat live;
     cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
                cv::INTER_CUBIC);
-    WritePictureFile(args.overlay, coverage::DrawOverlay(live, large, cam_from_world, map));
+    WritePictureFile(args.overlay, coverage::DrawOverlay(live, large, cam_from_world, *summary.map));
   }
-  if (args.map.empty()) return;
-  std::string caption = fmt::format("{}, within {:g} px", Counted(report.views, "view"), report.threshold_px);
-  if (report.covered) caption = fmt::format("{:.1f} % covered, ", 100 * *report.covered) + caption;
-  WritePictureFile(args.map,
-                   coverage::DrawCoverageMap(map, {.cam_from_world = cam_from_world, .caption = caption}));
+  if (!args.map.empty())
+    WritePictureFile(args.map, coverage::DrawCoverageMap(*summary.map, {.cam_from_world = cam_from_world}));
 }
 
 void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
@@ -106,7 +102,7 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
 }
 
 // Before anything else is read or written there.
-void SayWhatTheDiskRefused(const coverage::CaptureSummary& summary) {
+void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
   if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
   fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
              summary.problem);
@@ -214,7 +210,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
-  SayWhatTheDiskRefused(summary);
+  ReportUnwrittenFrames(summary);
   const LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
     coverage::SaveMapCache(light_field, prepared.camera, *prepared.poses);
@@ -223,10 +219,8 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
-  WritePictures(args, options.still_camera.value_or(prepared.camera), summary, report);
-  constexpr double kBetweenCells = 0.005;  // that a full map may leave open
-  if (summary.stopped_because == coverage::StoppedBecause::kCovered &&
-      report.covered < std::min(options.until_share, 1 - kBetweenCells))
+  WritePictures(args, options.still_camera.value_or(prepared.camera), summary);
+  if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
   if (summary.stopped_because == coverage::StoppedBecause::kDisk) return kFailed;
   if (summary.stopped_because == coverage::StoppedBecause::kDeviceLost) {

@@ -1,4 +1,4 @@
-// What a capture came to: for the operator on standard output, for programs as one JSON object.
+// The report of a finished capture: text for people, JSON for programs.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace ulf::commands {
 
-// `tracked`: frames that got a pose. Lines, each with its end.
+// `tracked`: frames that got a pose. Complete lines.
 std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked);
 void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::size_t tracked);
 
 // Why nothing was recorded, and what to do: the commonest reason. For captures that recorded no view.
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked);
 
-// Where most frames were refused although their viewpoint may have been wanted, and few of those that were
-// not covered already were recorded: the commonest reason and the way out; all that say that the camera looks
-// past the subject are one. Empty: nothing stood in the way. For captures that recorded something.
+// When most frames were refused and few of those that were not covered already were recorded: the commonest
+// reason and what to do. Reasons that mean that the camera does not look at the subject count as one. Empty:
+// no such reason. For captures that recorded something.
 std::string FewRecordedReason(const coverage::CaptureSummary& summary);
 
 }  // namespace ulf::commands

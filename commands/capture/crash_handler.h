@@ -1,14 +1,13 @@
-// A light field that gets closed even when the process dies of a signal: a camera library that runs into
-// memory which is not there, or aborts, takes everything down with it. While one of these lives, such a
-// signal turns the process into `ulf close-after-death DIR ...` (the same process by its number, with nothing
-// left of what failed), which opens the light field anew, closes it, says so, and exits with 1. What had not
-// reached the disk by then is lost, as it is with SIGKILL.
+// Closes the light field when the process dies of a signal, for example because a camera library crashes or
+// aborts. While a CrashHandler exists, such a signal replaces the process by `ulf close-after-death DIR ...`
+// (exec: the same process number, fresh memory), which opens the light field again, closes it, reports that,
+// and exits with 1. What was not on disk by then is lost, as with SIGKILL.
 //
-// A thread that has overrun its stack needs another one for that: the calling thread has it here, those that
-// capture and that run the camera libraries' callbacks by core/base/signal_stack.h. In the libraries' other
-// threads (Aravis's heartbeat, OpenCV's workers) an overrun ends the process as ever.
+// A signal handler in a thread that has overrun its stack needs an alternate stack: this class gives one to the
+// calling thread, core/base/signal_stack.h to those that capture or run the camera libraries' callbacks. In
+// the libraries' other threads (Aravis's heartbeat, OpenCV's workers) an overrun still ends the process.
 //
-// Not in builds with a sanitizer, which has its own word to say then. There is no core dump.
+// Disabled in builds with a sanitizer, which reports crashes itself. There is no core dump.
 #pragma once
 
 #include <filesystem>

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/counted.h"
+#include "core/base/quantile.h"
 
 namespace ulf::commands {
 
@@ -22,11 +23,7 @@ PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::
   }
   PoseErrors errors{CompareTrajectories(live, truth, kSameFrame_s),
                     CompareTrajectories(views, truth, kSameFrame_s)};
-  if (errors.views && !distances.empty()) {
-    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                     distances.end());
-    errors.subject_distance = errors.views->scale * distances[distances.size() / 2];
-  }
+  if (errors.views) errors.subject_distance = errors.views->scale * Median(std::move(distances));
   return errors;
 }
 

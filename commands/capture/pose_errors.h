@@ -1,5 +1,5 @@
-// How far a capture's camera centres are from true ones after a similarity alignment: of every tracked frame
-// as it was given live, and of the recorded views with their final poses. Behind `ulf capture --truth`.
+// `ulf capture --truth`: the errors of a capture's camera centres against true ones after a similarity
+// alignment, for all tracked frames with their live poses and for the recorded views with their final poses.
 #pragma once
 
 #include <filesystem>

@@ -52,7 +52,7 @@ LightFieldReport::Distances DistancesOf(const LightField& light_field, const Sub
 
 std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, const Subject& subject,
                             double threshold_px) {
-  coverage::RecordedViews earlier(subject);
+  coverage::SubjectViews earlier(subject);
   std::size_t duplicates = 0;
   for (const coverage::CriterionView& view : views) {
     duplicates += earlier.Covers(view, threshold_px);
@@ -61,13 +61,7 @@ std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, c
   return duplicates;
 }
 
-std::vector<LightFieldReport::Hole> HolesOf(const LightField& light_field,
-                                            const std::vector<coverage::CriterionView>& views,
-                                            const Subject& subject, const coverage::Cap& cap,
-                                            double threshold_px) {
-  coverage::CoverageMap map(
-      subject, {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
-  map.SetViews(views);
+std::vector<LightFieldReport::Hole> HolesOf(const coverage::CoverageMap& map) {
   std::vector<LightFieldReport::Hole> holes;
   for (const coverage::CoverageHole& hole : map.Holes()) {
     const coverage::CapFrame::Angles at = map.frame()->Of(hole.direction);
@@ -151,12 +145,13 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   if (!directions.empty())
     report.angular_range_deg = AngularRange(directions, light_field.UpInWorld()).unaryExpr(&Degrees);
   report.distances = DistancesOf(light_field, *report.subject);
-  const std::vector<coverage::CriterionView> views = coverage::CriterionViews(light_field);
-  report.duplicates = CountDuplicates(views, *report.subject, report.threshold_px);
+  report.duplicates =
+      CountDuplicates(coverage::CriterionViews(light_field), *report.subject, report.threshold_px);
   if (report.cap) {
-    report.covered =
-        coverage::MeasureCoverage(light_field, *report.subject, *report.cap, report.threshold_px).covered;
-    report.holes = HolesOf(light_field, views, *report.subject, *report.cap, report.threshold_px);
+    const coverage::CoverageMap map =
+        coverage::CoverageOf(light_field, *report.subject, report.cap, report.threshold_px);
+    report.covered = map.CoveredShare();
+    report.holes = HolesOf(map);
   }
   return report;
 }

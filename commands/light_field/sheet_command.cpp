@@ -32,21 +32,6 @@ struct SheetArgs {
   std::string out = "contact_sheet.png";
 };
 
-coverage::CoverageMap MapOf(const LightField& light_field, const Subject& subject,
-                            const std::optional<coverage::Cap>& cap) {
-  coverage::CoverageMapOptions options;
-  options.cap = cap;
-  options.up_in_world = light_field.up_in_world;
-  options.threshold_px = light_field.threshold_px.value_or(options.threshold_px);
-  coverage::CoverageMap map(subject, options);
-  std::vector<coverage::CriterionView> views;
-  for (const View& view : light_field.views)
-    views.push_back(coverage::CriterionView::From(light_field.CameraOf(view), view.cam_from_world,
-                                                  light_field.coverage_width_px));
-  map.SetViews(views);
-  return map;
-}
-
 // Over the best geometry that it brings itself.
 std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
                                                    const std::optional<Subject>& subject) {
@@ -135,11 +120,12 @@ int RunSheet(const SheetArgs& args) {
   if (!args.subject.empty()) asked.subject = ParseSubject(args.subject);
   const auto scene = SceneOf(light_field, asked.subject);
   const LightFieldReport report = Describe(light_field, asked);
-  const coverage::CoverageMap map = MapOf(light_field, scene->subject, report.cap);
+  const coverage::CoverageMap map =
+      coverage::CoverageOf(light_field, scene->subject, report.cap, report.threshold_px);
 
   std::vector<SheetPanel> panels;
   if (!args.live.empty()) panels.push_back({ReadImageFile(args.live), "live frame with the painted sphere"});
-  panels.push_back({coverage::DrawCoverageMap(coverage::RefinedForPictures(map)), "coverage map"});
+  panels.push_back({coverage::DrawCoverageMap(map), "coverage map"});
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
   const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);

@@ -107,8 +107,8 @@ std::optional<CoverageChange> CoverageOf(const LightField& before, const LightFi
   if (!before.goal || !before.subject) return std::nullopt;
   const coverage::Cap cap = coverage::Cap::FromDegrees(before.goal->cap_deg);
   const auto covered = [&](const LightField& light_field) {
-    return coverage::MeasureCoverage(light_field, *before.subject, cap, before.threshold_px.value_or(7))
-        .covered;
+    return coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7))
+        .CoveredShare();
   };
   return CoverageChange{cap, covered(before), covered(after)};
 }

@@ -23,28 +23,33 @@ Subject ParseSubject(const std::string& text) {
   return subject;
 }
 
-Eigen::Vector3d LightField::UpInWorld() const {
-  if (up_in_world) return *up_in_world;
+void UpOfCameras::Add(const Eigen::Matrix3d& cam_from_world) {
+  const Eigen::Vector3d right = cam_from_world.row(0);
+  ++count_;
+  up_ -= cam_from_world.row(1);
+  right_ += right;
+  rights_ += right * right.transpose();
+}
+
+Eigen::Vector3d UpOfCameras::Up() const {
   // The length of the mean of the cameras' -y axes is 1 if all are upright; below this share it tells no
   // direction (cameras held sideways or turned round). Then the axis common to their x axes is up, if the
   // mean square of x along it exceeds kAlike. Guessed.
   constexpr double kTellsNothing = 0.3, kAlike = 0.8;
-  Eigen::Vector3d up = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
-  for (const View& view : views) {
-    const Eigen::Vector3d of_view = view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitX());
-    up -= view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitY());
-    right += of_view;
-    rights += of_view * of_view.transpose();
-  }
-  const double count = static_cast<double>(views.size());
-  if (up.norm() > kTellsNothing * count) return up.normalized();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights);
-  if (count > 0 && solver.eigenvalues()(2) > kAlike * count) {
+  if (up_.norm() > kTellsNothing * count_) return up_.normalized();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights_);
+  if (count_ > 0 && solver.eigenvalues()(2) > kAlike * count_) {
     const Eigen::Vector3d axis = solver.eigenvectors().col(2);
-    return axis.dot(right) < 0 ? Eigen::Vector3d(-axis) : axis;
+    return axis.dot(right_) < 0 ? Eigen::Vector3d(-axis) : axis;
   }
-  return up.norm() > 1e-9 ? Eigen::Vector3d(up.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+  return up_.norm() > 1e-9 ? Eigen::Vector3d(up_.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+}
+
+Eigen::Vector3d LightField::UpInWorld() const {
+  if (up_in_world) return *up_in_world;
+  UpOfCameras cameras_up;
+  for (const View& view : views) cameras_up.Add(view.cam_from_world.RotationMatrix());
+  return cameras_up.Up();
 }
 
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {

@@ -75,6 +75,19 @@ struct CoverageGoal {
   bool operator==(const CoverageGoal&) const = default;
 };
 
+// Which way is up for people who held these cameras: the mean of the cameras' upward axes; where these cancel
+// out, the axis that the cameras' rightward axes share.
+class UpOfCameras {
+ public:
+  void Add(const Eigen::Matrix3d& cam_from_world);
+  Eigen::Vector3d Up() const;  // in the world, a unit vector; -y without any camera
+
+ private:
+  double count_ = 0;
+  Eigen::Vector3d up_ = Eigen::Vector3d::Zero(), right_ = Eigen::Vector3d::Zero();  // sums
+  Eigen::Matrix3d rights_ = Eigen::Matrix3d::Zero();
+};
+
 struct LightField {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;

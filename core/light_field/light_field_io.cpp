@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <regex>
 #include <set>
@@ -202,10 +203,11 @@ void WriteLightField(const LightField& light_field) {
 struct LightFieldWriter::State {
   explicit State(const fs::path& dir) : journal(dir / kJournalFile) { light_field.root = dir; }
   void TakeOutOfJournal(int view_id);
+  void RequireReserved(int view_id, int last_id) const;
 
   Journal journal;
   LightField light_field;
-  int next_view_id = 1;
+  std::atomic<int> next_view_id = 1;
   int next_unposed = 1;
   // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
@@ -220,6 +222,8 @@ LightFieldWriter::~LightFieldWriter() = default;
 const LightField& LightFieldWriter::Contents() const { return state_->light_field; }
 
 int LightFieldWriter::NextViewId() const { return state_->next_view_id; }
+
+int LightFieldWriter::ReserveViewId() { return state_->next_view_id++; }
 
 LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHeader& header) {
   std::error_code unknown;  // MakeFolder below says what stands in the way
@@ -298,16 +302,27 @@ ViewFiles LightFieldWriter::Files(const Frame& frame, MakePictures pictures) con
 }
 
 View LightFieldWriter::AddView(const Frame& frame, View view) {
+  view.id = ReserveViewId();
   const NewView added{frame, std::move(view), Files(frame, MakePictures::kNow)};
   return AddViews({&added, 1}).front();
+}
+
+void LightFieldWriter::State::RequireReserved(int view_id, int last_id) const {
+  if (view_id >= next_view_id)
+    throw Error("{}: the number of view {} was not reserved", light_field.root.string(), view_id);
+  if (view_id <= last_id)
+    throw Error("{}: view {} cannot follow view {}", light_field.root.string(), view_id, last_id);
 }
 
 std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   const fs::path& root = state_->light_field.root;
   std::vector<View> views;
+  int last_id = state_->light_field.views.empty() ? 0 : state_->light_field.views.back().id;
   for (const NewView& add : added) {
     View& view = views.emplace_back(add.view);
-    view.id = state_->next_view_id + static_cast<int>(views.size()) - 1;
+    if (view.id == 0) view.id = ReserveViewId();
+    state_->RequireReserved(view.id, last_id);
+    last_id = view.id;
     const std::string name = fmt::format("{:06}", view.id);
     view.image_path = "images/" + name + add.files.image_extension;
     view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
@@ -335,7 +350,6 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     batch.TakeBack();  // a photograph without its journal line is no view
     throw;
   }
-  state_->next_view_id += static_cast<int>(views.size());
   state_->light_field.views.insert(state_->light_field.views.end(), views.begin(), views.end());
   return views;
 }

@@ -86,12 +86,17 @@ class LightFieldWriter {
   // Selects the mosaic itself as the master of a mosaic frame, instead of demosaicked 16-bit linear colours.
   void KeepMosaics(bool keep);
 
+  // Reserves the id of a view that is to be added: above all that any file of the light field bears, and
+  // given to no other view, whether this one is added or not. Safe to call from any thread.
+  int ReserveViewId();
   // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets paths
   // and id of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of the view
   // remains, and the caller can add it again.
   View AddView(const Frame& frame, View view);
-  // Adds several views with one wait for the disk, in this order; all, or none when the disk refuses. The
-  // caller writes a photograph that is not among the files by WritePictureFromMaster().
+  // Adds several views with one wait for the disk, in this order; all, or none when the disk refuses. Each
+  // has the id that was reserved for it, or 0 for the next one; throws Error for an id that was not reserved
+  // or is not above those of all views. The caller writes a photograph that is not among the files by
+  // WritePictureFromMaster().
   struct NewView {
     Frame frame;
     View view;
@@ -119,7 +124,7 @@ class LightFieldWriter {
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;
-  int NextViewId() const;  // that the next view will get
+  int NextViewId() const;  // that the next reservation will give
 
  private:
   struct State;

@@ -1,4 +1,5 @@
-// What a capture will ask for, before there is a view: for this subject, camera and threshold.
+// What to expect of a capture before its first view: the number of views and the range of distances, for this
+// subject, camera and threshold.
 #pragma once
 
 #include <optional>
@@ -33,8 +34,8 @@ struct CapturePrediction {
   std::optional<ViewsEstimate> views;  // none without a cap
 };
 
-// More views than anybody takes, or discs so small that the coverage map cannot tell them apart: what to
-// change. None: all is well.
+// A warning, with what to change, when the cap takes more views than anybody records, or when discs are too
+// small for the coverage map's grid. None: no warning.
 std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
                                             const std::optional<Cap>& cap);
 

@@ -6,16 +6,15 @@
 #include <cstdio>
 
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 
 namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDirectionsPerDiscRadius = 5.3;  // of the independent measure
 // A bound on memory, reached only with thresholds barely above two pixels over the whole sphere.
 constexpr double kMostCells = 4e6;
-constexpr double kMostDirections = 4e5;
 
 // What one view covers of its own shell, or a stand-in where that is nothing or everything.
 double DiscRadiusFor(const CriterionView& camera, const Subject& subject, double distance,
@@ -27,12 +26,6 @@ double DiscRadiusFor(const CriterionView& camera, const Subject& subject, double
                                   .radius = subject.radius,
                                   .threshold_px = threshold_px});
   return std::clamp(radius.value_or(kSmallest), kSmallest, kLargest);
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -98,12 +91,13 @@ bool CapFrame::Holds(const Cap& cap, const Vector3d& direction) const {
   return std::abs(angles.azimuth) <= cap.width / 2 && std::abs(angles.elevation) <= cap.height / 2;
 }
 
-void RecordedViews::Add(const CriterionView& view) {
+void SubjectViews::Add(const CriterionView& view) {
   views_.push_back(view);
   directions_.push_back((view.center_in_world - subject_.center_in_world).normalized());
+  cameras_up_.Add(view.cam_from_world);
 }
 
-CoveringView RecordedViews::Best(const CriterionView& candidate) const {
+CoveringView SubjectViews::Best(const CriterionView& candidate) const {
   CoveringView best;
   if (views_.empty()) return best;
   const Vector3d direction = (candidate.center_in_world - subject_.center_in_world).normalized();
@@ -129,7 +123,7 @@ CoveringView RecordedViews::Best(const CriterionView& candidate) const {
   return best;
 }
 
-bool RecordedViews::Covers(const CriterionView& candidate, double threshold_px) const {
+bool SubjectViews::Covers(const CriterionView& candidate, double threshold_px) const {
   const Vector3d direction = (candidate.center_in_world - subject_.center_in_world).normalized();
   const double sine = std::min(1.0, MaxCoveringSine(candidate, subject_, threshold_px));
   const double min_squared_cosine = 1 - sine * sine;
@@ -142,40 +136,26 @@ bool RecordedViews::Covers(const CriterionView& candidate, double threshold_px) 
   return false;
 }
 
-double RecordedViews::MedianDistance() const {
-  if (views_.empty()) return 0;
+double SubjectViews::MedianDistance() const {
   std::vector<double> distances;
   for (const CriterionView& view : views_)
     distances.push_back((view.center_in_world - subject_.center_in_world).norm());
   return Median(std::move(distances));
 }
 
-Vector3d RecordedViews::MeanUp() const {
-  Vector3d sum = Vector3d::Zero();
-  for (const CriterionView& view : views_) sum -= view.cam_from_world.row(1);
-  return sum.norm() > 1e-9 ? Vector3d(sum.normalized()) : Vector3d(-Vector3d::UnitY());
+CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& options,
+                         std::span<const CriterionView> views)
+    : subject_(subject), options_(options), recorded_(subject) {
+  for (const CriterionView& view : views) recorded_.Add(view);
+  if (!views.empty()) Rebuild();
 }
-
-CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& options)
-    : subject_(subject), options_(options), recorded_(subject) {}
 
 void CoverageMap::Add(const CriterionView& view) {
   recorded_.Add(view);
-  if (GridIsStale())
+  if (IsGridStale())
     Rebuild();
   else
     Paint(static_cast<int>(views().size()) - 1);
-}
-
-void CoverageMap::SetViews(std::span<const CriterionView> views) {
-  recorded_ = RecordedViews(subject_);
-  for (const CriterionView& view : views) recorded_.Add(view);
-  if (!views.empty()) return Rebuild();
-  frame_.reset();
-  rows_.clear();
-  cells_.clear();
-  total_sr_ = painted_sr_ = 0;
-  open_cells_ = 0;
 }
 
 double CoverageMap::FinestDiscRadius(const Cap& cap) { return 3 * std::sqrt(cap.SolidAngle() / kMostCells); }
@@ -187,7 +167,7 @@ double CoverageMap::CoveredShare() const {
   return open_cells_ == 0 ? 1 : std::min(kNearlyAll, painted_sr_ / total_sr_);
 }
 
-bool CoverageMap::GridIsStale() const {
+bool CoverageMap::IsGridStale() const {
   constexpr double kDistanceChange = 0.01;
   constexpr double kUpCosine = 0.99996;  // of half a degree
   if (!frame_) return true;
@@ -345,7 +325,7 @@ void CoverageMap::ForEachNeighbour(std::size_t row, int column,
   }
 }
 
-CoverageHole CoverageMap::HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const {
+CoverageHole CoverageMap::GatherHole(std::size_t row, int column, std::vector<bool>& seen) const {
   std::vector<std::pair<std::size_t, int>> open, frontier{{row, column}};
   const auto take = [&](std::size_t r, int c) {
     const std::size_t cell = rows_[r].first_cell + static_cast<std::size_t>(c);
@@ -377,51 +357,11 @@ std::vector<CoverageHole> CoverageMap::Holes() const {
     for (int column = 0; column < rows_[row].columns; ++column)
       if (const std::size_t cell = rows_[row].first_cell + static_cast<std::size_t>(column);
           !seen[cell] && cells_[cell].view < 0)
-        holes.push_back(HoleFrom(row, column, seen));
+        holes.push_back(GatherHole(row, column, seen));
   std::stable_sort(holes.begin(), holes.end(), [](const CoverageHole& a, const CoverageHole& b) {
     return a.solid_angle_sr > b.solid_angle_sr;
   });
   return holes;
-}
-
-CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,
-                                const CoverageMapOptions& options) {
-  CoverageMeasure measure;
-  if (views.empty()) return measure;
-  RecordedViews recorded(subject);
-  for (const CriterionView& view : views) recorded.Add(view);
-  measure.reference_distance = recorded.MedianDistance();
-  const CapFrame frame((views[0].center_in_world - subject.center_in_world).normalized(),
-                       options.up_in_world.value_or(recorded.MeanUp()));
-  const double disc_radius =
-      DiscRadiusFor(views[0], subject, measure.reference_distance, options.threshold_px);
-  const double wanted = cap.SolidAngle() * std::pow(kDirectionsPerDiscRadius / disc_radius, 2);
-  measure.directions = static_cast<std::size_t>(std::clamp(wanted, 2000.0, kMostDirections));
-
-  // A golden-ratio lattice over azimuth and the sine of elevation: even in solid angle, and no row or column
-  // of it lies on the map's.
-  constexpr double kGolden = 0.6180339887498949;
-  const double highest = std::sin(cap.height / 2);
-  std::size_t covered = 0;
-  for (std::size_t i = 0; i < measure.directions; ++i) {
-    const double along = static_cast<double>(i) * kGolden;
-    const double azimuth = cap.width * (along - std::floor(along) - 0.5);
-    const double sine =
-        highest * (2 * (static_cast<double>(i) + 0.5) / static_cast<double>(measure.directions) - 1);
-    const Vector3d direction = frame.Direction(azimuth, std::asin(sine));
-    const CriterionView candidate =
-        views[0].AimedAt(subject.center_in_world,
-                         subject.center_in_world + measure.reference_distance * direction, frame.Up());
-    covered += recorded.Covers(candidate, options.threshold_px);
-  }
-  measure.covered = static_cast<double>(covered) / static_cast<double>(measure.directions);
-  return measure;
-}
-
-CoverageMeasure MeasureCoverage(const LightField& light_field, const Subject& subject, const Cap& cap,
-                                double threshold_px) {
-  return MeasureCoverage(CriterionViews(light_field), subject, cap,
-                         {.cap = cap, .up_in_world = light_field.UpInWorld(), .threshold_px = threshold_px});
 }
 
 std::vector<CriterionView> CriterionViews(const LightField& light_field) {
@@ -430,6 +370,13 @@ std::vector<CriterionView> CriterionViews(const LightField& light_field) {
     views.push_back(
         CriterionView::From(light_field.CameraOf(view), view.cam_from_world, light_field.coverage_width_px));
   return views;
+}
+
+CoverageMap CoverageOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap,
+                       double threshold_px) {
+  return CoverageMap(subject,
+                     {.cap = cap, .up_in_world = light_field.up_in_world, .threshold_px = threshold_px},
+                     CriterionViews(light_field));
 }
 
 }  // namespace ulf::coverage

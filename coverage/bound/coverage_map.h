@@ -1,9 +1,10 @@
-// Which directions around the subject are covered by the recorded views, and whether a new view is.
+// The coverage map: which directions around the subject the recorded views cover, and whether they cover a new
+// view.
 //
-// A direction is covered when the viewpoint in it, at the median recorded distance, aimed at the subject,
-// with the capture's own camera, has a bound (criterion.h) within the threshold from some recorded view. The
-// map keeps a grid of directions finer than a third of the radius that one view covers, and paints it around
-// each new view.
+// A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
+// the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The map
+// keeps a grid of directions finer than a third of the radius that one view covers, and paints the cells
+// around each new view.
 //
 // Directions are unit vectors from the subject's centre, in world coordinates. The cap that a capture is
 // asked for lies around the direction of the first recorded view, in that view's own horizon: azimuth and
@@ -35,7 +36,7 @@ struct Cap {
   double SolidAngle() const;
 };
 
-// "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it that is wanted, none where it is not said.
+// "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it to cover, none where it is not given.
 // Throws UsageError.
 struct CapGoal {
   Cap cap;
@@ -48,7 +49,7 @@ class CapFrame {
  public:
   CapFrame(const Eigen::Vector3d& first_direction, const Eigen::Vector3d& up_in_world);
   struct Angles {
-    double azimuth;    // -pi to pi, growing to the right for who looks at the subject with `up` upwards
+    double azimuth;    // -pi to pi, growing to the right of a person who looks at the subject
     double elevation;  // -pi/2 to pi/2
   };
   Angles Of(const Eigen::Vector3d& direction) const;
@@ -66,23 +67,24 @@ struct CoveringView {
   int index = -1;
 };
 
-// Recorded views around one subject, and the exact smallest bound among them: views too far in angle to beat
+// The recorded views of one subject, and the exact smallest bound among them: views too far in angle to beat
 // the best so far are passed over by one product each.
-class RecordedViews {
+class SubjectViews {
  public:
-  explicit RecordedViews(const Subject& subject) : subject_(subject) {}
+  explicit SubjectViews(const Subject& subject) : subject_(subject) {}
   void Add(const CriterionView& view);
   const std::vector<CriterionView>& views() const { return views_; }
   CoveringView Best(const CriterionView& candidate) const;
   // As soon as one is within the threshold: enough to know that the candidate is covered.
   bool Covers(const CriterionView& candidate, double threshold_px) const;
   double MedianDistance() const;  // from the subject's centre; 0 without views
-  Eigen::Vector3d MeanUp() const;
+  Eigen::Vector3d MeanUp() const { return cameras_up_.Up(); }
 
  private:
   Subject subject_;
   std::vector<CriterionView> views_;
   std::vector<Eigen::Vector3d> directions_;
+  UpOfCameras cameras_up_;
 };
 
 struct CoverageMapOptions {
@@ -92,29 +94,28 @@ struct CoverageMapOptions {
   double cells_per_disc_radius = 4;  // finer for pictures
 };
 
-// What is not covered in one piece.
+// Open cells in one piece.
 struct CoverageHole {
   double solid_angle_sr = 0;
-  Eigen::Vector3d direction;  // of the open place nearest to its middle
+  Eigen::Vector3d direction;  // of the open cell nearest to its middle
 };
 
 class CoverageMap {
  public:
-  CoverageMap(const Subject& subject, const CoverageMapOptions& options);
-
+  CoverageMap(const Subject& subject, const CoverageMapOptions& options,
+              std::span<const CriterionView> views = {});
   // Paints around `view`. Where the views' median distance or mean up has moved on, everything is painted
   // anew.
   void Add(const CriterionView& view);
-  // Other poses for the same views, in order: everything is painted anew.
-  void SetViews(std::span<const CriterionView> views);
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
   bool Covers(const CriterionView& candidate) const {
     return recorded_.Covers(candidate, options_.threshold_px);
   }
 
-  // The share of the cap's solid angle that is painted.
-  // 1 only where every cell is.
+  // The share of the cap's solid angle that is painted; 1 only where every cell is. This is what "covered"
+  // means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf info`. A map
+  // that views were added to one by one may be off by what its distance and its up lag behind (Add()).
   double CoveredShare() const;
   // Which view paints a direction; index -1 for unpainted. None outside the cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
@@ -128,8 +129,8 @@ class CoverageMap {
   // The largest first.
   std::vector<CoverageHole> Holes() const;
 
-  // What is painted, for drawing: neighbouring cells of a row that one view paints, in runs no wider than
-  // `widest` of azimuth (or one cell). Azimuths and elevations about frame().
+  // The painted cells, for drawing: neighbouring cells of a row that one view paints, joined in runs no wider
+  // than `widest` of azimuth (or one cell). Azimuths and elevations about frame().
   struct PaintedRun {
     double left, right, bottom, top;
     int view;
@@ -142,8 +143,7 @@ class CoverageMap {
   const std::optional<CapFrame>& frame() const { return frame_; }  // none before the first view
   double reference_distance() const { return reference_distance_; }
   double spacing() const { return spacing_; }  // of the grid, radians
-  // Of a view: what covers less is painted on a grid coarser than a third of it, for the grid's size is
-  // limited.
+  // The smallest disc that the limited grid resolves; views that cover less are painted too coarsely.
   static double FinestDiscRadius(const Cap& cap);
   Cap extent() const { return options_.cap.value_or(Cap::WholeSphere()); }
 
@@ -158,11 +158,11 @@ class CoverageMap {
     float bound_px;
     std::int32_t view;  // -1: not painted
   };
-  bool GridIsStale() const;
+  bool IsGridStale() const;
   // Cells that share an edge with this one.
   void ForEachNeighbour(std::size_t row, int column,
                         const std::function<void(std::size_t row, int column)>& look) const;
-  CoverageHole HoleFrom(std::size_t row, int column, std::vector<bool>& seen) const;
+  CoverageHole GatherHole(std::size_t row, int column, std::vector<bool>& seen) const;
   Eigen::Vector3d DirectionOf(const Row& row, int column) const;
   void Rebuild();
   void Paint(int view_index);
@@ -171,7 +171,7 @@ class CoverageMap {
 
   Subject subject_;
   CoverageMapOptions options_;
-  RecordedViews recorded_;
+  SubjectViews recorded_;
   std::optional<CapFrame> frame_;
   double reference_distance_ = 0;
   double spacing_ = 0, row_height_ = 0;
@@ -181,18 +181,10 @@ class CoverageMap {
   std::size_t open_cells_ = 0;
 };
 
-// The same share measured apart from the map: on a finer set of directions of its own, against all views.
-struct CoverageMeasure {
-  double covered = 0;
-  std::size_t directions = 0;
-  double reference_distance = 0;
-};
-CoverageMeasure MeasureCoverage(std::span<const CriterionView> views, const Subject& subject, const Cap& cap,
-                                const CoverageMapOptions& options);
-// Of a light field with a subject; the threshold and the coverage image are the options'.
-CoverageMeasure MeasureCoverage(const LightField& light_field, const Subject& subject, const Cap& cap,
-                                double threshold_px);
-
+// In the order of light_field.views.
 std::vector<CriterionView> CriterionViews(const LightField& light_field);
+// What a light field's views cover of `subject`, in the light field's own up and coverage image.
+CoverageMap CoverageOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap,
+                       double threshold_px);
 
 }  // namespace ulf::coverage

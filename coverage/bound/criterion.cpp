@@ -2,317 +2,33 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "coverage/bound/epipolar_plane.h"
 
 namespace ulf::coverage {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kConeRadiusPx = 1;
 
-// A pinhole camera in a plane through its centre. A direction of the plane is its slope against the direction
-// to O; its image coordinate is the signed length along the plane's image line, 0 at O's image. The map is
-// projective.
-struct PlaneCamera {
-  double scale = 0;         // px
-  double axis_depth = 1;    // depth of a unit step towards O
-  double across_depth = 0;  // depth of a unit step across
-
-  // `to_center` and `across`: the plane's unit axes in the camera frame.
-  PlaneCamera(const CriterionView& view, const Vector3d& to_center, const Vector3d& across)
-      : axis_depth(to_center.z()), across_depth(across.z()) {
-    const double x = view.fx * (across.x() * axis_depth - to_center.x() * across_depth);
-    const double y = view.fy * (across.y() * axis_depth - to_center.y() * across_depth);
-    scale = std::sqrt(x * x + y * y) / axis_depth;
-  }
-
-  double Depth(double along, double sideways) const { return along * axis_depth + sideways * across_depth; }
-  double ImgFromSlope(double slope) const { return scale * slope / (axis_depth + slope * across_depth); }
-  double SlopeFromImg(double img) const { return img * axis_depth / (scale - img * across_depth); }
-};
-
-// What the region's corners reach in n's image.
-struct Extent {
-  double low = kInfinity;
-  double high = -kInfinity;
-  bool broken = false;  // some part has no image
-
-  void Include(double img) {
-    low = std::min(low, img);
-    high = std::max(high, img);
-  }
-  double Length() const { return broken ? kInfinity : std::max(0.0, high - low); }
-};
-
-// A pair of views in their epipolar plane. Coordinates (p, q): origin O, p towards s, q towards n's side.
-class EpipolarPlane {
- public:
-  // `subject`: the sphere's cut with the plane, its centre in the plane. `across` is perpendicular to the
-  // direction from that centre to s.
-  EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-                const Vector3d& across, double near_limit);
-
-  // False where the answer is infinite whatever the pixel.
-  bool usable() const { return usable_; }
-  double lowest_pixel() const { return lowest_; }
-  double highest_pixel() const { return highest_; }
-  double ErrorAt(double pixel_px) const;
-  double WorstPixelError(const CriterionOptions& options) const;
-  double Scanned(double give_up_px) const;
-
- private:
-  bool GuessHolds() const;
-  void BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center);
-  void FindSilhouette();
-  void IncludeRay(double slope, Extent* extent) const;
-  double FirstGuess() const;
-  double Refined(double guess, double error, double give_up_px) const;
-  double Top(double low, double high) const;
-
-  double radius_, near_limit_;
-  double recorded_distance_ = 0, candidate_distance_ = 0;
-  double cos_ = 1, sin_ = 0;  // of the angle between the views
-  std::optional<PlaneCamera> s_, n_;
-  double tangent_slope_ = kInfinity;                  // slope of s's tangent rays; infinite with s inside
-  double lowest_ = kInfinity, highest_ = -kInfinity;  // pixels of s that see the sphere
-  struct SilhouettePoint {
-    double pixel_in_s = kInfinity;
-    double img_in_n = 0;
-  };
-  std::array<SilhouettePoint, 2> silhouette_;
-  bool usable_ = false;
-};
-
-EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate,
-                             const Subject& subject, const Vector3d& across, double near_limit)
-    : radius_(subject.radius), near_limit_(near_limit) {
-  const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
-  const Vector3d to_n = candidate.center_in_world - subject.center_in_world;
-  recorded_distance_ = to_s.norm();
-  candidate_distance_ = to_n.norm();
-  if (!(recorded_distance_ > 0) || !(candidate_distance_ > 0)) return;
-  if (candidate_distance_ <= radius_ && near_limit_ <= 0) return;
-
-  const Vector3d p = to_s / recorded_distance_;
-  const Vector3d q = to_n.dot(across) < 0 ? Vector3d(-across) : across;
-  cos_ = to_n.dot(p) / candidate_distance_;
-  sin_ = to_n.dot(q) / candidate_distance_;
-
-  const Vector3d s_axis = recorded.cam_from_world * -p, s_across = recorded.cam_from_world * q;
-  const Vector3d n_axis = candidate.cam_from_world * (-cos_ * p - sin_ * q);
-  const Vector3d n_across = candidate.cam_from_world * (-sin_ * p + cos_ * q);
-  if (s_axis.z() <= 1e-9 || n_axis.z() <= 1e-9) return;  // the centre lies behind one of them
-  s_.emplace(recorded, s_axis, s_across);
-  n_.emplace(candidate, n_axis, n_across);
-
-  BoundPixelsByFrame(recorded, s_axis);
-  if (recorded_distance_ > radius_) {
-    tangent_slope_ = radius_ / std::sqrt((recorded_distance_ - radius_) * (recorded_distance_ + radius_));
-    const auto limit = [&](double slope) {
-      return s_->axis_depth + slope * s_->across_depth > 0 ? s_->ImgFromSlope(slope)
-                                                           : std::copysign(kInfinity, slope);
-    };
-    lowest_ = std::max(lowest_, limit(-tangent_slope_));
-    highest_ = std::min(highest_, limit(tangent_slope_));
-  }
-  FindSilhouette();
-  usable_ = lowest_ <= highest_;
-}
-
-// Only pixels in s's frame count. Where the frame cuts the sphere's image, the disc around O's image that
-// holds the frame stands for it: the frame's corners may lie farther out than its edge does along the
-// epipolar line.
-void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center) {
-  const double x = recorded.fx * to_center.x() / to_center.z() + recorded.cx;
-  const double y = recorded.fy * to_center.y() / to_center.z() + recorded.cy;
-  const double near_x = std::clamp(x, 0.0, recorded.width), near_y = std::clamp(y, 0.0, recorded.height);
-  if (near_x != x || near_y != y) {
-    // O itself is out of the frame: does the frame's nearest pixel still see the sphere?
-    const Vector3d ray((near_x - recorded.cx) / recorded.fx, (near_y - recorded.cy) / recorded.fy, 1);
-    if (recorded_distance_ * ray.cross(to_center).norm() > radius_ * ray.norm()) return;
-  }
-  highest_ = std::hypot(std::max(x, recorded.width - x), std::max(y, recorded.height - y));
-  lowest_ = -highest_;
-}
-
-// Where n's tangent rays touch the sphere: the only points of the arcs at which the region's image can end.
-void EpipolarPlane::FindSilhouette() {
-  if (candidate_distance_ <= radius_) return;
-  const double ratio = radius_ / candidate_distance_;
-  const double side = std::sqrt((1 - ratio) * (1 + ratio));
-  for (const int sign : {-1, 1}) {
-    const double p = radius_ * (cos_ * ratio - sign * sin_ * side);
-    const double q = radius_ * (sin_ * ratio + sign * cos_ * side);
-    const double along = recorded_distance_ - p;
-    const double slope_in_n = sign * ratio / side;
-    if (s_->Depth(along, q) <= std::max(near_limit_, 0.0) || n_->Depth(1, slope_in_n) <= 0) continue;
-    SilhouettePoint& point = silhouette_[sign > 0 ? 1 : 0];
-    point.pixel_in_s = s_->ImgFromSlope(q / along);
-    point.img_in_n = n_->ImgFromSlope(slope_in_n);
-  }
-}
-
-// The ends of the ray's way through the sphere, as n sees them.
-void EpipolarPlane::IncludeRay(double slope, Extent* extent) const {
-  slope = std::clamp(slope, -tangent_slope_, tangent_slope_);  // a ray past the sphere becomes the tangent
-  const double d = recorded_distance_;
-  const double stretch = 1 + slope * slope;
-  const double half = std::sqrt(std::max(0.0, radius_ * radius_ * stretch - d * d * slope * slope));
-  const double first_along = std::max(
-      (d - half) / stretch, std::max(near_limit_, 0.0) / (s_->axis_depth + slope * s_->across_depth));
-  const double last_along = std::max((d + half) / stretch, first_along);
-
-  const auto in_n = [&](double along) {
-    const double p = d - along, q = along * slope;
-    return std::array<double, 2>{candidate_distance_ - p * cos_ - q * sin_, q * cos_ - p * sin_};
-  };
-  auto first = in_n(first_along), last = in_n(last_along);
-  double first_depth = n_->Depth(first[0], first[1]), last_depth = n_->Depth(last[0], last[1]);
-  if (std::min(first_depth, last_depth) <= near_limit_) {
-    if (near_limit_ <= 0) {
-      extent->broken = true;
-      return;
-    }
-    if (std::max(first_depth, last_depth) <= near_limit_) return;  // all of it too near to be seen
-    const double share = (near_limit_ - first_depth) / (last_depth - first_depth);
-    auto& cut = first_depth < last_depth ? first : last;
-    cut = {first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])};
-    (first_depth < last_depth ? first_depth : last_depth) = near_limit_;
-  }
-  extent->Include(n_->scale * first[1] / first_depth);
-  extent->Include(n_->scale * last[1] / last_depth);
-}
-
-double EpipolarPlane::ErrorAt(double pixel_px) const {
-  Extent extent;
-  IncludeRay(s_->SlopeFromImg(pixel_px - kConeRadiusPx), &extent);
-  IncludeRay(s_->SlopeFromImg(pixel_px + kConeRadiusPx), &extent);
-  for (const SilhouettePoint& point : silhouette_)
-    if (std::abs(point.pixel_in_s - pixel_px) <= kConeRadiusPx) extent.Include(point.img_in_n);
-  return extent.Length();
-}
-
-// The pixel at which the parallax of a single ray is largest, its denominator held (coverage bound, equation
-// 5).
-double EpipolarPlane::FirstGuess() const {
-  const double sideways = candidate_distance_ * std::abs(sin_);
-  const double ahead = candidate_distance_ * cos_ - recorded_distance_;
-  const double beta = std::abs(ahead) * radius_ / recorded_distance_;
-  const double sum = sideways + std::sqrt(sideways * sideways + 8 * beta * beta);
-  const double share = sum > 0 ? 2 * beta / sum : 0;
-  const double sine = std::copysign(radius_ / recorded_distance_ * share, ahead);
-  return std::clamp(s_->ImgFromSlope(sine / std::sqrt(1 - sine * sine)), lowest_, highest_);
-}
-
-// Two parabola steps around the guess.
-double EpipolarPlane::Refined(double guess, double error, double give_up_px) const {
-  double best = error;
-  double step = 0.12 * 0.5 * (highest_ - lowest_);
-  for (int round = 0; round < 2 && best < give_up_px; ++round, step *= 0.35) {
-    const double middle = std::clamp(guess, lowest_ + step, highest_ - step);
-    const double before = ErrorAt(middle - step), after = ErrorAt(middle + step);
-    const double here = middle == guess ? error : ErrorAt(middle);
-    const double curvature = before - 2 * here + after;
-    double next = before > after ? middle - step : middle + step;
-    if (curvature < 0)
-      next = std::clamp(middle + 0.5 * step * (before - after) / curvature, middle - 2 * step,
-                        middle + 2 * step);
-    guess = std::clamp(next, lowest_, highest_);
-    error = ErrorAt(guess);
-    best = std::max({best, before, here, after, error});
-  }
-  return best;
-}
-
-// The top of a hill between two pixels: golden section.
-double EpipolarPlane::Top(double low, double high) const {
-  constexpr double kGolden = 0.6180339887498949;
-  double inner = high - kGolden * (high - low), outer = low + kGolden * (high - low);
-  double inner_error = ErrorAt(inner), outer_error = ErrorAt(outer);
-  for (int i = 0; i < 18; ++i) {
-    if (inner_error > outer_error) {
-      high = outer, outer = inner, outer_error = inner_error;
-      inner = high - kGolden * (high - low), inner_error = ErrorAt(inner);
-    } else {
-      low = inner, inner = outer, inner_error = outer_error;
-      outer = low + kGolden * (high - low), outer_error = ErrorAt(outer);
-    }
-  }
-  return std::max(inner_error, outer_error);
-}
-
-double EpipolarPlane::Scanned(double give_up_px) const {
-  constexpr int kSteps = 32;
-  const double step = (highest_ - lowest_) / kSteps;
-  double best = 0, at = lowest_;
-  const auto look_at = [&](double pixel) {
-    const double error = ErrorAt(pixel);
-    if (error > best) best = error, at = pixel;
-    return best >= give_up_px || best == kInfinity;
-  };
-  const auto top_within = [&](double reach) {
-    return Top(std::max(lowest_, at - reach), std::min(highest_, at + reach));
-  };
-  for (int i = 0; i <= kSteps; ++i)
-    if (look_at(lowest_ + i * step)) return best;
-  const double at_of_steps = at;
-  // With n close to the sphere there are peaks between those: where a cone ends at n's silhouette, and where
-  // it lies between both sides of it.
-  const auto& [left, right] = silhouette_;
-  for (const double pixel :
-       {left.pixel_in_s - kConeRadiusPx, left.pixel_in_s + kConeRadiusPx, right.pixel_in_s - kConeRadiusPx,
-        right.pixel_in_s + kConeRadiusPx, 0.5 * (left.pixel_in_s + right.pixel_in_s)})
-    if (pixel >= lowest_ && pixel <= highest_ && look_at(pixel)) return best;
-  best = std::max(best, top_within(step));
-  return at == at_of_steps ? best : std::max(best, top_within(kConeRadiusPx));
-}
-
-// Near the shell and at angles at which the denominator hardly changes over the sphere; elsewhere the maximum
-// wanders, and inside the sphere there is no guess.
-bool EpipolarPlane::GuessHolds() const {
-  constexpr double kShell = 0.25, kDenominatorChange = 0.03;
-  const double ratio = candidate_distance_ / recorded_distance_;
-  return recorded_distance_ > radius_ && std::abs(ratio - 1) <= kShell &&
-         std::abs(sin_) * radius_ <= kDenominatorChange * recorded_distance_ && cos_ >= 0;
-}
-
-double EpipolarPlane::WorstPixelError(const CriterionOptions& options) const {
-  const double give_up_px = options.give_up_px;
-  double best = ErrorAt(std::clamp(0.0, lowest_, highest_));
-  if (best >= give_up_px || best == kInfinity || options.search == BoundSearch::kCentralPixel) return best;
-  if (options.search == BoundSearch::kScan || (options.search == BoundSearch::kAsNeeded && !GuessHolds()))
-    return std::max(best, Scanned(give_up_px));
-  if (recorded_distance_ <= radius_) return best;
-  const double guess = FirstGuess();
-  const double error = ErrorAt(guess);
-  best = std::max(best, error);
-  if (best >= give_up_px || best == kInfinity || options.search == BoundSearch::kGuess) return best;
-  return std::max(best, Refined(guess, error, give_up_px));
-}
-
-// Unit vector perpendicular to `toward_s`, in the plane through the centre and both views. With both in one
-// line any plane through it will do, and the one that holds the optical axes shows their stretch.
-Vector3d Across(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject) {
-  const Vector3d toward_s = (recorded.center_in_world - subject.center_in_world).normalized();
-  const Vector3d toward_n = (candidate.center_in_world - subject.center_in_world).normalized();
-  for (const Vector3d& hint :
-       {toward_n, Vector3d(candidate.cam_from_world.row(2)), Vector3d(recorded.cam_from_world.row(2))}) {
-    const Vector3d across = hint - hint.dot(toward_s) * toward_s;
-    const double length = across.norm();
-    if (length > 1e-9) return across / length;
-  }
-  return toward_s.unitOrthogonal();
+// What costs less comes first: the central pixel, then a guess where it holds, else the scan.
+double WorstPixelError(const EpipolarPlane& plane, double give_up_px) {
+  const double central = plane.ErrorAt(std::clamp(0.0, plane.lowest_pixel(), plane.highest_pixel()));
+  if (central >= give_up_px || central == kInfinity) return central;
+  if (!plane.IsGuessReliable()) return std::max(central, plane.Scanned(give_up_px));
+  const double guess = plane.FirstGuess();
+  const double error = plane.ErrorAt(guess);
+  const double best = std::max(central, error);
+  if (best >= give_up_px || best == kInfinity) return best;
+  return std::max(best, plane.Refined(guess, error, give_up_px));
 }
 
 // Where the line through both views pierces the sphere, every plane through that line cuts it wide, and a
 // candidate that looks past the centre may show another plane's radial motion larger than the one through the
 // centre.
-bool OtherPlanesMatter(const CriterionView& recorded, const CriterionView& candidate,
-                       const Subject& subject) {
+bool NeedsOtherPlanes(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject) {
   constexpr double kAimed = 0.9994;  // cosine of two degrees
   const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
   const Vector3d to_n = candidate.center_in_world - subject.center_in_world;
@@ -396,23 +112,12 @@ CriterionView CriterionView::AimedAt(const Vector3d& target_in_world, const Vect
 
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                const CriterionOptions& options) {
-  const Vector3d across = Across(recorded, candidate, subject);
+  const Vector3d across = AcrossAxis(recorded, candidate, subject);
   const EpipolarPlane plane(recorded, candidate, subject, across, options.near_limit);
   if (!plane.usable()) return kInfinity;
-  const double bound = plane.WorstPixelError(options);
-  if (bound >= options.give_up_px || options.search != BoundSearch::kAsNeeded ||
-      !OtherPlanesMatter(recorded, candidate, subject))
-    return bound;
+  const double bound = WorstPixelError(plane, options.give_up_px);
+  if (bound >= options.give_up_px || !NeedsOtherPlanes(recorded, candidate, subject)) return bound;
   return std::max(bound, WorstOfOtherPlanes(recorded, candidate, subject, across, options));
-}
-
-double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-                      double pixel_px, const CriterionOptions& options) {
-  const EpipolarPlane plane(recorded, candidate, subject, Across(recorded, candidate, subject),
-                            options.near_limit);
-  if (!plane.usable() || pixel_px < plane.lowest_pixel() || pixel_px > plane.highest_pixel())
-    return kInfinity;
-  return plane.ErrorAt(pixel_px);
 }
 
 // The central ray alone spreads over 2 f (r/d) sin(angle) / (1 - (r/d)² cos²(angle)) in an aimed candidate

@@ -45,16 +45,6 @@ struct CriterionView {
                         const Eigen::Vector3d& up_in_world) const;
 };
 
-// How the worst pixel is found. All but the first are for study (docs/speed_and_accuracy.md): what they miss,
-// a capture would take for covered.
-enum class BoundSearch {
-  kAsNeeded,      // kParabola where its guess holds, else kScan; other planes where they matter
-  kCentralPixel,  // the thesis's, not searched at all
-  kGuess,         // the closed form's
-  kParabola,      // two parabola steps from there
-  kScan,          // 33 pixels and a golden section
-};
-
 struct CriterionOptions {
   // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
   // known.
@@ -62,17 +52,11 @@ struct CriterionOptions {
   // As soon as the bound is known to reach this, the search ends and what was found, at least this much, is
   // returned.
   double give_up_px = std::numeric_limits<double>::infinity();
-  BoundSearch search = BoundSearch::kAsNeeded;
 };
 
 // The bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                const CriterionOptions& options = {});
-
-// The same at the pixel whose image coordinate along the epipolar line, counted from the centre's image
-// towards the candidate's side, is `pixel_px`; 0 is the thesis's central pixel. For study and tests.
-double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-                      double pixel_px, const CriterionOptions& options = {});
 
 // No camera farther than this angle (seen from the centre) from the candidate can cover it: its sine. Above
 // 1: any may.

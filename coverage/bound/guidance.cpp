@@ -11,24 +11,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Lengths in disc radii.
-// A row of views one and a bit radius apart leaves nothing open within 0.8 of its path; a tenth is for the
-// hand's wobble.
-constexpr double kPathFromEdge = 0.75;
-constexpr double kRowPitch = 1.55;   // two such halves
-constexpr double kBesideRow = 1.0;   // what lies this far off the row's height is another row's
-constexpr double kBehindDisc = 1.1;  // nearer columns are half painted by the view just taken
-constexpr double kRowReach = 5;      // a row goes on across a painted stretch this long
-constexpr double kLead = 3;          // `toward` ahead of the hand, at least,
-constexpr double kLeadS = 0.6;       // and as far as it comes in so long
-constexpr double kArrived = 0.35;
-constexpr double kNear = 0.6;
-// Shares of a disc.
-constexpr double kWorthARow = 0.3, kWorthTheWay = 0.03, kFilled = 0.02;
-// Time.
-constexpr double kMovementS = 0.4, kMeansItS = 1.2;
-constexpr double kPatienceThereS = 1.5, kPatienceOnTheWayS = 8, kLeftAloneS = 20;
-constexpr double kRateOverS = 20;
+constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
 
 double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 
@@ -37,7 +20,7 @@ double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
   Guidance guidance;
   if (!map || subject_ != map->subject()) {
-    *this = Guide();
+    *this = Guide(options_);
     if (!map) return guidance;
     subject_ = map->subject();
   }
@@ -56,18 +39,18 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   open_.Follow(*map);
   guidance.distance = map->reference_distance();
   guidance.disc_radius = open_.disc_radius();
-  Expect(*map, time_s, guidance);
+  EstimateRest(*map, time_s, guidance);
   if (!offset || !(offset->norm() > 0)) {
     seen_.clear();
     if (last_) guidance.toward = open_.frame().Direction(last_->azimuth, last_->elevation);
     return guidance;
   }
-  Follow(offset->normalized(), time_s);
+  UpdateSpeed(offset->normalized(), time_s);
   const CapFrame::Angles at = open_.frame().Of(offset->normalized());
   const Place hand{at.azimuth, at.elevation};
   last_ = Next(hand, time_s);
   if (!last_) return guidance;
-  NoteProgress(hand, *last_, time_s);
+  UpdateProgress(hand, *last_, time_s);
   guidance.toward = open_.frame().Direction(last_->azimuth, last_->elevation);
   if (!goal_) {
     guidance.row = Offset(*map, hand, *last_);
@@ -76,19 +59,19 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   return guidance;
 }
 
-void Guide::Follow(const Vector3d& direction, double time_s) {
+void Guide::UpdateSpeed(const Vector3d& direction, double time_s) {
   seen_.push_back({time_s, direction});
-  while (seen_.size() > 2 && seen_.front().time_s < time_s - kMovementS) seen_.pop_front();
+  while (seen_.size() > 2 && seen_.front().time_s < time_s - options_.movement_s) seen_.pop_front();
   const Seen& first = seen_.front();
   speed_.setZero();
-  if (!(time_s > first.time_s) || time_s - first.time_s > 2 * kMovementS) return;
+  if (!(time_s > first.time_s) || time_s - first.time_s > 2 * options_.movement_s) return;
   const CapFrame::Angles from = open_.frame().Of(first.direction), to = open_.frame().Of(direction);
   speed_ = Vector2d(Wrap(to.azimuth - from.azimuth) * std::cos(to.elevation), to.elevation - from.elevation) /
            (time_s - first.time_s);
-  if (std::abs(speed_.x()) < std::max(0.5 * open_.disc_radius(), std::abs(speed_.y()))) return;
+  if (std::abs(speed_.x()) < std::max(options_.row_speed * open_.disc_radius(), std::abs(speed_.y()))) return;
   // A row's direction is kept while the hand comes to rest and turns; who goes against it for long means it.
   const int moves = speed_.x() > 0 ? 1 : -1;
-  if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > kMeansItS) heading_ = moves;
+  if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > options_.heading_s) heading_ = moves;
   if (moves == heading_) with_heading_s_ = time_s;
 }
 
@@ -102,65 +85,66 @@ double Guide::Angle(const Place& a, const Place& b) const {
 // open, else beside the nearer edge; through the middle of what one row fills.
 double Guide::Path(const OpenDirections::Run& run, double level) const {
   const double radius = open_.disc_radius();
-  if (run.high - run.low <= 2 * kPathFromEdge * radius) return 0.5 * (run.low + run.high);
-  const double lowest = run.low + kPathFromEdge * radius, highest = run.high - kPathFromEdge * radius;
+  if (run.high - run.low <= 2 * options_.path_from_edge * radius) return 0.5 * (run.low + run.high);
+  const double lowest = run.low + options_.path_from_edge * radius,
+               highest = run.high - options_.path_from_edge * radius;
   const double at = std::clamp(level, lowest, highest);
   const double above_low = at - lowest, below_high = highest - at;
-  if (std::min(above_low, below_high) >= kRowPitch * radius) return at;
+  if (std::min(above_low, below_high) >= options_.row_pitch * radius) return at;
   return above_low <= below_high ? lowest : highest;
 }
 
-bool Guide::IsLeftAlone(const Place& place) const {
+bool Guide::IsSkipped(const Place& place) const {
   const Vector3d direction = open_.frame().Direction(place.azimuth, place.elevation);
-  const double cosine = std::cos(kNear * open_.disc_radius());
-  return std::any_of(left_alone_.begin(), left_alone_.end(),
-                     [&](const LeftAlone& alone) { return alone.direction.dot(direction) > cosine; });
+  const double cosine = std::cos(options_.near * open_.disc_radius());
+  return std::any_of(skipped_.begin(), skipped_.end(),
+                     [&](const Skipped& alone) { return alone.direction.dot(direction) > cosine; });
 }
 
 std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
-  std::erase_if(left_alone_, [&](const LeftAlone& alone) { return alone.until_s <= time_s; });
+  std::erase_if(skipped_, [&](const Skipped& alone) { return alone.until_s <= time_s; });
   if (goal_) {
     const double gain = open_.Gain(goal_->azimuth, goal_->elevation);
-    const bool there = Angle(hand, *goal_) < kArrived * open_.disc_radius();
-    if (gain >= kFilled && !there && !IsLeftAlone(*goal_)) return goal_;
+    const bool there = Angle(hand, *goal_) < options_.arrived * open_.disc_radius();
+    if (gain >= options_.filled && !there && !IsSkipped(*goal_)) return goal_;
     level_ = goal_->elevation;
     goal_.reset();
   }
   if (!level_) level_ = hand.elevation;
   const int first = heading_ != 0 ? heading_ : 1;
   for (const int heading : {first, -first}) {
-    auto place = AlongTheRow(hand, heading);
-    if (!place) place = ToTheRim(hand, heading);
+    auto place = RowPlace(hand, heading);
+    if (!place) place = RimPlace(hand, heading);
     if (!place) continue;
     if (heading != heading_) with_heading_s_ = time_s;
     heading_ = heading;
     level_ = place->elevation;
     return place;
   }
-  goal_ = BestPerDistance(hand);
+  goal_ = BestPlace(hand);
   if (goal_) level_ = goal_->elevation;
   return goal_;
 }
 
-std::optional<Guide::Place> Guide::AlongTheRow(const Place& hand, int heading) const {
+std::optional<Guide::Place> Guide::RowPlace(const Place& hand, int heading) const {
   const double radius = open_.disc_radius();
-  const double lead = std::max(kLead * radius, kLeadS * speed_.norm());
-  const double cosine = std::max(0.02, std::cos(hand.elevation));
+  const double lead = std::max(options_.lead * radius, options_.lead_s * speed_.norm());
+  const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const int here = open_.ColumnOf(hand.azimuth);
   std::optional<Place> ahead;
   for (int step = 1; step < open_.columns(); ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     const double away = step * open_.column_width() * cosine;
-    if (away > kRowReach * radius || (ahead && away > lead)) break;
+    if (away > options_.row_reach * radius || (ahead && away > lead)) break;
     if (!column && open_.Wrapped(here)) break;  // beyond the rim
-    if (!column || away < kBehindDisc * radius) continue;
+    if (!column || away < options_.behind_disc * radius) continue;
     const double level = ahead ? ahead->elevation : *level_;
     std::optional<Place> best;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
       const Place place{open_.Azimuth(*column), Path(run, level)};
-      if (std::abs(place.elevation - level) > kBesideRow * radius ||
-          std::abs(place.elevation - hand.elevation) > 2 * kBesideRow * radius || IsLeftAlone(place) ||
-          open_.Gain(place.azimuth, place.elevation) < kWorthARow)
+      if (std::abs(place.elevation - level) > options_.beside_row * radius ||
+          std::abs(place.elevation - hand.elevation) > 2 * options_.beside_row * radius || IsSkipped(place) ||
+          open_.Gain(place.azimuth, place.elevation) < options_.worth_a_row)
         continue;
       if (!best || std::abs(place.elevation - level) < std::abs(best->elevation - level)) best = place;
     }
@@ -173,27 +157,27 @@ std::optional<Guide::Place> Guide::AlongTheRow(const Place& hand, int heading) c
 }
 
 // The last view of a row may leave less than a disc open before the rim.
-std::optional<Guide::Place> Guide::ToTheRim(const Place& hand, int heading) const {
+std::optional<Guide::Place> Guide::RimPlace(const Place& hand, int heading) const {
   const double radius = open_.disc_radius();
-  const double cosine = std::max(0.02, std::cos(hand.elevation));
+  const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const int here = open_.ColumnOf(hand.azimuth);
-  if (!open_.Wrapped(here) || std::abs(hand.elevation - *level_) > kBesideRow * radius) return std::nullopt;
+  if (!open_.Wrapped(here) || std::abs(hand.elevation - *level_) > options_.beside_row * radius)
+    return std::nullopt;
   std::optional<Place> rim;
   for (int step = 0;; ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     if (!column) return rim;
-    if (step * open_.column_width() * cosine > 1.5 * radius) return std::nullopt;
+    if (step * open_.column_width() * cosine > options_.rim_reach * radius) return std::nullopt;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
-      const double inside =
-          std::min(run.high, *level_ + 0.6 * radius) - std::max(run.low, *level_ - 0.6 * radius);
+      const double inside = std::min(run.high, *level_ + options_.rim_strip * radius) -
+                            std::max(run.low, *level_ - options_.rim_strip * radius);
       const Place place{open_.Azimuth(*column), *level_};
-      if (inside > 0.4 * radius && !IsLeftAlone(place)) rim = place;
+      if (inside > options_.rim_open * radius && !IsSkipped(place)) rim = place;
     }
   }
 }
 
-std::optional<Guide::Place> Guide::BestPerDistance(const Place& hand) const {
-  constexpr double kTurn = 1;  // what a change of course costs, in disc radii of way
+std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
   const double radius = open_.disc_radius();
   const Vector3d here = open_.frame().Direction(hand.azimuth, hand.elevation);
   std::optional<Place> best;
@@ -203,10 +187,10 @@ std::optional<Guide::Place> Guide::BestPerDistance(const Place& hand) const {
       const Place place{open_.Azimuth(column), Path(run, hand.elevation)};
       const double way =
           std::acos(std::clamp(here.dot(open_.frame().Direction(place.azimuth, place.elevation)), -1.0, 1.0));
-      if ((way / radius + kTurn) >= least) continue;  // no gain is more than one
+      if ((way / radius + options_.turn_cost) >= least) continue;  // no gain is more than one
       const double gain = std::min(1.0, open_.Gain(place.azimuth, place.elevation));
-      if (gain < kWorthTheWay || IsLeftAlone(place)) continue;
-      const double cost = (way / radius + kTurn) / gain;
+      if (gain < options_.worth_the_way || IsSkipped(place)) continue;
+      const double cost = (way / radius + options_.turn_cost) / gain;
       if (cost >= least) continue;
       least = cost;
       best = place;
@@ -215,20 +199,22 @@ std::optional<Guide::Place> Guide::BestPerDistance(const Place& hand) const {
 }
 
 // Nothing is asked for ever: a place that the hand does not set out for, or that stays open although the hand
-// is there, is left alone.
-void Guide::NoteProgress(const Place& hand, const Place& place, double time_s) {
+// is there, is skipped.
+void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s) {
   const double radius = open_.disc_radius();
   const double away = Angle(hand, place);
-  const bool painted = std::abs(open_.CoveredSr() - progress_sr_) > 0.05 * M_PI * radius * radius;
+  const bool painted =
+      std::abs(open_.CoveredSr() - progress_sr_) > options_.progress * M_PI * radius * radius;
   if (painted || Angle(hand, progress_at_) > radius) {
     progress_at_ = hand;
     progress_s_ = time_s;
     progress_sr_ = open_.CoveredSr();
     return;
   }
-  const double patience_s = away < kNear * radius ? kPatienceThereS : kPatienceOnTheWayS;
+  const double patience_s =
+      away < options_.near * radius ? options_.patience_there_s : options_.patience_on_the_way_s;
   if (time_s - progress_s_ < patience_s) return;
-  left_alone_.push_back({open_.frame().Direction(place.azimuth, place.elevation), time_s + kLeftAloneS});
+  skipped_.push_back({open_.frame().Direction(place.azimuth, place.elevation), time_s + options_.skip_s});
   goal_.reset();
   progress_s_ = time_s;
 }
@@ -238,7 +224,7 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
                                                  const Place& to) const {
   const double radius = open_.disc_radius();
   const Vector3d here = open_.frame().Direction(hand.azimuth, hand.elevation);
-  const double reach = std::cos(3 * radius);
+  const double reach = std::cos(options_.beside_most * radius);
   double nearest = std::numeric_limits<double>::infinity(), side = 0;
   for (const CriterionView& view : map.views()) {
     const Vector3d direction = (view.center_in_world - map.subject().center_in_world).normalized();
@@ -246,7 +232,9 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
     const CapFrame::Angles at = open_.frame().Of(direction);
     const double across = hand.elevation - at.elevation;
     const double along = Wrap(hand.azimuth - at.azimuth) * std::cos(hand.elevation);
-    if (std::abs(along) > radius || std::abs(across) < 0.6 * radius || std::abs(across) >= nearest) continue;
+    if (std::abs(along) > radius || std::abs(across) < options_.beside_least * radius ||
+        std::abs(across) >= nearest)
+      continue;
     nearest = std::abs(across);
     side = across > 0 ? 1 : -1;
   }
@@ -256,23 +244,24 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
 
 // Strips too narrow for a row of their own, between where this movement goes and what is painted.
 std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
-  constexpr double kAhead = 6, kHalfStrip = 0.8, kNarrow = 0.9;
   std::vector<Vector3d> left_open;
   const double radius = open_.disc_radius();
-  if (speed_.norm() < radius || std::abs(speed_.x()) < std::abs(speed_.y())) return left_open;
-  const double cosine = std::max(0.02, std::cos(hand.elevation));
+  if (speed_.norm() < options_.strip_speed * radius || std::abs(speed_.x()) < std::abs(speed_.y()))
+    return left_open;
+  const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const double slope = speed_.y() / std::abs(speed_.x());
   const int here = open_.ColumnOf(hand.azimuth), heading = speed_.x() > 0 ? 1 : -1;
-  for (int step = 1; step * open_.column_width() * cosine < kAhead * radius && step < open_.columns();
+  for (int step = 1;
+       step * open_.column_width() * cosine < options_.strip_ahead * radius && step < open_.columns();
        ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     if (!column) break;
     const double level = hand.elevation + slope * step * open_.column_width() * cosine;
-    const double low = level - kHalfStrip * radius, high = level + kHalfStrip * radius;
+    const double low = level - options_.strip * radius, high = level + options_.strip * radius;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
       if (run.high < low || run.low > high) continue;  // the strip does not touch it
       const auto leave = [&](double from, double to) {
-        if (to - from > kNarrow * radius) return;
+        if (to - from > options_.narrow_strip * radius) return;
         for (double at = from + 0.125 * radius; at < to; at += 0.25 * radius)
           left_open.push_back(open_.frame().Direction(open_.Azimuth(*column), at));
       };
@@ -283,21 +272,21 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
   return left_open;
 }
 
-void Guide::Expect(const CoverageMap& map, double time_s, Guidance& guidance) {
+void Guide::EstimateRest(const CoverageMap& map, double time_s, Guidance& guidance) {
   painted_.push_back({time_s, open_.CoveredSr(), map.views().size()});
-  while (painted_.size() > 2 && painted_.front().time_s < time_s - kRateOverS) painted_.pop_front();
+  while (painted_.size() > 2 && painted_.front().time_s < time_s - options_.rate_over_s) painted_.pop_front();
   if (!map.options().cap) return;
   // What one view has painted so far; at first as a hand is known to do it.
-  constexpr double kWorth = 20;  // views that the estimate weighs
   const double usual =
       map.options().cap->SolidAngle() / ViewsEstimate::Of(*map.options().cap, open_.disc_radius()).usual;
-  const double sr_per_view =
-      (open_.CoveredSr() + kWorth * usual) / (static_cast<double>(map.views().size()) + kWorth);
+  const double sr_per_view = (open_.CoveredSr() + options_.estimated_views * usual) /
+                             (static_cast<double>(map.views().size()) + options_.estimated_views);
   guidance.views_left = open_.OpenSr() / sr_per_view;
   const Painted& before = painted_.front();
   const double seconds = time_s - before.time_s, sr = open_.CoveredSr() - before.sr;
   // A sliver that was painted on the way says nothing of how fast a hand fills a cap.
-  if (seconds > 2 && sr > sr_per_view) guidance.seconds_left = open_.OpenSr() * seconds / sr;
+  if (seconds > options_.rate_least_s && sr > sr_per_view)
+    guidance.seconds_left = open_.OpenSr() * seconds / sr;
 }
 
 }  // namespace ulf::coverage

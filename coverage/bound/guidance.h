@@ -1,15 +1,14 @@
-// Where to move next. The coverage map knows what is missing; guidance turns that into one place to go to,
-// how far away to stay, and how long it will take. (Beyond the thesis, which shows the map and leaves the
-// rest to the operator; its section 2.2 says what is hard: the offset from the previous scan line, and the
-// distance.)
+// Guidance: where to move the camera next, at which distance, and how long it will take, from the coverage map.
+// (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2 names what is
+// hard: the offset from the previous scan line, and the distance.) docs/guidance.md describes and measures it.
 //
-// How: the cap is scanned in rows. While something is open ahead at the row's height the row goes on, at the
-// offset from what is painted beside it that leaves no gap; `toward` then runs ahead of the hand by what a
-// hand covers in its reaction time, so that following it keeps the row straight. When nothing is, the place
-// that covers most for the way there is next, and stays so until it is reached: at the rim that is the next
-// row, later the largest of the holes that are left. A place that the hand does not set out for, or that
-// stays open although the hand was there, is left alone for a while. Without a cap, what is recorded is
-// extended evenly on all sides.
+// The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
+// from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand
+// covers in its reaction time, so that following it keeps the row straight. At the end of a row the goal is
+// the place that covers most for the way there, until it is reached: at the rim that is the next row, later
+// the largest of the remaining holes. A goal that the hand does not set out for, or that stays open although
+// the hand was there, is skipped for a while. Without a cap, the recorded area is extended evenly on all
+// sides.
 //
 // Directions are unit vectors from the subject's centre in world coordinates; angles are radians.
 #pragma once
@@ -25,17 +24,17 @@
 namespace ulf::coverage {
 
 struct Guidance {
-  // The viewpoint to fill next lies in this direction; none: nothing is missing, or nothing is known yet.
+  // The direction of the next viewpoint; none: nothing is open, or nothing is known yet.
   std::optional<Eigen::Vector3d> toward;
   double distance = 0;     // to keep from the subject's centre, world units; 0: not known yet
   double disc_radius = 0;  // what one view covers around it at that distance
-  // How far the present movement keeps from the row beside it that was scanned before, and how far it may;
-  // none without such a row.
+  // The distance of the present row from the row beside it that was scanned before, and the distance that
+  // leaves no gap; none without such a row.
   struct RowOffset {
     double now = 0, wanted = 0;
   };
   std::optional<RowOffset> row;
-  // What the present movement, kept up, passes by and leaves uncovered between itself and what is covered.
+  // Directions that the present movement, if it goes on, leaves uncovered beside its path.
   std::vector<Eigen::Vector3d> left_open;
   std::optional<double> views_left,
       seconds_left;  // expected; none without a cap or before any speed is known
@@ -43,8 +42,53 @@ struct Guidance {
 
 class Guide {
  public:
-  // After every frame: the map as it now is (null: no subject yet), the camera where it now is (none: no
-  // pose) and the device's time. The same calls give the same guidance.
+  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/guidance.md has what they come
+  // to with other seeds. None was measured alone.
+  struct Options {
+    // Lengths, in radii of the disc that one view covers.
+    // From a new row's middle to what is painted beside it; more than 0.8 leaves gaps even without any wobble,
+    // less takes more rows.
+    double path_from_edge = 0.75;
+    double row_pitch = 1.55;    // a stretch with so much room on both sides keeps the row's own height
+    double beside_row = 1.0;    // what lies farther off the row's height is another row's
+    double behind_disc = 1.1;   // nearer places are half painted by the view just taken: no goals
+    double row_reach = 5;       // a row goes on across a painted stretch this long, no longer
+    double lead = 3;            // `toward` runs so far ahead of the hand, at least (see lead_s)
+    double arrived = 0.35;      // nearer to the goal the hand is there
+    double near = 0.6;          // nearer to a place it is the same place: skipped, waited for
+    double rim_reach = 1.5;     // a row goes on to a rim no farther than this
+    double rim_strip = 0.6;     // of what is open at the rim so much above and below the row counts,
+    double rim_open = 0.4;      // and less than this is not worth going there
+    double turn_cost = 1;       // what a change of course costs, in way
+    double beside_least = 0.6;  // a recorded view across from the hand is of the row beside from here on
+    double beside_most = 3;     // and no farther away than this
+    double strip = 0.8;         // a movement covers so much on both sides of its path,
+    double narrow_strip = 0.9;  // what it leaves open is told when it is narrower than this,
+    double strip_ahead = 6;     // up to so far ahead
+    // Radii a second along a row; less is not a movement.
+    double row_speed = 0.5;    // sets the row's direction
+    double strip_speed = 1.0;  // tells what it leaves open
+    // Shares of a disc that a view would newly cover.
+    double worth_a_row = 0.3;     // a place where less is open does not keep a row going
+    double worth_the_way = 0.03;  // and is not gone to for itself
+    double filled = 0.02;         // a goal with no more than this is done
+    double progress = 0.05;       // of a disc newly painted: the hand gets on
+    // Seconds.
+    double lead_s = 0.6;               // `toward` is ahead by what the hand comes in this time
+    double movement_s = 0.4;           // over which the hand's speed is measured
+    double heading_s = 1.2;            // against the row's direction for longer turns the row round
+    double patience_there_s = 1.5;     // a place that stays open with the hand there is skipped after,
+    double patience_on_the_way_s = 8;  // one that the hand does not set out for after,
+    double skip_s = 20;                // for so long
+    double rate_over_s = 20;           // over which the time that is left is reckoned,
+    double rate_least_s = 2;           // not from less
+    double estimated_views = 20;       // of a view's usual worth, that weigh against what was measured
+  };
+  Guide() : Guide(Options{}) {}
+  explicit Guide(const Options& options) : options_(options) {}
+
+  // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
+  // and the device's time. Deterministic.
   Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
 
  private:
@@ -59,24 +103,25 @@ class Guide {
     double time_s = 0, sr = 0;
     std::size_t views = 0;
   };
-  struct LeftAlone {
+  struct Skipped {
     Eigen::Vector3d direction;
     double until_s = 0;
   };
 
-  void Follow(const Eigen::Vector3d& direction, double time_s);
+  void UpdateSpeed(const Eigen::Vector3d& direction, double time_s);
   std::optional<Place> Next(const Place& hand, double time_s);
-  std::optional<Place> AlongTheRow(const Place& hand, int heading) const;
-  std::optional<Place> ToTheRim(const Place& hand, int heading) const;
-  std::optional<Place> BestPerDistance(const Place& hand) const;
-  void NoteProgress(const Place& hand, const Place& place, double time_s);
+  std::optional<Place> RowPlace(const Place& hand, int heading) const;
+  std::optional<Place> RimPlace(const Place& hand, int heading) const;
+  std::optional<Place> BestPlace(const Place& hand) const;
+  void UpdateProgress(const Place& hand, const Place& place, double time_s);
   double Path(const OpenDirections::Run& run, double level) const;
   double Angle(const Place& a, const Place& b) const;
-  bool IsLeftAlone(const Place& place) const;
+  bool IsSkipped(const Place& place) const;
   std::optional<Guidance::RowOffset> Offset(const CoverageMap& map, const Place& hand, const Place& to) const;
   std::vector<Eigen::Vector3d> LeftOpen(const Place& hand) const;
-  void Expect(const CoverageMap& map, double time_s, Guidance& guidance);
+  void EstimateRest(const CoverageMap& map, double time_s, Guidance& guidance);
 
+  Options options_;
   std::optional<Subject> subject_;
   OpenDirections open_;
   std::deque<Seen> seen_;        // of late, for the hand's movement
@@ -88,7 +133,7 @@ class Guide {
   double with_heading_s_ = 0;    // when the hand last went that way
   Place progress_at_;            // where the hand was when something was last painted or it had gone on
   double progress_s_ = 0, progress_sr_ = 0;
-  std::vector<LeftAlone> left_alone_;
+  std::vector<Skipped> skipped_;
   std::deque<Painted> painted_;
 };
 

@@ -8,21 +8,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCellWidth = 0.5, kCellHeight = 0.25;  // disc radii
-constexpr double kMostCells = 2e5;
-constexpr std::size_t kFewestCellsInTurn = 100, kMostCellsInTurn = 1500;
-constexpr double kCallsForAll = 16;  // while that stays within the numbers above
-constexpr double kBeyondViews = 3;   // without a cap: disc radii around what is recorded
-constexpr double kNearlyFull = 0.97;
+constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
 
 double DiscRadiusOf(const CoverageMap& map) { return map.spacing() * map.options().cells_per_disc_radius; }
 
 }  // namespace
 
 void OpenDirections::Follow(const CoverageMap& map) {
-  const bool other =
-      !frame_ || subject_ != map.subject() || cap_.has_value() != map.options().cap.has_value() ||
-      std::abs(DiscRadiusOf(map) / disc_radius_ - 1) > 0.05 || map.views().size() < known_views_;
+  const bool other = !frame_ || subject_ != map.subject() ||
+                     cap_.has_value() != map.options().cap.has_value() ||
+                     std::abs(DiscRadiusOf(map) / disc_radius_ - 1) > options_.disc_change ||
+                     map.views().size() < known_views_;
   if (other) {
     subject_ = map.subject();
     cap_ = map.options().cap;
@@ -30,11 +26,11 @@ void OpenDirections::Follow(const CoverageMap& map) {
     left_ = width_ = bottom_ = height_ = 0;
   }
   frame_ = map.frame();
-  if (GrowsWith(map) || other) return Lay(map);
-  for (; known_views_ < map.views().size(); ++known_views_) LookAround(map, map.views()[known_views_]);
+  if (GrowGrid(map) || other) return Lay(map);
+  for (; known_views_ < map.views().size(); ++known_views_) UpdateAround(map, map.views()[known_views_]);
   const std::size_t in_turn =
-      std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / kCallsForAll),
-                 kFewestCellsInTurn, kMostCellsInTurn);
+      std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / options_.calls_for_all),
+                 options_.fewest_in_turn, options_.most_in_turn);
   for (std::size_t i = 0; i < std::min(in_turn, open_.size()); ++i, ++next_cell_) {
     next_cell_ %= open_.size();
     const auto rows = static_cast<std::size_t>(rows_);
@@ -43,15 +39,15 @@ void OpenDirections::Follow(const CoverageMap& map) {
 }
 
 // True when the grid has to be laid anew.
-bool OpenDirections::GrowsWith(const CoverageMap& map) {
+bool OpenDirections::GrowGrid(const CoverageMap& map) {
   if (cap_) {
     left_ = -cap_->width / 2, width_ = cap_->width;
     bottom_ = -cap_->height / 2, height_ = cap_->height;
     return false;  // Follow() sees a new one
   }
-  const double margin = kBeyondViews * disc_radius_;
+  const double margin = options_.margin * disc_radius_;
   double left = left_, right = left_ + width_, bottom = bottom_, top = bottom_ + height_;
-  if (width_ > 0 && open_sr_ < (1 - kNearlyFull) * total_sr_)
+  if (width_ > 0 && open_sr_ < (1 - options_.nearly_full) * total_sr_)
     left -= margin, right += margin, bottom -= margin, top += margin;
   if (width_ == 0) left = -2 * margin, right = 2 * margin, bottom = -margin, top = margin;
   for (std::size_t i = width_ == 0 ? 0 : known_views_; i < map.views().size(); ++i) {
@@ -64,8 +60,7 @@ bool OpenDirections::GrowsWith(const CoverageMap& map) {
     if (at.elevation < bottom) bottom = at.elevation - margin;
     if (at.elevation > top) top = at.elevation + margin;
   }
-  constexpr double kNearlyRound = 1.7 * M_PI;
-  if (right - left > kNearlyRound) left = -M_PI, right = M_PI;
+  if (right - left > options_.nearly_round) left = -M_PI, right = M_PI;
   bottom = std::max(bottom, -M_PI / 2), top = std::min(top, M_PI / 2);
   const bool grown =
       left != left_ || right != left_ + width_ || bottom != bottom_ || top != bottom_ + height_;
@@ -74,10 +69,12 @@ bool OpenDirections::GrowsWith(const CoverageMap& map) {
 }
 
 void OpenDirections::Lay(const CoverageMap& map) {
-  const double cells = width_ * height_ / (kCellWidth * kCellHeight * disc_radius_ * disc_radius_);
-  const double coarser = std::max(1.0, std::sqrt(cells / kMostCells));
-  columns_ = std::max(1, static_cast<int>(std::ceil(width_ / (coarser * kCellWidth * disc_radius_))));
-  rows_ = std::max(1, static_cast<int>(std::ceil(height_ / (coarser * kCellHeight * disc_radius_))));
+  const double cells =
+      width_ * height_ / (options_.cell_width * options_.cell_height * disc_radius_ * disc_radius_);
+  const double coarser = std::max(1.0, std::sqrt(cells / options_.most_cells));
+  columns_ =
+      std::max(1, static_cast<int>(std::ceil(width_ / (coarser * options_.cell_width * disc_radius_))));
+  rows_ = std::max(1, static_cast<int>(std::ceil(height_ / (coarser * options_.cell_height * disc_radius_))));
   open_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
   total_sr_ = open_sr_ = 0;
   for (int row = 0; row < rows_; ++row) total_sr_ += columns_ * CellSr(row);
@@ -101,12 +98,12 @@ void OpenDirections::Look(const CoverageMap& map, int column, int row) {
   cell = open;
 }
 
-void OpenDirections::LookAround(const CoverageMap& map, const CriterionView& view) {
+void OpenDirections::UpdateAround(const CoverageMap& map, const CriterionView& view) {
   const Vector3d offset = view.center_in_world - subject_.center_in_world;
   if (!(offset.norm() > 0)) return;
   const CapFrame::Angles at = frame_->Of(offset.normalized());
-  const double reach = 1.2 * disc_radius_;
-  const double wide = reach / std::max(0.02, std::cos(at.elevation));
+  const double reach = options_.reach * disc_radius_;
+  const double wide = reach / std::max(kLeastCosine, std::cos(at.elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(wide / column_width())) + 1;
   const int middle = ColumnOf(at.azimuth);
   for (int step = -columns; step <= columns; ++step)
@@ -143,8 +140,8 @@ std::vector<OpenDirections::Run> OpenDirections::Runs(int column) const {
 }
 
 double OpenDirections::Gain(double azimuth, double elevation) const {
-  const double reach = 0.9 * disc_radius_;
-  const double cosine = std::max(0.02, std::cos(elevation));
+  const double reach = options_.gain_reach * disc_radius_;
+  const double cosine = std::max(kLeastCosine, std::cos(elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(reach / cosine / column_width()) + 1);
   const int middle = ColumnOf(azimuth);
   double open = 0, inside = 0;

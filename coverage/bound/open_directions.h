@@ -1,15 +1,16 @@
-// What of a coverage map is still open, kept so that it can be asked often: columns of azimuth, in each the
-// stretches of elevation that no view covers.
+// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of azimuth,
+// each with the intervals of elevation that no view covers.
 //
-// The map is read around new views at once and everywhere else in turn, a slice at each call, so that a call
-// costs the same whatever the map's size; corrected poses are seen a second later. The grid is half a disc
-// radius wide and a quarter high. Without a cap it holds what is recorded and a margin, and grows with it and
-// when it is nearly full: what is there is to be made larger evenly.
+// Each call reads the map around new views, and one slice of the rest, so that it costs the same whatever the
+// map's size; corrected poses show up within a second. A cell is half a disc radius wide and a quarter high.
+// Without a cap the grid holds the recorded views and a margin, and grows with them and when it is nearly
+// full, so that the recorded area is extended evenly.
 //
 // Azimuth and elevation are those of the map's CapFrame, radians.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -20,6 +21,25 @@ namespace ulf::coverage {
 
 class OpenDirections {
  public:
+  // Lengths in disc radii. What one call costs was measured (docs/guidance.md); the rest is guessed.
+  struct Options {
+    double cell_width = 0.5, cell_height = 0.25;  // finer finds narrower strips and costs more
+    double most_cells = 2e5;                      // the grid gets coarser beyond
+    // Cells that one call reads besides those around new views: all of them in so many calls, within these
+    // limits.
+    double calls_for_all = 16;
+    std::size_t fewest_in_turn = 100, most_in_turn = 1500;
+    double reach = 1.2;         // around a new view; a disc that other views' distances enlarge still fits
+    double gain_reach = 0.9;    // of the disc that Gain() asks about: its very rim nobody covers on purpose
+    double disc_change = 0.05;  // of the map's disc radius, share; more lays the grid anew
+    // Without a cap.
+    double margin = 3;                 // around the recorded views
+    double nearly_full = 0.97;         // covered share from which the grid grows
+    double nearly_round = 1.7 * M_PI;  // of azimuth, radians, from which it goes all round
+  };
+  OpenDirections() : OpenDirections(Options{}) {}
+  explicit OpenDirections(const Options& options) : options_(options) {}
+
   struct Run {
     double low, high;  // elevation
   };
@@ -33,26 +53,27 @@ class OpenDirections {
   double column_width() const { return width_ / columns_; }
   double Azimuth(int column) const { return left_ + (column + 0.5) * column_width(); }
   int ColumnOf(double azimuth) const;  // may lie outside 0 to columns()
-  // Round the back where the grid goes all round; none beyond its rim.
+  // Modulo columns() where the grid goes all round; none beyond its rim.
   std::optional<int> Wrapped(int column) const;
   std::vector<Run> Runs(int column) const;
-  // What a view there would newly cover, as a share of a disc. A disc that hangs over the rim counts as
-  // smaller than it is by half of what hangs over.
+  // The area that a view there would newly cover, as a share of its disc. Half of what reaches over the rim
+  // is taken off the disc.
   double Gain(double azimuth, double elevation) const;
   double OpenSr() const { return open_sr_; }
   double CoveredSr() const { return total_sr_ - open_sr_; }
 
  private:
   void Lay(const CoverageMap& map);
-  bool GrowsWith(const CoverageMap& map);
+  bool GrowGrid(const CoverageMap& map);
   void Look(const CoverageMap& map, int column, int row);
-  void LookAround(const CoverageMap& map, const CriterionView& view);
+  void UpdateAround(const CoverageMap& map, const CriterionView& view);
   std::size_t Index(int column, int row) const {
     return static_cast<std::size_t>(column) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
   }
   int RowOf(double elevation) const;
   double CellSr(int row) const;
 
+  Options options_;
   Subject subject_;
   std::optional<CapFrame> frame_;
   std::optional<Cap> cap_;

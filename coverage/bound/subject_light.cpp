@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/base/quantile.h"
 
 namespace ulf::coverage {
 namespace {
@@ -38,7 +41,7 @@ std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Ei
   const double step = std::max(1.0, (high - low).maxCoeff() / kSamplesAcross);
   const Eigen::Vector2d middle = 0.5 * (low + high), half = 0.5 * (high - low);
   const bool linear = image.transfer == Transfer::kLinear;
-  std::vector<float> values;
+  std::vector<double> values;
   std::size_t clipped = 0;
   double sum = 0;
   for (double v = low.y(); v < high.y(); v += step)
@@ -47,16 +50,16 @@ std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Ei
       if (from_middle.squaredNorm() > 1) continue;
       const int x = std::clamp(static_cast<int>(u), 0, image.width() - 1);
       const int y = std::clamp(static_cast<int>(v), 0, image.height() - 1);
-      values.push_back(Brightness(image, x, y));
-      clipped += (linear ? SrgbFromLinear(values.back()) : values.back()) >= kClipped;
-      sum += linear ? values.back() : LinearFromSrgb(values.back());
+      const float brightness = Brightness(image, x, y);
+      values.push_back(brightness);
+      clipped += (linear ? SrgbFromLinear(brightness) : brightness) >= kClipped;
+      sum += linear ? brightness : LinearFromSrgb(brightness);
     }
   if (values.empty()) return std::nullopt;
-  const auto bright = values.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), bright, values.end());
   const auto count = static_cast<double>(values.size());
+  const auto bright = static_cast<float>(Quantile(std::move(values), 0.9));
   return SubjectLight{.clipped_share = static_cast<double>(clipped) / count,
-                      .brightest_tenth = linear ? SrgbFromLinear(*bright) : *bright,
+                      .brightest_tenth = linear ? SrgbFromLinear(bright) : bright,
                       .mean_linear = sum / count};
 }
 

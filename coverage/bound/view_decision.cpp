@@ -43,8 +43,8 @@ double MotionBlurPx(const FrameToDecide& input) {
 }
 
 // What is wrong with the picture of a place that is wanted; kRecorded: nothing.
-Reason OfThePicture(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
-                    const DecisionLimits& limits) {
+Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
+                   const DecisionLimits& limits) {
   const auto light = LightInside(input.frame.image, outline);
   if (light && !IsWellExposed(*light, limits)) return Reason::kExposure;
   if (!input.exposure_settled) return Reason::kUnsettled;
@@ -92,17 +92,16 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
   if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};
 
-  return {OfThePicture(input, *outline, limits), bound_px};
+  return {ImageReason(input, *outline, limits), bound_px};
 }
 
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
-  constexpr double kSureEnough = 0.5;  // of the quality: an error of a hundredth of the distance
   const tracking::Track& track = input.track;
   if (track.state != tracking::TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
-  if (track.center_sigma && track.quality < kSureEnough) return {};
+  if (track.center_sigma && track.quality < limits.min_quality) return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;
-  return {OfThePicture(input, {{0, 0}, {width, height}}, limits), {}};
+  return {ImageReason(input, {{0, 0}, {width, height}}, limits), {}};
 }
 
 }  // namespace ulf::coverage

@@ -1,9 +1,7 @@
-// What becomes of a frame, and why: recorded, or one of the reasons not to. Pure: frame, track and map in,
-// decision out.
+// The decision whether a frame is recorded, with the reason. Pure functions of frame, track and coverage map.
 //
-// The reasons are asked in an order in which each makes sense of the next: where is the camera, does it look
-// at the subject, is its viewpoint wanted, is the picture good. A frame that is covered is never blamed for
-// its blur.
+// The tests are made in this order: is the pose known, does the camera see the whole subject, is the viewpoint
+// open, is the image good. So a frame whose viewpoint is covered already is not reported as blurred.
 #pragma once
 
 #include <array>
@@ -23,15 +21,15 @@ enum class Reason {
   kOutsideRectangle,  // the sphere's silhouette leaves the safety rectangle
   kBehind,            // the subject is behind the camera
   kInsideSphere,      // the camera is inside the subject's sphere
-  kTracking,          // no pose, one that is not sure enough, or no subject yet
+  kTracking,          // no pose, a pose that is too uncertain, or no subject yet
   kBlur,              // less detail than the recent frames
   kExposure,          // the subject is clipped or black
-  kUnsettled,         // the exposure, or the light on the subject, is still changing (exposure_watch.h)
+  kUnsettled,         // the exposure, or the light on the subject, is still changing (exposure.h)
   kSpeed,             // the image moves too far during the exposure
   kSpool,             // the disk is behind: views wait to be written
   kDisk,              // the disk is full
-  kStill,             // wanted, and a photograph is on its way: the live frame itself is not recorded
-  kPaused,            // wanted, but the recording is paused as asked
+  kStill,             // open; a photograph was requested, the live frame itself is not recorded
+  kPaused,            // open; recording is paused by request
 };
 inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
@@ -42,8 +40,8 @@ const char* Name(Reason reason);               // as in --json
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 
-// How far, in pixels of the coverage image, a camera centre that is off by `center_sigma` moves what its view
-// shows of a sphere of `radius` at `distance`.
+// By how many pixels of the coverage image a camera centre that is off by `center_sigma` moves what its view
+// shows of a sphere of `radius` at `distance` (docs/coverage_bound.md, "How sure a pose must be").
 //
 // A pose fits what it was found by: where the centre is off by s, the rotation has taken it along, and what
 // lies at the sphere's centre, at the distance D, falls where it should. What is nearer does not: the nearest
@@ -55,12 +53,14 @@ std::string InWords(const std::string& name);  // of a reason by its name; a nam
 // view that is covered within T pixels is, whatever the pose's error.
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
 
+// Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
-  double rectangle_share = 0.8;
-  double max_pose_error_px = 1;    // PoseErrorPx
-  double min_sharpness = 0.5;      // of the recent frames' median
-  double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
-  double max_clipped_share = 0.3;  // of the sphere's image
+  double rectangle_share = 0.8;   // of the picture's width and height (thesis, section 3.2)
+  double max_pose_error_px = 1;   // PoseErrorPx; derived there
+  double min_quality = 0.5;       // Track::quality without a subject: an error of a hundredth of the distance
+  double min_sharpness = 0.5;     // of the recent frames' median
+  double max_motion_blur_px = 2;  // during the exposure, coverage image pixels
+  double max_clipped_share = 0.3;  // of the sphere's image; highlights may clip, surfaces may not
   double min_brightest = 0.08;     // display-encoded, of the brightest tenth of the sphere's image
 };
 
@@ -79,12 +79,11 @@ struct FrameToDecide {
   bool exposure_settled = true;
 };
 
-// `map`: none while there is no subject.
+// `map`: null while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
-// The same where there is no subject: whether recorded views show it already is told (posed_photographs.h),
-// the light is that of the whole picture, and a pose must be known to a hundredth of the distance of what is
-// seen.
+// The decision without a subject. `shown_already`: by recorded views (posed_photographs.h). The exposure is
+// judged on the whole image.
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
                               const DecisionLimits& limits = {});
 

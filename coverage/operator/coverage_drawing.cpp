@@ -216,15 +216,13 @@ class ShapePainter {
   std::uint8_t opacity_ = 255;
 };
 
-}  // namespace
-
-CoverageMap RefinedForPictures(const CoverageMap& map) {
+CoverageMap OnFineGrid(const CoverageMap& map) {
   CoverageMapOptions options = map.options();
   options.cells_per_disc_radius = 16;
-  CoverageMap refined(map.subject(), options);
-  refined.SetViews(map.views());
-  return refined;
+  return CoverageMap(map.subject(), options, map.views());
 }
+
+}  // namespace
 
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture) {
   if (!map.frame()) {
@@ -238,7 +236,7 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
   const double distance =
       camera_in_world ? (*camera_in_world - map.subject().center_in_world).norm() : map.reference_distance();
-  PaintChart(canvas, chart, map, DistanceColors(map, distance, Palette::Standard()));
+  PaintChart(canvas, chart, OnFineGrid(map), DistanceColors(map, distance, Palette::Standard()));
   DrawGraticule(canvas, chart);
   if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
   for (const CriterionView& view : map.views()) {
@@ -251,12 +249,9 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
     Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 6.5, kWhite);
     Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 5, kCamera);
   }
-  std::string caption = picture.caption;
-  if (caption.empty()) {
-    caption =
-        fmt::format("{}, within {:g} px", Counted(map.views().size(), "view"), map.options().threshold_px);
-    if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
-  }
+  std::string caption =
+      fmt::format("{}, within {:g} px", Counted(map.views().size(), "view"), map.options().threshold_px);
+  if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   DrawLegend(canvas, chart, camera_in_world.has_value());
   return canvas;
@@ -270,7 +265,7 @@ cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3
   state.cam_from_world = cam_from_world;
   state.subject = map.subject();
   state.rectangle_share = rectangle_share;
-  state.coverage = {std::shared_ptr<const CoverageMap>(), &map};
+  state.coverage = std::make_shared<const CoverageMap>(OnFineGrid(map));
   cv::Mat image = live.clone();
   {
     ShapePainter painter(image, std::max(1.0, camera.width / 1280.0));

@@ -1,8 +1,5 @@
-// The coverage map as pictures: a chart of directions, and the painted sphere over the camera's own image
-// (thesis, figure 3-1). Drawn on the CPU with OpenCV.
-//
-// Colours tell the recorded view's distance against the current one: green the same, red farther, blue
-// nearer; full red and full blue are where the current distance would leave the criterion's distance window.
+// Pictures of the coverage map: a chart of directions, and the painted sphere over the camera's own image
+// (thesis, figure 3-1). Drawn on the CPU with OpenCV, in the colours of palette.h.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -16,12 +13,11 @@ namespace ulf::coverage {
 
 struct CoverageMapPicture {
   int width = 960;
-  std::optional<Rigid3> cam_from_world;  // the current camera; none: distances are told against the median
-  std::string caption;                   // one line above the chart
+  std::optional<Rigid3> cam_from_world;  // the current camera; none: distances are compared with the median
 };
 
-// The same map on a grid fine enough for a picture. Takes some tenths of a second.
-CoverageMap RefinedForPictures(const CoverageMap& map);
+// Both paint the map anew on a finer grid, which takes some tenths of a second. The share in the chart's caption
+// is that of `map` itself.
 
 // Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
 // was recorded, without one) and a margin.

@@ -1,6 +1,9 @@
 #include "coverage/operator/marker_mouse.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "core/base/quantile.h"
 
 namespace ulf::coverage {
 
@@ -12,9 +15,7 @@ MarkerMouse::MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d
     front += (view.center_in_world - subject).normalized();
     distances.push_back((view.center_in_world - subject).norm());
   }
-  std::nth_element(distances.begin(), distances.begin() + static_cast<long>(distances.size() / 2),
-                   distances.end());
-  distance_ = distances[distances.size() / 2];
+  distance_ = Median(std::move(distances));
   // Views all around have no front: the first one's is as good as any.
   if (front.norm() < 0.05 * static_cast<double>(scene.views.size()))
     front = scene.views.front().center_in_world - subject;

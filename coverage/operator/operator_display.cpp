@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -16,7 +17,9 @@
 namespace ulf::coverage {
 namespace {
 
-constexpr int kFramesToRead = 300;  // about ten seconds
+double SteadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow>& rows) {
   for (const render::KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what, render::ink::kDim});
@@ -28,11 +31,13 @@ OperatorDisplay::OperatorDisplay(render::Surface& surface, CaptureFeed& feed, Ca
                                  const DisplayOptions& options)
     : surface_(surface),
       feed_(feed),
+      options_(options),
       pending_(requests),
       review_(options.marker),
       colour_blind_(options.colour_blind) {}
 
 bool OperatorDisplay::Step(double patience_s) {
+  now_s_ = options_.clock_s ? options_.clock_s() : SteadySeconds();
   for (const render::InputEvent& event : surface_.TakeEvents(patience_s)) Handle(event);
   TakeStates();
   DrawFrame();
@@ -58,11 +63,10 @@ void OperatorDisplay::TakeStates() {
   if (!std::exchange(preflight_seen_, !state_->preflight.empty() || preflight_seen_) && preflight_seen_ &&
       std::any_of(state_->preflight.begin(), state_->preflight.end(),
                   [](const PreflightItem& item) { return item.in_order == false; }))
-    preflight_until_frame_ = frames_ + kFramesToRead;
-  const bool held = SubjectIsHeld(*state_).value_or(true);
+    preflight_until_s_ = now_s_ + options_.to_read_s;
+  const bool held = IsSubjectInRectangle(*state_).value_or(true);
   if (was_held_ && !held) {
-    constexpr int kFlashFrames = 12;  // about 0.4 s
-    flash_until_frame_ = frames_ + kFlashFrames;
+    flash_until_s_ = now_s_ + options_.flash_s;
     if (sound_) {
       std::fputc('\a', stderr);  // the terminal's bell
       std::fflush(stderr);
@@ -72,19 +76,18 @@ void OperatorDisplay::TakeStates() {
 }
 
 void OperatorDisplay::Say(const std::string& words) {
-  constexpr std::size_t kReadAtOnce = 3;
   std::erase_if(said_, [&](const Said& earlier) { return earlier.words == words; });
-  said_.push_back({words, frames_});
-  if (said_.size() > kReadAtOnce) said_.pop_front();
+  said_.push_back({words, now_s_});
+  if (said_.size() > options_.lines_at_once) said_.pop_front();
 }
 
-bool OperatorDisplay::ShowTheEnd() {
+bool OperatorDisplay::ShowFinalState() {
   over_ = true;
   TakeStates();
   return state_ && state_->ended == StoppedBecause::kCovered;
 }
 
-bool OperatorDisplay::LetGo() {
+bool OperatorDisplay::Detach() {
   if (!state_) return true;
   if (subject_tool_.is_open()) subject_tool_.Close(pending_);
   return pending_.Records(*state_);
@@ -110,18 +113,17 @@ void OperatorDisplay::Handle(render::InputEvent event) {
   if (std::holds_alternative<render::CloseAsked>(event)) return Finish();
   if (state_) {
     if (subject_tool_.Handle(event, *state_, placement_.scale, pending_)) return;
-    if (review_.is_open() && TakesBackMarked(event)) return;
+    if (review_.is_open() && HandleTakeBack(event)) return;
     if (review_.Handle(event, *state_)) return;
   }
-  HandleInAnyMode(event);
+  HandleGlobalKey(event);
 }
 
-bool OperatorDisplay::TakesBackMarked(const render::InputEvent& event) {
+bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
   const auto* key = std::get_if<render::KeyPressed>(&event);
   if (!key || (key->key != render::Key::kDelete && key->key != render::Key::kBackspace)) return false;
   if (!marked_view_) return true;
-  constexpr int kFramesToSee = 15;  // about half a second
-  if (frames_ - marked_at_frame_ < kFramesToSee) {
+  if (now_s_ - marked_at_s_ < options_.to_see_s) {
     Say(fmt::format("view {} has only just come under the mark: press again to take it back", *marked_view_));
   } else {  // what is marked next is seen first
     pending_.TakeBack(*std::exchange(marked_view_, std::nullopt));
@@ -129,7 +131,7 @@ bool OperatorDisplay::TakesBackMarked(const render::InputEvent& event) {
   return true;
 }
 
-void OperatorDisplay::HandleInAnyMode(const render::InputEvent& event) {
+void OperatorDisplay::HandleGlobalKey(const render::InputEvent& event) {
   if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(key->key);
   if (const auto* typed = std::get_if<render::Typed>(&event)) Type(typed->character);
 }
@@ -196,7 +198,6 @@ void OperatorDisplay::Type(char32_t character) {
 void OperatorDisplay::DrawFrame() {
   const cv::Size screen = surface_.Size();
   if (screen.empty()) return;  // a window that is iconified
-  ++frames_;
   const double scale = ScaleOf(surface_);
   surface_.Bind();
   painter_.Begin(screen, scale);
@@ -219,10 +220,10 @@ void OperatorDisplay::DrawFrame() {
       DrawReview(state, panels);
     else
       DrawLive(state, panels);
-    if (marked_view_ != marked_before) marked_at_frame_ = frames_;
-    if (frames_ <= flash_until_frame_) panels.Flash(palette().alarm);
+    if (marked_view_ != marked_before) marked_at_s_ = now_s_;
+    if (now_s_ < flash_until_s_) panels.Flash(palette().alarm);
     panels.Status(state);
-    std::erase_if(said_, [&](const Said& said) { return frames_ - said.at_frame > kFramesToRead; });
+    std::erase_if(said_, [&](const Said& said) { return now_s_ - said.at_s > options_.to_read_s; });
     std::string lines;
     for (const Said& said : said_) lines += (lines.empty() ? "" : "\n") + said.words;
     if (!lines.empty()) panels.Said(lines);
@@ -236,7 +237,7 @@ void OperatorDisplay::DrawFrame() {
 void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) {
   painter_.Draw(MakeOverlay(state, palette()), placement_);
   panels.Share(state);
-  if (preflight_shown_.value_or(state.view_ids.empty() || frames_ <= preflight_until_frame_))
+  if (preflight_shown_.value_or(state.view_ids.empty() || now_s_ < preflight_until_s_))
     panels.Preflight(state);
   if (legend_shown_) panels.Legend(state);
   if (close_look_shown_) panels.CloseLook(state);
@@ -250,8 +251,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
   const auto& draft = subject_tool_.draft();
   if (draft && state.cam_from_world) {
     if (subject_tool_.shows_aperture()) {
-      constexpr double kWidest = 480;  // all but the subject is blurred anyway
-      const double shrink = std::min(1.0, kWidest / state.camera.width);
+      const double shrink = std::min(1.0, options_.aperture_width_px / state.camera.width);
       const CameraModel camera =
           state.camera.ScaledTo(std::max(1, static_cast<int>(shrink * state.camera.width)),
                                 std::max(1, static_cast<int>(shrink * state.camera.height)));
@@ -277,7 +277,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
     panels.TrackingHelp(state);
   else if (!draft)
     panels.Instruction("centre the subject in the picture, then press C", palette().guide);
-  else if (subject_tool_.shows_aperture() && spread_.pictures().size() < 4)
+  else if (subject_tool_.shows_aperture() && spread_.pictures().size() < options_.aperture_pictures)
     panels.Instruction("move the camera a little: the aperture needs pictures", palette().guide);
 }
 
@@ -289,12 +289,10 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   }
   const auto virtual_camera = review_.CameraNow(state);
   const bool compares = review_.control() == Review::Control::kLiveCamera;
-  constexpr int kBlinkFrames = 15;
-  const bool live_turn =
-      compares && review_.compare() == Review::Compare::kBlink && frames_ / kBlinkFrames % 2;
+  const bool live_turn = compares && review_.compare() == Review::Compare::kBlink &&
+                         static_cast<long>(now_s_ / options_.blink_s) % 2 != 0;
   if (virtual_camera && !live_turn) {
-    constexpr double kWidest = 640;
-    const double shrink = std::min(1.0, kWidest / virtual_camera->camera.width);
+    const double shrink = std::min(1.0, options_.review_width_px / virtual_camera->camera.width);
     const CameraModel camera = virtual_camera->camera.ScaledTo(
         std::max(1, static_cast<int>(shrink * virtual_camera->camera.width)),
         std::max(1, static_cast<int>(shrink * virtual_camera->camera.height)));

@@ -1,11 +1,11 @@
-// What the person with the camera sees and presses (thesis, section 3.2): the live picture with the overlay,
-// a status line, the subject tool with its augmented aperture, and the review. Draws the newest state of a
-// capture and nothing else; whatever is asked of the capture is a CaptureRequest, so that a capture without a
-// display can be asked the same.
+// The operator display (thesis, section 3.2): the live picture with the overlay, a status line, the subject
+// tool with its augmented aperture, and the review. It draws the newest CaptureState and nothing else, and
+// controls the capture by CaptureRequests, which also work without a display.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,9 +25,28 @@
 
 namespace ulf::coverage {
 
+// Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
   bool colour_blind = false;
+  // How long a line that the capture said stays on the screen, and what is not in order before the first view
+  // although a view is there; less, and it is not read.
+  double to_read_s = 10;
+  std::size_t lines_at_once = 3;  // of what the capture said; older ones go
+  // How long the view under the mark must have been shown before a key takes it back: what has only just come
+  // under it is not what the person meant.
+  double to_see_s = 0.5;
+  double flash_s = 0.4;  // of the window's frame, when the subject leaves the safety rectangle
+  double blink_s = 0.5;  // review: how long the live picture and the recorded one are shown in turn
+  // The augmented aperture is drawn no wider, in pixels: all but the subject is blurred anyway. So is the
+  // review, whose pictures are no wider (PosedPicture::kLongerSide).
+  double aperture_width_px = 480, review_width_px = 640;
+  std::size_t aperture_pictures = 4;  // fewer show hardly any blur: the person is asked to move
+  // Of RunWithDisplay(): between pictures at least (more often takes the processor from tracking), and how long
+  // the final state stays.
+  double picture_s = 1.0 / 30, final_state_s = 3;
+  // Now, in seconds of any origin, asked once for each picture; none: this machine's clock.
+  std::function<double()> clock_s = nullptr;
 };
 
 class OperatorDisplay {
@@ -35,19 +54,20 @@ class OperatorDisplay {
   OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                   const DisplayOptions& options = {});
 
-  // Takes what has been pressed and draws the newest state. False once the window has been asked to close or
-  // the capture to finish.
+  // Handles the input and draws the newest state. Returns false once the window was closed or the capture was
+  // asked to finish.
   bool Step(double patience_s = 0);
-  // The light field is closed. True where the last words are worth a look: then any key ends Step().
-  bool ShowTheEnd();
-  // The capture goes on without a display: what only waited for the person no longer does. False: recording
-  // stays paused, as the person had asked.
-  bool LetGo();
+  // The light field is closed. Returns true when the final state should stay on the screen; Step() then returns
+  // false after any key.
+  bool ShowFinalState();
+  // The capture goes on without the display: closes the subject tool, so that recording goes on where only the
+  // tool had paused it. Returns false when recording stays paused by request.
+  bool Detach();
 
  private:
   void Handle(render::InputEvent event);
-  bool TakesBackMarked(const render::InputEvent& event);
-  void HandleInAnyMode(const render::InputEvent& event);
+  bool HandleTakeBack(const render::InputEvent& event);
+  void HandleGlobalKey(const render::InputEvent& event);
   void Press(render::Key key);
   void Type(char32_t character);
   void Finish();
@@ -61,6 +81,7 @@ class OperatorDisplay {
 
   render::Surface& surface_;
   CaptureFeed& feed_;
+  const DisplayOptions options_;
   PendingRequests pending_;
   render::Painter painter_;
   render::LiveTexture live_;
@@ -74,7 +95,7 @@ class OperatorDisplay {
   bool state_is_new_ = false;
   render::Placement placement_;
   std::optional<int> marked_view_;  // on the screen, in review
-  int marked_at_frame_ = 0;         // the first that showed it
+  double marked_at_s_ = 0;          // when it was first shown
 
   bool done_ = false;
   bool over_ = false;  // so is the capture
@@ -85,16 +106,15 @@ class OperatorDisplay {
   std::optional<bool> preflight_shown_;  // none: until the first view
   bool sound_ = false;
   bool was_held_ = true;
-  int frames_ = 0;
+  double now_s_ = 0;  // of this picture
   struct Said {
     std::string words;
-    int at_frame = 0;
+    double at_s = 0;
   };
   std::deque<Said> said_;  // still to be read
   std::uint64_t heard_of_capture_ = 0;
   bool preflight_seen_ = false;
-  int preflight_until_frame_ = -1;
-  int flash_until_frame_ = 0;
+  std::optional<double> preflight_until_s_, flash_until_s_;
 };
 
 }  // namespace ulf::coverage

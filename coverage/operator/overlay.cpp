@@ -164,7 +164,7 @@ void AddGuidance(const Sphere& sphere, const Palette& palette, render::Overlay& 
     AddCircle(sphere, target.direction, target.ring, 6, kShade, overlay);
     AddCircle(sphere, target.direction, target.ring, 3, palette.guide, overlay);
   }
-  const double away = sphere.shown.FromDot(target.direction);
+  const double away = sphere.shown.AngleFromDot(target.direction);
   if (away < 1.2 * target.ring) return;
   // Up to the ring, which stays free; a target round the corner is pointed at from the limb.
   const double end = target.hidden ? 0.97 * away : away - 0.9 * target.ring;
@@ -241,7 +241,7 @@ void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palett
 
 std::string Percent(double ratio) { return fmt::format("{:.0f} %", 100 * std::abs(ratio - 1)); }
 
-Instruction LastWords(StoppedBecause why) {
+Instruction FinalInstruction(StoppedBecause why) {
   switch (why) {
     case StoppedBecause::kCovered:
       return {"covered: all that was asked for is recorded", false};
@@ -303,9 +303,8 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
   return look;
 }
 
-Instruction InstructionFor(const CaptureState& state) {
-  constexpr double kFarOff = 1.05, kRowFarOff = 1.2, kRowNarrow = 0.5;
-  if (state.ended) return LastWords(*state.ended);
+Instruction InstructionFor(const CaptureState& state, const InstructionLimits& limits) {
+  if (state.ended) return FinalInstruction(*state.ended);
   if (!state.why_waiting.empty() && !state.device_problem.empty()) return {state.device_problem, true};
   if (!state.cam_from_world) {
     if (!state.tracking_words.empty()) return {state.tracking_words, true};
@@ -353,11 +352,14 @@ Instruction InstructionFor(const CaptureState& state) {
   if (!state.subject) return {"walk on", false};
   const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
   const double wanted = state.guidance.distance;
-  if (wanted > 0 && now > kFarOff * wanted) return {"come " + Percent(wanted / now) + " nearer", false};
-  if (wanted > 0 && wanted > kFarOff * now) return {"go " + Percent(wanted / now) + " back", false};
+  if (wanted > 0 && now > limits.distance * wanted)
+    return {"come " + Percent(wanted / now) + " nearer", false};
+  if (wanted > 0 && wanted > limits.distance * now) return {"go " + Percent(wanted / now) + " back", false};
   if (const auto& row = state.guidance.row; row && row->wanted > 0) {
-    if (row->now > kRowFarOff * row->wanted) return {"too far from the last row: follow the arrow", false};
-    if (row->now < kRowNarrow * row->wanted) return {"too near to the last row: follow the arrow", false};
+    if (row->now > limits.row_far * row->wanted)
+      return {"too far from the last row: follow the arrow", false};
+    if (row->now < limits.row_near * row->wanted)
+      return {"too near to the last row: follow the arrow", false};
   }
   if (state.guidance.toward) return {"follow the arrow", false};
   return {};

@@ -1,9 +1,9 @@
-// What is drawn over the live picture, as plain shapes: the subject's sphere with the coverage map on it, the
-// present camera, the safety rectangle, where to go next (thesis, section 3.2 and figure 3-1). Pure: the
-// state of a capture in, shapes out; the operator display draws them with OpenGL, coverage_drawing with
+// The overlay of the live picture as plain shapes: the subject's sphere with the coverage map on it, the
+// present camera, the safety rectangle, the way to the next viewpoint (thesis, section 3.2 and figure 3-1).
+// Pure: a capture's state in, shapes out. The operator display draws them with OpenGL, coverage_drawing with
 // OpenCV.
 //
-// Places are in the live image, with its camera's distortion.
+// Positions are in pixels of the live image, with its camera's distortion.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +21,8 @@ namespace ulf::coverage {
 // Nothing of the sphere while there is no pose.
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard());
 
-// The map around the present camera, enlarged until a view's disc is well seen from an arm's length: where
-// the live picture's sphere is small the red dot's place among the discs is too fine to steer by.
+// The part of the map around the present camera, enlarged so that a view's disc is well visible at arm's
+// length: on the live picture's sphere the dot's place among the discs may be too small to steer by.
 struct CloseLook {
   Eigen::Vector2i size;  // of the picture that the shapes are in
   render::Overlay shapes;
@@ -31,15 +31,21 @@ struct CloseLook {
 std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int height,
                                        const Palette& palette = Palette::Standard());
 
-// The same without a capture: only what hangs on the camera and the subject's sphere.
+// The wireframe and the outline of a subject's sphere alone.
 render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
                               const render::Rgba& color);
 
-// The one thing to do now, a line for arm's length.
+// The one thing to do now, in a short line.
 struct Instruction {
   std::string words;
   bool urgent = false;  // nothing is recorded until it is done
 };
-Instruction InstructionFor(const CaptureState& state);
+// When the line speaks of a distance or of the row beside; ratios to the wanted value. Guessed.
+struct InstructionLimits {
+  double distance = 1.05;  // farther or nearer by more than this: "come nearer", "go back"
+  double row_far = 1.2;    // wider offsets from the row beside: "too far from the last row"
+  double row_near = 0.5;   // narrower ones: "too near"
+};
+Instruction InstructionFor(const CaptureState& state, const InstructionLimits& limits = {});
 
 }  // namespace ulf::coverage

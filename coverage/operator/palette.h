@@ -1,6 +1,6 @@
-// The colours of the coverage map and what is drawn on it. A recorded view is coloured by its distance
-// against the present one (thesis, section 3.2): the same, farther, nearer, and all between; the ends are
-// where the present distance would leave the criterion's distance window.
+// The colours of the coverage map and of what is drawn on it. A recorded view is coloured by its distance
+// compared with the present one (thesis, section 3.2), from nearer over the same to farther; the ends are where
+// the present distance would leave the criterion's distance window.
 #pragma once
 
 #include <Eigen/Core>

@@ -30,7 +30,7 @@ std::string Duration(double seconds) {
 
 }  // namespace
 
-std::vector<render::StatusItem> StatusLine(const CaptureState& state) {
+std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint64_t little_disk_bytes) {
   std::vector<render::StatusItem> items;
   if (state.frames_per_s) items.push_back({fmt::format("{:.0f} frames/s", *state.frames_per_s)});
   items.push_back({fmt::format("{} dropped", state.dropped),
@@ -41,10 +41,9 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state) {
   items.push_back({views});
   if (state.covered) items.push_back({fmt::format("{:.1f} % covered", 100 * *state.covered)});
   if (state.guidance.seconds_left) items.push_back({Duration(*state.guidance.seconds_left)});
-  constexpr std::uint64_t kLittleDisk = 2'000'000'000;
   if (state.disk_left_bytes)
     items.push_back({Bytes(*state.disk_left_bytes),
-                     *state.disk_left_bytes < kLittleDisk ? render::ink::kBad : render::ink::kText});
+                     *state.disk_left_bytes < little_disk_bytes ? render::ink::kBad : render::ink::kText});
   if (state.exposure_locked)
     items.push_back({*state.exposure_locked ? "exposure locked" : "exposure not locked",
                      *state.exposure_locked ? render::ink::kText : render::ink::kCareful});

@@ -1,4 +1,4 @@
-// What stands around the live picture. What is said is made apart from drawing it.
+// The panels around the live picture. The functions make their texts, the class draws them.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,9 @@
 
 namespace ulf::coverage {
 
-std::vector<render::StatusItem> StatusLine(const CaptureState& state);
+// `little_disk_bytes`: free space below this is shown as bad; guessed.
+std::vector<render::StatusItem> StatusLine(const CaptureState& state,
+                                           std::uint64_t little_disk_bytes = 2'000'000'000);
 
 struct LegendMark {
   render::Rgba color;

@@ -1,7 +1,6 @@
-// What the person at the display has asked of the capture and no state has answered yet. The display's state
-// is always a little old: a person who presses a key twice assumes that the first press has worked. So a
-// request names its goal ("pause", "take back view 17"), never "toggle", and two quick presses are two
-// requests.
+// The requests of the display that no state has answered yet. The display's state is always a little old: a
+// person who presses a key twice assumes that the first press has worked. So a request names its goal ("pause",
+// "take back view 17"), never "toggle", and two quick presses are two requests.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +22,13 @@ class PendingRequests {
   void TakeBack(int view_id);
   void Finish();
 
-  // As the state says, or as was asked since.
+  // What the state says, or what was requested since.
   bool Records(const CaptureState& state) const;
   std::optional<Subject> SubjectOf(const CaptureState& state) const;
   bool IsTakenBack(int view_id) const { return taken_back_.contains(view_id); }
   std::optional<int> LastView(const CaptureState& state) const;
 
-  // Changes with every Record(): whoever paused can see whether the person has decided otherwise since.
+  // Changes with every Record(): tells whether the person has changed it since.
   std::uint64_t record_ticket() const { return record_.ticket; }
 
  private:

@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/quantile.h"
 #include "core/image/image.h"
 
 namespace ulf::coverage {
@@ -55,9 +56,7 @@ void SpreadPictures::Offer(const CaptureState& state) {
   if (least_baseline_ == 0) {
     std::vector<double> depths;
     for (const tracking::VisiblePoint& point : state.points) depths.push_back(point.depth);
-    std::nth_element(depths.begin(), depths.begin() + static_cast<long>(depths.size() / 2), depths.end());
-    constexpr double kStep = 0.02;
-    least_baseline_ = kStep * depths[depths.size() / 2];
+    least_baseline_ = options_.step * Median(std::move(depths));
   }
   Kept* nearest = nullptr;
   double nearest_distance = std::numeric_limits<double>::infinity();
@@ -67,19 +66,18 @@ void SpreadPictures::Offer(const CaptureState& state) {
   }
   if (nearest_distance < least_baseline_) {
     // Replaced only by one that is as near to the middle of its place: else a slow hand would drag it along.
-    constexpr double kStale_s = 2;
-    const bool stale =
-        nearest_distance < 0.25 * least_baseline_ && state.device_time_s > nearest->device_time_s + kStale_s;
+    const bool stale = nearest_distance < options_.same_place * least_baseline_ &&
+                       state.device_time_s > nearest->device_time_s + options_.stale_s;
     const bool recorded = state.recorded_view && !state.takes_stills && !nearest->view;
     if (stale || recorded) *nearest = Keep(state);
     return;
   }
   kept_.push_back(Keep(state));
-  while (kept_.size() > most_) Thin();
+  while (kept_.size() > options_.most) Thin();
 }
 
 void SpreadPictures::Thin() {
-  least_baseline_ *= 1.25;
+  least_baseline_ *= options_.thinning;
   std::vector<Kept> apart;
   for (Kept& kept : kept_) {
     const bool crowded = std::any_of(apart.begin(), apart.end(), [&](const Kept& other) {

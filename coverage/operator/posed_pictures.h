@@ -1,5 +1,4 @@
-// The display's own small copies of what the camera saw, with poses: what the augmented aperture and the
-// review are made of.
+// Small copies of images, with poses, that the display keeps for the augmented aperture and for the review.
 #pragma once
 
 #include <cstdint>
@@ -31,12 +30,21 @@ struct WeightedPicture {
   float weight = 1;
 };
 
-// A few dozen live pictures from places far apart, whatever the camera did in between: where a place is
-// visited again the new picture takes over, for its pose is of the newer map. One that was recorded is
-// preferred, and goes with its view when that is taken back.
+// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture replaces
+// the old one, because its pose is of the newer map. A picture that was recorded is preferred, and is dropped
+// when its view is taken back.
 class SpreadPictures {
  public:
-  explicit SpreadPictures(std::size_t most = 24) : most_(most) {}
+  // Guessed.
+  struct Options {
+    std::size_t most = 24;     // pictures; more take longer to draw, fewer show their number in the blur
+    double step = 0.02;        // between places, of the median depth of what is seen at first
+    double thinning = 1.25;    // the step grows by this while there are too many
+    double same_place = 0.25;  // of a step: as near to the middle of its place a picture may take over,
+    double stale_s = 2;        // when the one that is there is older than this
+  };
+  SpreadPictures() = default;
+  explicit SpreadPictures(const Options& options) : options_(options) {}
   void Offer(const CaptureState& state);
   std::vector<WeightedPicture> pictures() const;  // all alike; until the next Offer()
 
@@ -51,7 +59,7 @@ class SpreadPictures {
   void DropTakenBack(const std::vector<int>& view_ids);
   void Thin();
 
-  std::size_t most_;
+  Options options_;
   std::uint64_t next_key_ = std::uint64_t{1} << 32;  // apart from view ids
   double least_baseline_ = 0;                        // world units; grows when there are too many
   std::vector<Kept> kept_;

@@ -56,7 +56,7 @@ void RecordedPictures::Hold(int id, PosedPicture picture) {
 
 // Those that were not looked at for longest: whatever was dropped can be read again.
 void RecordedPictures::MakeRoom() {
-  while (bytes_ > most_bytes_ && held_.size() > 1) {
+  while (bytes_ > options_.most_bytes && held_.size() > 1) {
     const auto oldest = std::min_element(held_.begin(), held_.end(), [](const auto& a, const auto& b) {
       return a.second.used < b.second.used;
     });
@@ -67,7 +67,6 @@ void RecordedPictures::MakeRoom() {
 
 std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state,
                                                        const Rigid3& cam_from_world) {
-  constexpr std::size_t kMost = 3, kFetched = 8;
   missing_ = 0;
   if (!state.subject || !state.coverage) return {};
   const Vector3d& subject = state.subject->center_in_world;
@@ -80,27 +79,28 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
     while (held != held_.end() && held->first < state.view_ids[i]) ++held;
     if (held != held_.end() && held->first == state.view_ids[i]) at_hand.push_back(all.back());
   }
-  SortFirst(all, kFetched);
+  SortFirst(all, options_.most_fetched);
   std::vector<int> lacking;
   for (const Candidate& candidate : all)
     if (!held_.contains(state.view_ids[candidate.view])) lacking.push_back(state.view_ids[candidate.view]);
   Fetch(state, std::move(lacking));
 
-  SortFirst(at_hand, kMost + 1);
+  SortFirst(at_hand, options_.most_drawn + 1);
   const auto angle = [&](std::size_t i) { return std::acos(std::clamp(at_hand[i].cosine, -1.0, 1.0)); };
   const std::size_t count = at_hand.size();
-  const double end = count > kMost ? angle(kMost) : 2 * (count > 0 ? angle(count - 1) : 0) + 1e-6;
+  const double end = count > options_.most_drawn ? angle(options_.most_drawn)
+                                                 : 2 * (count > 0 ? angle(count - 1) : 0) + 1e-6;
   std::vector<WeightedPicture> nearest;
-  for (std::size_t i = 0; i < std::min(count, kMost); ++i) {
+  for (std::size_t i = 0; i < std::min(count, options_.most_drawn); ++i) {
     const double share = 1 - angle(i) / std::max(end, 1e-9);
-    if (i > 0 && share <= 0.01) continue;
+    if (i > 0 && share <= options_.least_share) continue;
     Held& drawn = held_.at(state.view_ids[at_hand[i].view]);
     drawn.used = ++clock_;
     // Poses are corrected while the capture goes on.
     const CriterionView& view = views[at_hand[i].view];
     const Eigen::Quaterniond rotation(view.cam_from_world);
     drawn.picture.cam_from_world = {rotation, -(rotation * view.center_in_world)};
-    nearest.push_back({&drawn.picture, static_cast<float>(std::max(0.01, share * share))});
+    nearest.push_back({&drawn.picture, static_cast<float>(std::max(options_.least_share, share * share))});
   }
   return nearest;
 }

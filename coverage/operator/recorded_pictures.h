@@ -1,6 +1,6 @@
-// Small pictures of the recorded views, as many as a budget holds: the newest view's is at hand in the
-// capture's state; every other one, of an earlier session or long not looked at, is read from the light field
-// when it is wanted. Which views there are, and where they stand, is always the newest state's to say.
+// Small pictures of the recorded views, as many as fit into a memory budget. The newest view's picture comes
+// with the capture's state; others (of an earlier session, or dropped from memory) are read from the light
+// field when they are needed. Ids and poses always come from the newest state.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,21 @@ namespace ulf::coverage {
 
 class RecordedPictures {
  public:
-  // Some six hundred pictures of a scene rich in detail: what most captures come to.
-  static constexpr std::size_t kMostBytes = 64 << 20;
-  explicit RecordedPictures(std::size_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
+  // Guessed.
+  struct Options {
+    std::size_t most_bytes = 64 << 20;  // some six hundred pictures of a scene rich in detail: most captures
+    std::size_t most_drawn = 3;         // by Nearest(); more blur, fewer jump
+    std::size_t most_fetched = 8;       // around a camera, ahead of its movement
+    double least_share = 0.01;          // of the nearest one's weight; less is not worth drawing
+  };
+  RecordedPictures() : RecordedPictures(Options{}) {}
+  explicit RecordedPictures(const Options& options) : options_(options) {}
 
-  // Every new state: the newest view's picture is kept, those of views that are no more go.
+  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back.
   void Follow(const CaptureState& state);
-  // Those nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at the
-  // first one left out. Those that are not at hand are passed over, and fetched for a later time. Valid until
-  // the next call of anything.
+  // The pictures nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at
+  // the first one left out. Pictures that are not in memory are skipped, and fetched for a later call. Valid
+  // until the next call of any function.
   std::vector<WeightedPicture> Nearest(const CaptureState& state, const Rigid3& cam_from_world);
   // Of the last Nearest(): being read.
   std::size_t missing() const { return missing_; }
@@ -45,7 +51,7 @@ class RecordedPictures {
   void DropTakenBack(const std::vector<int>& view_ids);
   void Fetch(const CaptureState& state, std::vector<int> ids);
 
-  const std::size_t most_bytes_;
+  const Options options_;
   std::map<int, Held> held_;
   std::size_t bytes_ = 0, missing_ = 0;
   std::uint64_t clock_ = 0;

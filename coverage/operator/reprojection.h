@@ -1,8 +1,8 @@
-// Posed pictures seen from another camera as if all they show lay on one plane, which faces that camera:
-// added up with weights, in linear light. All pictures with equal weights are a synthetic aperture, sharp on
-// the plane (thesis, section 3.2: augmented aperture); those nearest in direction are a cheap look at a light
+// Renders posed pictures from another camera as if all they show lay on one plane that faces that camera, as a
+// weighted sum in linear light. With equal weights this is a synthetic aperture, sharp on the plane (thesis,
+// section 3.2: augmented aperture); with the pictures nearest in direction it is a quick preview of the light
 // field. Both cameras keep their distortion: a grid over the output is projected into each picture on the
-// processor, OpenGL fills it in.
+// processor, and OpenGL interpolates.
 #pragma once
 
 #include <cstdint>

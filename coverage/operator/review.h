@@ -1,6 +1,6 @@
-// Looking at what has been recorded so far while the capture goes on (thesis, section 3.2): the virtual
-// camera, moved by mouse and keys, by the live camera, or by a marker before it. Where the subject is placed
-// anew the virtual camera stays where it is and looks at the new one. Pure but for the marker's detector.
+// The review of the recorded views while the capture goes on (thesis, section 3.2): moves the virtual camera by
+// mouse and keys, by the live camera, or by a marker in front of it. When the subject is moved the virtual
+// camera stays where it is and turns to the new one. Pure but for the marker's detector.
 #pragma once
 
 #include <memory>

@@ -13,20 +13,18 @@
 namespace ulf::coverage {
 namespace {
 
-// The display's own clock: no faster than this, so that tracking keeps the processor.
-constexpr double kFrameSeconds = 1.0 / 30;
-constexpr std::chrono::seconds kLastWords(3);
-
 using Clock = std::chrono::steady_clock;
 
+Clock::duration Seconds(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 // False once the person has closed it.
-bool ShowWhile(const std::function<bool()>& goes_on, OperatorDisplay& display) {
+bool ShowWhile(const std::function<bool()>& goes_on, double picture_s, OperatorDisplay& display) {
   auto next = Clock::now();
   while (goes_on()) {
     if (!display.Step()) return false;
-    next = std::max(
-        next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kFrameSeconds)),
-        Clock::now());
+    next = std::max(next + Seconds(picture_s), Clock::now());
     std::this_thread::sleep_until(next);
   }
   return true;
@@ -36,15 +34,15 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
           CaptureRequests& requests, const std::atomic<bool>& over) {
   std::unique_ptr<OperatorDisplay> display;
   const auto let_go = [&](const char* problem) {
-    const bool records = !display || display->LetGo();
+    const bool records = !display || display->Detach();
     fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it{}\n", problem,
                records ? "" : "; recording stays paused, as was asked: Ctrl-C closes the light field");
   };
   try {
     display = std::make_unique<OperatorDisplay>(*surface, feed, requests, options);
-    if (!ShowWhile([&] { return !over; }, *display) || !display->ShowTheEnd()) return;
-    const auto until = Clock::now() + kLastWords;
-    ShowWhile([&] { return Clock::now() < until; }, *display);
+    if (!ShowWhile([&] { return !over; }, options.picture_s, *display) || !display->ShowFinalState()) return;
+    const auto until = Clock::now() + Seconds(options.final_state_s);
+    ShowWhile([&] { return Clock::now() < until; }, options.picture_s, *display);
   } catch (const render::SurfaceKilled& killed) {
     fmt::print(stderr, "{}: the capture finishes\n", killed.what());
     requests.Ask(FinishCapture{});

@@ -27,7 +27,7 @@ void DisplayScript::Take(const std::string& line) {
   Step step;
   if (const auto keys = After("press", line)) {
     step = render::KeysFromNames(*keys);
-    if (std::get<Keys>(step).empty()) throw UsageError("press: names no key; write press s,Up,Enter");
+    if (std::get<Keys>(step).empty()) throw UsageError("press: no key is named; write press s,Up,Enter");
   } else if (const auto file = After("look", line)) {
     RequireWritablePicture(*file);
     step = Look(*file);
@@ -74,7 +74,7 @@ ScriptedSurface::~ScriptedSurface() {
     else if (const auto* request = std::get_if<CaptureRequest>(&*step))
       script_->Ask(*request);
     else
-      fmt::print(stderr, "press: not done, the display ended before\n");
+      fmt::print(stderr, "press: ignored, the display ended before\n");
   }
   script_->End();
 }

@@ -1,6 +1,5 @@
-// The operator display without a window, for who is far from it or is a program: keys come as lines of text,
-// and what it shows goes to files (`ulf capture --offscreen`). Whatever a window offers is so to be had
-// without one, by the same code.
+// The operator display without a window, for remote use and for programs: keys come as lines of text, and
+// pictures of the display go to files (`ulf capture --offscreen`). The same code runs as in a window.
 #pragma once
 
 #include <deque>
@@ -42,12 +41,13 @@ class DisplayScript {
   bool ended_ ULF_GUARDED_BY(mutex_) = false;
 };
 
-// One line after the other, each half a second of display frames after the last, so that what was asked for
-// is on the screen before it is looked at. What is still to be looked at when the display ends gets its last
+// One line after the other, 0.6 s apart at the display's 30 pictures a second, so that what was asked for is
+// on the screen before it is looked at, and long enough for what a key acts on
+// (DisplayOptions::to_see_s). What is still to be looked at when the display ends gets its last
 // picture.
 class ScriptedSurface : public render::OffscreenSurface {
  public:
-  static constexpr int kFramesBetween = 15;
+  static constexpr int kFramesBetween = 18;
   ScriptedSurface(cv::Size size, std::shared_ptr<DisplayScript> script);
   ~ScriptedSurface() override;
   std::vector<render::InputEvent> TakeEvents(double patience_s) override;

@@ -41,7 +41,7 @@ void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, Sho
     const Vector3d offset = cam_from_world * (view.center_in_world - map.subject().center_in_world);
     ShownSphere::View shown{offset.normalized()};
     if (!sphere.Faces(shown.direction)) continue;
-    if (sphere.FromDot(shown.direction) <= kRimReach * usual_radius) {
+    if (sphere.AngleFromDot(shown.direction) <= kRimReach * usual_radius) {
       const long step = std::lround(100 * std::log(offset.norm()));
       const auto [found, is_new] = radius_of_distance.try_emplace(step, 0.0);
       if (is_new)
@@ -73,7 +73,7 @@ Vector3d ShownSphere::Along(const Vector3d& direction, double angle) const {
   return std::cos(angle) * toward_camera + std::sin(angle) * sideways.normalized();
 }
 
-double ShownSphere::FromDot(const Vector3d& direction) const {
+double ShownSphere::AngleFromDot(const Vector3d& direction) const {
   return std::acos(std::clamp(direction.dot(toward_camera), -1.0, 1.0));
 }
 
@@ -117,7 +117,7 @@ std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double rea
   return sphere;
 }
 
-std::optional<bool> SubjectIsHeld(const CaptureState& state) {
+std::optional<bool> IsSubjectInRectangle(const CaptureState& state) {
   if (!state.cam_from_world || !state.subject) return std::nullopt;
   const auto outline = SphereOutline(state.camera, *state.cam_from_world, *state.subject);
   return outline && SafetyRectangle::Of(state.camera, state.rectangle_share).Holds(*outline);
@@ -128,7 +128,7 @@ ShownPicture ShownPicture::Of(const CaptureState& state) {
   shown.camera = state.camera;
   if (!state.cam_from_world) return shown;
   shown.rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
-  shown.held = SubjectIsHeld(state).value_or(true);
+  shown.held = IsSubjectInRectangle(state).value_or(true);
   shown.sphere = ShownSphere::Of(state);
   if (shown.held) return shown;
   const Vector3d center_in_cam = *state.cam_from_world * state.subject->center_in_world;

@@ -1,10 +1,10 @@
 // What the display shows of the subject's sphere, as values: all that the overlay draws on it, and all that a
-// person who looks at the display, a simulated one included, can know of the map. The side that faces away is
-// not in it, nor are views that paint nothing there.
+// person who looks at the display (also the simulated operator) can know of the map: the side that faces the
+// camera, and the views on it.
 //
 // Directions are unit vectors from the sphere's centre in the camera's axes (x right, y down, z away from the
-// camera), as the sphere stands in the picture; angles are radians. How large the world is no picture tells:
-// the distance of the sphere's centre counts as 1.
+// camera); angles are radians; lengths are in units of the distance to the sphere's centre, since a picture
+// has no scale.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,7 +44,8 @@ struct ShownSphere {
   };
   std::optional<Target> target;  // the yellow arrow's
 
-  // None without a pose and a subject, or from inside it. `reach`: nothing farther from the dot is shown.
+  // None without a pose or a subject, or inside the sphere. `reach`: angle from the dot up to which it is
+  // shown.
   static std::optional<ShownSphere> Of(const CaptureState& state, double reach = M_PI);
 
   // Of the sphere's surface.
@@ -54,15 +55,14 @@ struct ShownSphere {
   bool Faces(const Eigen::Vector3d& direction) const { return direction.dot(toward_camera) > least_cosine; }
   // Away from the dot along the sphere, `angle` towards `direction`.
   Eigen::Vector3d Along(const Eigen::Vector3d& direction, double angle) const;
-  double FromDot(const Eigen::Vector3d& direction) const;
+  double AngleFromDot(const Eigen::Vector3d& direction) const;
 };
 
-// All that the live picture shows of a capture's state besides the picture itself. Nothing while there is no
-// pose.
+// All that the overlay shows of a capture's state; only the camera while there is no pose.
 struct ShownPicture {
   CameraModel camera;
   std::optional<SafetyRectangle> rectangle;
-  bool held = true;                               // the rectangle is white
+  bool held = true;                               // the sphere is in the rectangle, which is white then
   std::optional<Eigen::Vector2d> way_to_subject;  // the red arrow's direction
   std::optional<ShownSphere> sphere;
 
@@ -70,6 +70,6 @@ struct ShownPicture {
 };
 
 // Whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
-std::optional<bool> SubjectIsHeld(const CaptureState& state);
+std::optional<bool> IsSubjectInRectangle(const CaptureState& state);
 
 }  // namespace ulf::coverage

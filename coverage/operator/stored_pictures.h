@@ -1,6 +1,5 @@
-// Small copies of views that are on disk, read in a thread of its own while the capture goes on writing:
-// those that are wanted now, the most wanted first. Reads the journal and the photographs, and writes
-// nothing.
+// Reads small copies of recorded views from the light field, in a thread of its own while the capture goes on
+// writing; the most wanted first. Reads the journal and the photographs and writes nothing.
 #pragma once
 
 #include <chrono>
@@ -25,8 +24,8 @@ class StoredPictures {
   StoredPictures(const StoredPictures&) = delete;
   StoredPictures& operator=(const StoredPictures&) = delete;
 
-  // In place of what was wanted before; tells how many of them are to come. A view that is not on disk yet is
-  // looked for again.
+  // Replaces the list of wanted views; returns how many of them are still to be read. A view that is not on
+  // disk yet is looked for again.
   std::size_t Want(std::vector<int> ids);
   // What has been read since the last call, by view id; poses are the journal's.
   std::map<int, PosedPicture> Take();

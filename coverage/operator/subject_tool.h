@@ -1,6 +1,7 @@
-// Placing the subject's sphere (thesis, section 3.2): centre the subject, take the distance from the tracked
-// points, then refine distance and radius by keys, wheel and drag. A draft until it is taken over: the
-// capture learns of it by one request. Pure: events and states in, a draft and requests out.
+// The tool that places the subject's sphere (thesis, section 3.2): centre the subject, take the distance from
+// the tracked points, then refine distance and radius by keys, wheel and drag. The sphere is a draft until it
+// is confirmed by Enter, which sends one request to the capture. Pure: events and states in, a draft and
+// requests out.
 #pragma once
 
 #include <optional>
@@ -17,7 +18,7 @@ class SubjectTool {
   bool shows_aperture() const { return aperture_; }
   const std::optional<Subject>& draft() const { return draft_; }
 
-  // Recording pauses while the tool is open, where it was on and unless the person then decided otherwise.
+  // Pauses recording while the tool is open; Close() resumes it unless the person has changed it since.
   void Open(const CaptureState& state, PendingRequests& pending);
   void Close(PendingRequests& pending);
   // Every new state: a subject that the capture found anew is the new draft.

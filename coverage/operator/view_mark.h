@@ -1,5 +1,5 @@
-// The recorded view that a camera which looks round is nearest to, in direction as seen from the subject: the
-// one that is meant when somebody takes back what they are looking at.
+// The recorded view nearest in direction to the review's camera, as seen from the subject: the one that the
+// Delete key takes back.
 #pragma once
 
 #include <optional>

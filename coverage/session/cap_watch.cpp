@@ -9,12 +9,6 @@
 namespace ulf::coverage {
 namespace {
 
-constexpr double kStep = 2 * M_PI / 180;  // less is a hand's trembling
-constexpr double kWorthGaining = 0.002;   // of the cap
-
-// Twice there and back again along both sides, which finds every hole of a cap that can be reached.
-double WayWithoutHope(const Cap& cap) { return std::max(2 * (cap.width + cap.height), M_PI / 2); }
-
 std::string OpenInWords(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0); }
 
 std::string Where(const CoverageMap& map) {
@@ -30,7 +24,7 @@ std::string Where(const CoverageMap& map) {
 
 }  // namespace
 
-// The map says where it is worth measuring; the measure decides.
+// The cells of the map say which sizes are worth painting a map of their own, which decides.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
   if (!map.frame()) return std::nullopt;
   constexpr int kSizes = 50;
@@ -53,7 +47,9 @@ std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
     const Eigen::Vector2d degrees = ((i + 1.0) / kSizes * asked_deg).array().floor();
     if (degrees.minCoeff() < 1) return std::nullopt;
     const Cap cap = Cap::FromDegrees(degrees);
-    if (MeasureCoverage(map.views(), map.subject(), cap, map.options()).covered >= share) return cap;
+    CoverageMapOptions options = map.options();
+    options.cap = cap;
+    if (CoverageMap(map.subject(), options, map.views()).CoveredShare() >= share) return cap;
   }
   return std::nullopt;
 }
@@ -63,8 +59,9 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   if (!map.options().cap || map.views().empty()) return std::nullopt;
   const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
   const double covered = map.CoveredShare();
-  if (covered >= share_ || covered > most_covered_ + kWorthGaining ||
-      covered < most_covered_ - kWorthGaining) {  // taken back, or a subject placed anew: begun again
+  if (covered >= share_ || covered > most_covered_ + options_.worth_gaining ||
+      covered <
+          most_covered_ - options_.worth_gaining) {  // taken back, or a subject placed anew: begun again
     most_covered_ = covered;
     from_ = direction;
     way_ = 0;
@@ -76,12 +73,13 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
     return std::nullopt;
   }
   const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
-  if (!from_ || step >= kStep) {
+  if (!from_ || step >= options_.step) {
     from_ = direction;
     way_ += step;
   }
   const Cap& cap = *map.options().cap;
-  if (said_ || way_ < WayWithoutHope(cap)) return std::nullopt;
+  if (said_ || way_ < std::max(options_.ways_round * (cap.width + cap.height), options_.least_way))
+    return std::nullopt;
   said_ = true;
   const std::optional<Cap> there = LargestCovered(map, share_);
   std::string smaller = "ask for a smaller cap";

@@ -1,9 +1,10 @@
-// Notices that the asked cap fills no more although the camera goes on moving round the subject: what is left
-// may be out of reach (a wall, the floor, an arm's length), and whoever waits for the whole cap waits for
-// ever. Says it once, with what is open and which smaller cap is there.
+// Detects that the requested cap no longer fills although the camera keeps moving round the subject: the rest
+// may be out of reach (a wall, the floor, an arm's length). Reports it once, with what is open and with the
+// smaller cap that is covered.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -13,16 +14,27 @@ namespace ulf::coverage {
 
 class CapWatch {
  public:
+  // Guessed.
+  struct Options {
+    double step = 2 * M_PI / 180;  // radians round the subject; less is a hand's trembling and no movement
+    double worth_gaining = 0.002;  // of the cap; less is no gain, more begins the count anew
+    // Movement without a gain after which it is said: so often round the cap's width and height, which finds
+    // every hole that can be reached, and at least so many radians. Less speaks too early, more too late.
+    double ways_round = 2;
+    double least_way = M_PI / 2;
+  };
   // `share` of the cap ends the capture.
-  explicit CapWatch(double share) : share_(share) {}
-  // After every frame with a pose. `would_record`: nothing but coverage decided whether it became a view (not
-  // a pause, a full disk, blur): only then movement without a gain counts. Words for the operator, at most
-  // once between two gains.
+  explicit CapWatch(double share) : CapWatch(share, Options{}) {}
+  CapWatch(double share, const Options& options) : share_(share), options_(options) {}
+  // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
+  // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
+  // operator, at most once between two gains.
   std::optional<std::string> After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
                                    bool would_record);
 
  private:
   const double share_;
+  const Options options_;
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began
   double way_ = 0;                       // moved since something was gained, radians

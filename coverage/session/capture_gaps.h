@@ -1,6 +1,6 @@
-// Time in which a capture recorded nothing that it should have, each written to the journal as a gap when it
-// ends: no pose, no device, a disk that is behind or full, a pause that was asked for. Times are the
-// device's.
+// Gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk, or
+// because it was paused by request. Each is written to the journal when it ends, so that review can show it.
+// Times are the device's, in seconds.
 #pragma once
 
 #include <chrono>
@@ -15,11 +15,19 @@ namespace ulf::coverage {
 
 class CaptureGaps {
  public:
+  // Guessed.
+  struct Options {
+    double shortest_s = 0.5;  // what is over sooner (a slow disk that catches up, a blink of the tracker) is
+                              // neither told nor written down
+    double missed_frames = 10;  // of a camera that goes on by itself: fewer are dropped frames, no gap
+  };
   CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say)
-      : spool_(spool), say_(std::move(say)) {}
+      : CaptureGaps(spool, std::move(say), Options{}) {}
+  CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say, const Options& options)
+      : options_(options), spool_(spool), say_(std::move(say)) {}
 
   void Tracking(bool tracked, double now_s);
-  // From the last frame before the fault to the next frame.
+  // The gap lasts from `since_s`, the last frame before the fault, to the next frame.
   void DeviceFaulted(double since_s, const std::string& reason);
   void FrameCame(double device_time_s, bool device_is_live, double frame_period_s);
   void Disk(const std::optional<SpoolPause>& pause, double now_s);
@@ -27,7 +35,7 @@ class CaptureGaps {
   // Closes what is still open.
   void End(std::optional<double> now_s);
 
-  // Why the disk takes nothing, for people; empty: it does.
+  // Why recording is paused for the disk, in words; empty: it is not.
   std::string DiskReason() const { return disk_ ? disk_->reason : std::string(); }
   std::uint64_t pauses() const { return pauses_; }  // for the disk
   double paused_s() const { return paused_s_; }
@@ -42,6 +50,7 @@ class CaptureGaps {
   void Close(std::optional<Open>& gap, double to_s);
   void EndDisk(double now_s, bool ended);
 
+  const Options options_;
   ViewSpool& spool_;
   std::function<void(const std::string&)> say_;
   std::optional<Open> tracking_, device_, disk_, asked_;

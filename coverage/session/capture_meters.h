@@ -1,5 +1,5 @@
-// What the status line shows of a running capture's surroundings, asked no oftener than it changes for
-// people.
+// Frame rate, dropped frames and free disk space for the status line. The device and the disk are asked at
+// most once a second.
 #pragma once
 
 #include <chrono>

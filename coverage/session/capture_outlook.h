@@ -1,5 +1,5 @@
-// What a capture tells a person before its first view: what it will take, and what is not in order. Each is
-// said once.
+// What a capture reports before its first view: how many views to expect, and which preflight checks fail.
+// Each is reported once.
 #pragma once
 
 #include <functional>
@@ -17,14 +17,14 @@ class CaptureOutlook {
  public:
   explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
 
-  // Another subject: expected anew.
-  void Forget() { prediction_.reset(); }
-  // Once the subject is there and a pose says how far away it is.
+  // For another subject: the prediction is due again.
+  void Reset() { prediction_.reset(); }
+  // True until Expect(), which needs the subject and its distance.
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric);
-  // While no view is recorded, with all but the prediction; what is not in order is said the first time.
+  // While no view is recorded. `input` without its prediction. Reports failed checks the first time.
   void Check(PreflightInput input);
-  // `state` knows already what is recorded.
+  // Fills in prediction and preflight; `state` has its views and its coverage map already.
   void Describe(CaptureState& state) const;
 
  private:

@@ -40,21 +40,21 @@ class Session {
 
  private:
   // The latest frame that got as far as a decision, and what became of it.
-  struct Looked {
+  struct LatestFrame {
     Image live;
     tracking::Track track;
     Decision decision;
     Guidance guidance;
   };
-  std::optional<StoppedBecause> Enough() const;
+  std::optional<StoppedBecause> StopReason() const;
   std::optional<Frame> NextFrame();
   std::optional<StoppedBecause> TakeFrame();
   void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
-  void WatchTheCap(const tracking::Track& track, const Decision& decision);
+  void UpdateCapWatch(const tracking::Track& track, const Decision& decision);
 
-  void SayWhatToExpect();
-  void CheckBeforeFirstView(const Frame& frame);
+  void AnnouncePrediction();
+  void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
 
   void AnswerRequests();
@@ -98,7 +98,7 @@ class Session {
   std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
-  Looked looked_;
+  LatestFrame latest_;
   Guide guide_;
   std::vector<std::string> said_;  // of late
   std::uint64_t times_said_ = 0;
@@ -139,16 +139,16 @@ Session::Session(acquisition::Device& device, const CameraModel& camera, trackin
                  .coverage_width_px = options.coverage_width_px,
                  .deterministic = options.deterministic}) {}
 
-void Session::SayWhatToExpect() {
-  if (!record_.map() || !outlook_.IsDue() || !looked_.track.cam_from_world) return;
+void Session::AnnouncePrediction() {
+  if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
   const Subject& subject = record_.map()->subject();
-  const double distance = (*looked_.track.cam_from_world * subject.center_in_world).norm();
+  const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
   outlook_.Expect(
       SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
       options_.cap, options_.until_share, poses_.IsMetric());
 }
 
-void Session::CheckBeforeFirstView(const Frame& frame) {
+void Session::UpdatePreflight(const Frame& frame) {
   if (!record_.views().empty() || (outlook_.IsDue() && !options_.without_subject)) return;
   const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
                               (static_cast<double>(camera_.width) * camera_.height);
@@ -161,13 +161,13 @@ void Session::CheckBeforeFirstView(const Frame& frame) {
                   .bytes_per_view = static_cast<std::uint64_t>(
                       of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
-                  .has_pose = looked_.track.cam_from_world.has_value(),
+                  .has_pose = latest_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
                   .most_pose_error_px = options_.limits.max_pose_error_px});
 }
 
 std::optional<double> Session::PoseErrorNow() const {
-  const tracking::Track& track = looked_.track;
+  const tracking::Track& track = latest_.track;
   if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
   const Subject& subject = record_.map()->subject();
   return PoseErrorPx(*track.center_sigma,
@@ -175,7 +175,7 @@ std::optional<double> Session::PoseErrorNow() const {
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
-void Session::WatchTheCap(const tracking::Track& track, const Decision& decision) {
+void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
   const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
@@ -187,14 +187,13 @@ std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
   recorder_.TakeStill(still);
   Show(hooks_.while_waiting);
-  return record_.CapIsCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
+  return record_.IsCapCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
                                                             : std::nullopt;
 }
 
 void Session::Say(const std::string& text) {
-  constexpr std::size_t kReadAtOnce = 3;
   said_.push_back(text);
-  if (said_.size() > kReadAtOnce) said_.erase(said_.begin());
+  if (said_.size() > options_.lines_shown) said_.erase(said_.begin());
   ++times_said_;
   if (hooks_.say) hooks_.say(text);
 }
@@ -217,23 +216,24 @@ void Session::AnswerRequests() {
 }
 
 void Session::Answer(const TakeBackLast& asked) {
-  const std::size_t there = record_.views().Ids().size();
-  if (asked.count > 1 && static_cast<std::size_t>(asked.count) > there)
+  const std::vector<int> ids = record_.views().Ids();
+  const int there = static_cast<int>(ids.size());
+  if (asked.count > 1 && asked.count > there)
     return Say(fmt::format("nothing was taken back: {} asked for, there are {}; ask for as many or fewer",
                            Counted(static_cast<std::size_t>(asked.count), "view"), there));
-  summary_.taken_back += record_.TakeBack(record_.views().LastIds(asked.count));
+  summary_.taken_back += record_.TakeBack({ids.rbegin(), ids.rbegin() + std::clamp(asked.count, 0, there)});
 }
 
 void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
 
 void Session::Answer(const PlaceSubject& asked) {
   if (options_.without_subject) return Say(kNoSubjectToPlace);
-  subject_.Place(asked.subject, looked_.track.cam_from_world);
+  subject_.Place(asked.subject, latest_.track.cam_from_world);
 }
 
 void Session::Answer(const FindSubject& asked) {
   if (options_.without_subject) return Say(kNoSubjectToPlace);
-  subject_.Find(asked, looked_.track.cam_from_world);
+  subject_.Find(asked, latest_.track.cam_from_world);
 }
 
 void Session::Answer(const SetRecording& asked) {
@@ -262,8 +262,8 @@ SharedCaptureState Session::State() {
   state->dropped = meters_.Dropped(device_);
   state->disk_left_bytes = meters_.DiskLeftBytes(root_);
 
-  const tracking::Track& track = looked_.track;
-  state->live = looked_.live;
+  const tracking::Track& track = latest_.track;
+  state->live = latest_.live;
   state->camera = camera_;
   state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
@@ -280,10 +280,10 @@ SharedCaptureState Session::State() {
   state->rectangle_share = options_.limits.rectangle_share;
   state->newest_view = recorder_.newest_view();
   state->light_field = root_;
-  state->guidance = looked_.guidance;
+  state->guidance = latest_.guidance;
   state->subject_moved = subject_.Moved();
 
-  state->decision = looked_.decision;
+  state->decision = latest_.decision;
   state->recording = recorder_.IsRecording();
   state->recorded_view = recorder_.newest_id();
   state->device_problem = DeviceProblem();
@@ -305,7 +305,7 @@ void Session::Show(const std::function<void(const SharedCaptureState&)>& look) {
   recorder_.ForgetNewestId();
 }
 
-std::optional<StoppedBecause> Session::Enough() const {
+std::optional<StoppedBecause> Session::StopReason() const {
   if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
   if (finish_asked_) return StoppedBecause::kClosed;
   if (record_.spool().Failure()) return StoppedBecause::kDisk;
@@ -352,14 +352,14 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   const auto start = Clock::now();
   const tracking::Track track = poses_.Step(*frame);
   ms_track_.push_back(1000 * SecondsSince(start));
-  looked_ = {frame->image, track, {}, {}};
+  latest_ = {frame->image, track, {}, {}};
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, *last_time_s_);
   if (!options_.without_subject) subject_.FindFirst(track);
-  SayWhatToExpect();
-  CheckBeforeFirstView(*frame);
+  AnnouncePrediction();
+  UpdatePreflight(*frame);
   subject_.Watch(track, *last_time_s_);
-  looked_.decision = recorder_.Take(*frame, track, frame_period_s_);
-  WatchTheCap(track, looked_.decision);
+  latest_.decision = recorder_.Take(*frame, track, frame_period_s_);
+  UpdateCapWatch(track, latest_.decision);
   gaps_.Disk(record_.spool().Pause(), *last_time_s_);
   // A closed loop moves views at once by what drift had come to.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
@@ -369,11 +369,11 @@ std::optional<StoppedBecause> Session::TakeFrame() {
     std::optional<CriterionView> here;
     if (track.cam_from_world)
       here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
-    looked_.guidance = guide_.After(record_.map(), here, *last_time_s_);
+    latest_.guidance = guide_.After(record_.map().get(), here, *last_time_s_);
     Show(hooks_.after_frame);
   }
   // Not only where this frame was recorded: poses are corrected, subjects placed, light fields resumed.
-  if (record_.CapIsCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
+  if (record_.IsCapCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
   return std::nullopt;
 }
 
@@ -390,7 +390,8 @@ void Session::Close() {
   gaps_.End(last_time_s_);
   summary_.pauses = gaps_.pauses();
   summary_.paused_s = gaps_.paused_s();
-  if (const std::size_t following = record_.spool().PicturesWaiting(); following > 10)
+  constexpr std::size_t kTakesLong = 10;
+  if (const std::size_t following = record_.spool().PicturesWaiting(); following > kTakesLong)
     Say(fmt::format("everything recorded is on disk; {} of images/ to be made",
                     Counted(following, "photograph")));
   std::map<std::string, std::uint64_t> reasons;
@@ -416,7 +417,7 @@ CaptureSummary Session::Run() {
   try {
     while (!ended_) {
       AnswerRequests();
-      ended_ = Enough();
+      ended_ = StopReason();
       if (!ended_) ended_ = TakeFrame();
     }
     Show(hooks_.while_waiting);
@@ -447,8 +448,8 @@ CaptureSummary Session::Run() {
   summary_.reasons = recorder_.reasons();
   summary_.last_recorded = recorder_.newest_view();
   summary_.subject = record_.subject();
-  summary_.subject_was_found = subject_.FoundByItself();
-  summary_.map = record_.SharedMap();
+  summary_.subject_was_found = subject_.IsFoundAutomatically();
+  summary_.map = record_.map();
   return std::move(summary_);
 }
 

@@ -56,19 +56,8 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
   std::size_t lost = 0;
   std::string problem;
   for (const Frame& photograph : photographs) {
-    fs::path folder;
-    const auto keep_in = [&](const fs::path& where, const auto& write) {
-      if (!folder.empty()) return;
-      try {
-        write();
-        folder = where;
-      } catch (const std::exception& error) {
-        problem = error.what();
-      }
-    };
-    if (writer) keep_in(dir / "unposed", [&] { writer->KeepUnposed(photograph); });
-    keep_in(FolderBeside(dir), [&] { KeepBeside(FolderBeside(dir), photograph); });
-    ++(folder.empty() ? lost : kept_in[folder]);
+    const auto folder = KeepAnywhere(writer, dir, photograph, problem);
+    ++(folder ? kept_in[*folder] : lost);
   }
   for (const auto& [folder, count] : kept_in)
     fmt::print(stderr, "{} had come already: kept in {}\n", Counted(count, "photograph"), folder.string());
@@ -164,7 +153,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         args.poses.Text());
   if (args.resume && args.poses.ChoosesWorldAnew())
     throw UsageError(
-        "{}: of several markers the first that is seen is the world, and now it could be another one; go on "
+        "{}: the first of several markers that is seen defines the world, and it could be another one now; "
+        "go on "
         "with --poses features, or name the marker that was the first (the end of that session said which): "
         "--poses {}:NUMBER",
         args.dir, args.poses.Text());
@@ -214,7 +204,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)
     throw UsageError(
-        "--no-subject: {} is asked for photographs where the coverage of a subject needs them; leave out "
+        "--no-subject: {} takes photographs where the coverage of a subject needs them; leave out "
         "--no-subject, or take the photographs by hand and track a video of the same place",
         info.uri);
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
@@ -245,7 +235,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
   prepared.writer->KeepMosaics(args.raw);
   if (args.raw && first.image.mosaic == Mosaic::kNone)
-    spdlog::warn("--raw: the frames of {} are no mosaic, their masters are written as without it", args.uri);
+    spdlog::warn("--raw: the frames of {} are not a mosaic; --raw changes nothing", args.uri);
   return true;
 }
 

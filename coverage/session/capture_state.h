@@ -1,6 +1,5 @@
-// All there is to see of a running capture after a frame: what the operator display draws, and all that
-// whoever looks at it knows. A value: once published it never changes, and images and the map are shared, not
-// copied.
+// The state of a running capture after a frame: all that the operator display, a progress line and a simulated
+// operator know of it. Immutable once published; images and the coverage map are shared, not copied.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +26,8 @@ namespace ulf::coverage {
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
 const char* Name(StoppedBecause why);  // as in --json
 
-// A view as it was recorded: its pose is the one of that moment.
-struct RecordedView {
+// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
+struct RecordedFrame {
   int id = 0;
   Frame frame;
   CameraModel camera;  // of the frame: a photograph's is not the live picture's
@@ -53,18 +52,18 @@ struct CaptureState {
   std::optional<tracking::StartProgress> start;
   std::vector<tracking::VisiblePoint> points;  // found in this frame
 
-  bool without_subject = false;  // posed photographs are asked for, no subject is looked for
-  bool finding_subject = false;  // what is in the middle will be it: its distance is being found
+  bool without_subject = false;  // posed photographs are recorded, no subject is looked for
+  bool finding_subject = false;  // the subject's distance is being found from the middle of the image
   std::optional<Subject> subject;
-  bool subject_moved = false;                   // tracked points on it no longer agree with the rest
+  bool subject_moved = false;                   // its tracked points no longer agree with the others
   double rectangle_share = 0.8;                 // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
-  std::vector<int> view_ids;                    // growing, in the order of coverage->views()
+  std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
   // The last one of this session; null before. Not in view_ids once it has been taken back.
-  std::shared_ptr<const RecordedView> newest_view;
+  std::shared_ptr<const RecordedFrame> newest_view;
   std::filesystem::path light_field;  // its folder, where every other view is or will soon be
   std::optional<double> covered;      // share of the cap; none without one
-  // Directions that were covered until poses were corrected or views taken back, and are not now.
+  // Directions that were covered until poses were corrected or views were taken back.
   std::vector<Eigen::Vector3d> reopened;
   Guidance guidance;
   // For the subject as it was placed: disc, distances, views; none before.
@@ -74,31 +73,31 @@ struct CaptureState {
   Decision decision;                 // of this frame, with its reason
   bool recording = true;             // false: paused by request
   std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
-  std::string why_waiting;           // for the device or the disk, in words; empty: for nothing
+  std::string why_waiting;           // for the device or the disk, in words; empty: not waiting
   std::string device_problem;        // empty: none
   std::optional<std::uint64_t> disk_left_bytes;
   std::optional<bool> exposure_locked;  // none: cannot be known
   std::vector<PreflightItem> preflight;
-  // What the capture had to say, the newest last: as many lines as can be read at once, of `times_said`.
+  // The last lines that the capture reported (CaptureOptions::lines_shown), of `times_said` in all.
   std::vector<std::string> said;
   std::uint64_t times_said = 0;
   std::uint64_t requests_answered = 0;
-  std::optional<StoppedBecause> ended;  // what is recorded is being closed
+  std::optional<StoppedBecause> ended;  // set: the light field is being closed
 };
 
-// To the viewpoint to fill next, for who has no display: "8° right, 3° up, 5 % nearer", as the camera
-// is held. Empty where nothing is to be said, or less than a degree.
+// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 % nearer", in the camera's
+// axes. Empty when there is no target, or less than a degree to go.
 std::string WayInWords(const CaptureState& state);
 
-// The newest state, from the session's thread to whoever draws. Older ones are dropped: whatever must not be
-// missed stands in every later state, too.
+// Hands the newest state from the session's thread to the display's. Older states are dropped: what must not
+// be missed is in every later state, too.
 class CaptureFeed {
  public:
   void Publish(std::shared_ptr<const CaptureState> state) {
     const MutexLock lock(mutex_);
     if (!closed_) state_ = std::move(state);
   }
-  // Nobody looks any more: what is published is dropped.
+  // The display is gone: drops what is published from now on.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;

@@ -10,14 +10,14 @@ namespace ulf::coverage {
 namespace {
 
 PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
-  if (!held) return {name, {}, "the camera does not tell; set it by hand before the capture"};
+  if (!held) return {name, {}, "the camera does not report it; set it by hand before the capture"};
   return {name, held,
           *held ? "held"
                 : "changes by itself between pictures: switch its automatic off (ulf features, or the URI)"};
 }
 
 PreflightItem Disk(const PreflightInput& input) {
-  if (!input.disk_left_bytes) return {"disk", {}, "its room is not known"};
+  if (!input.disk_left_bytes) return {"disk", {}, "the free space is not known"};
   const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
   const double view_gb = 1e-9 * static_cast<double>(input.bytes_per_view);
   if (!input.prediction || !input.prediction->views)
@@ -51,12 +51,12 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     if (const auto doubt = ThresholdWarning(*input.prediction, input.cap))
       items.push_back({"views", false, *doubt});
   if (!input.has_pose) {
-    items.push_back({"tracking", false, "the camera's place is not known: see what is said about tracking"});
+    items.push_back({"tracking", false, "the camera's pose is not known: see the message about tracking"});
     return items;
   }
   if (!input.pose_error_px) {
     items.push_back(
-        {"tracking", true, input.without_subject ? "the camera's place is known" : "poses are given"});
+        {"tracking", true, input.without_subject ? "the camera's pose is known" : "poses are given"});
     return items;
   }
   const bool healthy = *input.pose_error_px <= input.most_pose_error_px;

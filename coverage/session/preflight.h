@@ -1,4 +1,4 @@
-// What should be in order before the first view, each with what is so and the way out.
+// The checks before the first view: what each found and, where it failed, what to do.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,10 @@
 
 namespace ulf::coverage {
 
-// One line of it.
 struct PreflightItem {
   std::string name;  // "calibration", "exposure", "white balance", "focus", "disk", "views", "tracking"
-  std::optional<bool> in_order;  // none: cannot be known
-  std::string words;             // what is so, and the way out where it is not in order
+  std::optional<bool> in_order;  // none: unknown
+  std::string words;             // the finding and, where it is not in order, what to do
 };
 
 struct PreflightInput {

@@ -1,5 +1,5 @@
-// Requests as lines of text, from standard input or a file, typically a fifo: what the operator display does
-// with keys, a script or another program does with these. Reads what is there and never waits.
+// Capture requests as lines of text from standard input or a file, typically a fifo: a script or another
+// program asks by them what a person asks by the display's keys. Never blocks.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ class RequestLines {
   RequestLines(const RequestLines&) = delete;
   RequestLines& operator=(const RequestLines&) = delete;
 
-  // The whole lines that have come since; one that is refused is answered with the words of the refusal.
+  // Hands over the complete lines that have arrived; reports the error of a refused one to `say`.
   void Take(const std::function<void(const std::string&)>& say);
 
  private:

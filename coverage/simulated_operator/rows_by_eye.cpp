@@ -93,7 +93,7 @@ std::optional<CapFrame::Angles> RowsByEye::Toward(const ShownSphere& sphere, dou
   if (hole_) {
     const Vector3d direction = sphere.frame.Direction(hole_->at.azimuth, hole_->at.elevation);
     if (!sphere.Faces(direction) || !paint.Holds(hole_->at)) {
-      if (time_s - hole_->seen_s < kGivesUpS + sphere.FromDot(direction) / radius) return hole_->at;
+      if (time_s - hole_->seen_s < kGivesUpS + sphere.AngleFromDot(direction) / radius) return hole_->at;
       given_up_.push_back({hole_->at, time_s});
     }
     hole_.reset();
@@ -130,7 +130,7 @@ std::optional<CapFrame::Angles> RowsByEye::FindHole(const ShownSphere& sphere, c
         return sphere.frame.Direction(hole.at.azimuth, hole.at.elevation).dot(direction) >
                std::cos(0.5 * radius_);
       });
-      const double away = sphere.FromDot(direction) * Spread(0.15);
+      const double away = sphere.AngleFromDot(direction) * Spread(0.15);
       if (given_up || away >= least) continue;
       least = away;
       nearest = {azimuth, elevation};

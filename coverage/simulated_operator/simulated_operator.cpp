@@ -12,6 +12,7 @@
 #include "acquisition/simulator/scene/scene.h"
 #include "acquisition/simulator/waves.h"
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "coverage/operator/overlay.h"
 #include "coverage/simulated_operator/rows_by_eye.h"
 
@@ -301,9 +302,7 @@ double SimulatedOperator::Person::Nearer(const Perception& seen, const ShownSphe
     if (middle.dot(sphere.toward_camera) > std::cos(kAboutTheDot)) colors.push_back(paint.nearer);
   }
   if (colors.empty()) return 0;
-  const auto middle = colors.begin() + static_cast<std::ptrdiff_t>(colors.size() / 2);
-  std::nth_element(colors.begin(), middle, colors.end());
-  const double read = std::clamp(*middle, -1.0, 1.0) + color_error.At(now_s);
+  const double read = std::clamp(Median(std::move(colors)), -1.0, 1.0) + color_error.At(now_s);
   return std::abs(read) < kFaint ? 0 : kFull * read;
 }
 
@@ -331,7 +330,8 @@ Intention SimulatedOperator::Person::Following(const Perception& seen, double no
     const Vector3d tangent = *toward - toward->dot(dot) * dot;
     if (tangent.norm() > 1e-9) {
       const Vector3d course = Turned(course_error.At(now_s) * dot) * tangent.normalized();
-      wanted.velocity = reach * std::min(habits.speed * pace, kSlowsPerS * sphere->FromDot(*toward)) * course;
+      wanted.velocity =
+          reach * std::min(habits.speed * pace, kSlowsPerS * sphere->AngleFromDot(*toward)) * course;
     }
   }
   constexpr double kNearerPerS = 1.0;

@@ -1,19 +1,19 @@
-// A person who holds the simulated camera, for proofs that a person can do it.
+// A simulated person who holds the simulated camera: tests whether a person can cover a subject with what the
+// display shows (docs/guidance.md, "Simulated people").
 //
-// They see what the display draws and nothing else (operator/shown_sphere.h, and the line of instruction):
-// where the dot, the arrow and the paint are in the picture, on the side of the sphere that faces the camera,
-// in which colour, and what the line says. No picture tells how large the world is or how it lies: they steer
-// as people do, by eye: the hand moves right, the dot moves right, by so much of the subject's distance. Of
-// the true world they feel what people feel: which way is down, about how far away the subject is, and where
-// their hand was a moment ago, to go back there when they are told that tracking is lost.
+// The person sees what the display draws and nothing else (operator/shown_sphere.h and the line of
+// instruction): the dot, the arrow and the paint on the side of the sphere that faces the camera, their
+// colours, and the words of the line. A picture has no scale and no orientation, so the person steers by eye,
+// in shares of the subject's distance. Of the true world the person knows which way is down, roughly how far
+// away the subject is, and where the hand was a moment ago, to go back there when tracking is lost.
 //
-// Eye and hand: what is seen acts after a delay; the hand follows what it is told as a damped spring, with
-// limited acceleration, so it overshoots; it trembles and drifts. Places on the sphere are read to a share of
-// a disc, distance from the colours about the dot, where faint ones pass for green, and from the line, when
-// it speaks of it. Novices do all that worse, look away from the subject now and then and rush.
+// What is seen acts after a delay. The hand is a damped spring with limited acceleration, so it overshoots; it
+// trembles and drifts. Places on the sphere are read with an error in disc radii; the distance is read from
+// the colours around the dot, of which faint ones pass for green, and from the line. Novices do all this
+// worse, look away from the subject now and then, and rush.
 //
-// With guidance they go where it points. Without it they scan rows by eye, at a spacing that they judge by
-// the discs painted so far, with an error, then go for whatever still looks unpainted.
+// With guidance the person goes where the arrow points. Without it the person scans rows at a spacing judged
+// by the painted discs, with an error, then goes for what still looks unpainted.
 #pragma once
 
 #include <cstdint>
@@ -47,9 +47,9 @@ class SimulatedOperator : public acquisition::HandMotion {
   SimulatedOperator(const OperatorOptions& options, const OperatorStart& start);
   ~SimulatedOperator() override;
 
-  // What the display shows now, after every frame.
+  // Call after every frame, with the state that the display shows.
   void See(double time_s, const CaptureState& state);
-  // Times go on from call to call, but for a second that may be asked for again.
+  // Times increase from call to call; the last second may be asked for again.
   Rigid3 CamFromWorld(double time_s) const override;
 
  private:
@@ -57,7 +57,7 @@ class SimulatedOperator : public acquisition::HandMotion {
   const std::unique_ptr<Person> person_;
 };
 
-// As `ulf capture --operator` says it. Throws UsageError unless `uri` is a simulated scene.
+// `text` as in `ulf capture --operator`. Throws UsageError unless `uri` is a simulated scene.
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf::coverage

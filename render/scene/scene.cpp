@@ -15,7 +15,7 @@ namespace ulf::render {
 namespace {
 
 // Exposure times gain (over f-number squared), the median view's being 1. Where no view tells its exposure
-// its gain is what a capture made of neighbouring photographs (coverage/session/record/exposure_match), 1 in
+// its gain is what a capture made of neighbouring photographs (coverage/session/record/exposure), 1 in
 // others; all 1 where only some tell.
 std::vector<float> ExposureScales(const LightField& light_field) {
   std::vector<double> exposures;

@@ -34,9 +34,9 @@ struct Stage {
       for (const double azimuth : {-12.0, -8.0, -4.0, 0.0, 4.0, 8.0}) {
         auto state = capture.Record(capture.CameraAt(azimuth, elevation));
         state->live = pictures.At(*state->cam_from_world)->live;
-        RecordedView view = *state->newest_view;
+        RecordedFrame view = *state->newest_view;
         view.frame.image = state->live;
-        state->newest_view = std::make_shared<RecordedView>(view);
+        state->newest_view = std::make_shared<RecordedFrame>(view);
         recorded.push_back(state);
       }
     for (int row = 0; row < 12; ++row)

@@ -105,7 +105,7 @@ class Screens {
     auto state = capture.At(capture.CameraAt(28, 19));
     state->ended = StoppedBecause::kCovered;
     Screen screen(capture);
-    screen.display.ShowTheEnd();
+    screen.display.ShowFinalState();
     Write("covered", screen.Show(state));
   }
 

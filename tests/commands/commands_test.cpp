@@ -1,4 +1,6 @@
-// Tests: commands/commands, commands/light_field/info_command, commands/light_field/light_field_report.
+// Tests: commands/commands, commands/light_field/info_command, commands/light_field/light_field_report,
+// commands/capture/capture_command, commands/capture/plan_command,
+// coverage/session/record/map_cache.
 //
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>

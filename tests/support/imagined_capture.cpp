@@ -107,7 +107,7 @@ ImaginedResult RunImagined(const ImaginedCapture& capture) {
   ImaginedResult result;
   result.up = tracked_world.rotation * up;
   int stable = 0;
-  std::size_t frames_since_tracked = 0, lost = 0, measured_at = 0;
+  std::size_t frames_since_tracked = 0, lost = 0;
   std::optional<Rigid3> before;
   std::optional<Vector3d> dot;
   std::vector<double> ms;
@@ -161,20 +161,13 @@ ImaginedResult RunImagined(const ImaginedCapture& capture) {
     ms.push_back(CpuMilliseconds() - asked_ms);
     if (!capture.person.follows_guidance) state->guidance = {};
     result.seconds = time_s;
-    if (map && capture.cap && map->CoveredShare() >= capture.until_share &&
-        map->views().size() != measured_at) {
-      measured_at = map->views().size();
-      if (MeasureCoverage(map->views(), map->subject(), *capture.cap, map->options()).covered >=
-          capture.until_share)
-        break;
-    }
+    if (map && capture.cap && map->CoveredShare() >= capture.until_share) break;
     person.See(time_s, *state);
   }
   if (!map) return result;
   result.recorded = map->views();
   result.views = map->views().size();
-  result.covered =
-      capture.cap ? MeasureCoverage(map->views(), map->subject(), *capture.cap, map->options()).covered : 0;
+  result.covered = capture.cap ? map->CoveredShare() : 0;
   result.disc_radius = map->spacing() * map->options().cells_per_disc_radius;
   result.lost_share =
       static_cast<double>(lost) / static_cast<double>(std::max<std::size_t>(1, frames_since_tracked));

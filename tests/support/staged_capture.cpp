@@ -88,7 +88,7 @@ std::shared_ptr<CaptureState> StagedCapture::Record(const Rigid3& cam_from_world
   state->recorded_view = ids_.back();
   Frame frame;
   frame.image = state->live;
-  newest_ = std::make_shared<RecordedView>(RecordedView{ids_.back(), frame, camera(), cam_from_world});
+  newest_ = std::make_shared<RecordedFrame>(RecordedFrame{ids_.back(), frame, camera(), cam_from_world});
   state->newest_view = newest_;
   state->decision.reason = Reason::kRecorded;
   recorded_.push_back(state);
@@ -112,14 +112,12 @@ void StagedCapture::TakeBack(int id) {
   std::vector<CriterionView> views = map_->views();
   views.erase(views.begin() + (found - ids_.begin()));
   ids_.erase(found);
-  map_->SetViews(views);
+  map_ = std::make_shared<CoverageMap>(map_->subject(), map_->options(), views);
 }
 
 void StagedCapture::PlaceSubject(const Subject& subject) {
   subject_ = subject;
-  const std::vector<CriterionView> views = map_->views();
-  map_ = std::make_shared<CoverageMap>(NewMap());
-  map_->SetViews(views);
+  map_ = std::make_shared<CoverageMap>(subject, map_->options(), map_->views());
 }
 
 std::shared_ptr<CaptureState> StagedCapture::Lost() const {

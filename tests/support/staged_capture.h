@@ -53,7 +53,7 @@ class StagedCapture {
   std::shared_ptr<CoverageMap> map_;
   std::vector<int> ids_;
   int last_id_ = 0;
-  std::shared_ptr<const RecordedView> newest_;
+  std::shared_ptr<const RecordedFrame> newest_;
   std::vector<std::shared_ptr<const CaptureState>> recorded_;
 };
 

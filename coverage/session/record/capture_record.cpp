@@ -24,6 +24,12 @@ std::string ViewsInWords(const std::vector<int>& ids) {
   return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
 }
 
+// What `ulf info` will measure the light field by.
+CaptureRecord::Options WithUpOf(const LightField& light_field, CaptureRecord::Options options) {
+  options.map.up_in_world = light_field.up_in_world;
+  return options;
+}
+
 // A map that was made anew from recorded views does not know what those showed of it: the earlier session's
 // points stay then, all of them, and of the map's own those that this session's views show. A map that was
 // kept knows both.
@@ -46,7 +52,7 @@ std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std:
 
 CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
                              std::function<void(const std::string&)> say)
-    : options_(options),
+    : options_(WithUpOf(writer.Contents(), options)),
       say_(std::move(say)),
       first_new_id_(writer.NextViewId()),
       earlier_s_(writer.Contents().capture_s),
@@ -59,29 +65,41 @@ void CaptureRecord::SetSubject(const Subject& subject) {
   subject_ = subject;
   if (resumed_subject_ != subject) spool_.SetSubject(subject);
   resumed_subject_.reset();
-  map_ = std::make_shared<CoverageMap>(subject, options_.map);
-  map_->SetViews(views_.ForCriterion(options_.camera, options_.coverage_width_px));
-  reopened_.Forget();
-  measured_ = false;
+  PaintAnew();
+  reopened_.clear();
 }
 
-// Once nobody else holds the map nobody can come to; holding it once more here makes what they read happen
-// before what is written.
-CoverageMap& CaptureRecord::MapToChange() {
-  if (map_.use_count() > 1)
-    map_ = std::make_shared<CoverageMap>(*map_);
-  else
-    static_cast<void>(std::shared_ptr<CoverageMap>(map_));
-  return *map_;
+void CaptureRecord::PaintAnew() {
+  map_ = std::make_shared<const CoverageMap>(
+      *subject_, options_.map, views_.ForCriterion(options_.camera, options_.coverage_width_px));
+  painted_anew_ = true;
 }
 
 double CaptureRecord::Repaint() {
   if (!map_) return 0;
-  auto repainted = std::make_shared<CoverageMap>(map_->subject(), map_->options());
-  repainted->SetViews(views_.ForCriterion(options_.camera, options_.coverage_width_px));
-  const double fell_open = reopened_.Note(*map_, *repainted);
-  map_ = std::move(repainted);
-  return fell_open;
+  const std::shared_ptr<const CoverageMap> before = map_;
+  PaintAnew();
+  DropCoveredAgain();
+  double open_sr = 0, covered_sr = 0;
+  before->ForEachCell([&](const CoverageMap::CellView& cell) {
+    if (cell.covering.index < 0) return;
+    covered_sr += cell.solid_angle_sr;
+    // Where the cap itself moved with its first view, what it leaves behind is not missing.
+    const auto at = map_->views().empty() ? CoveringView{} : map_->At(cell.direction);
+    if (!at || at->index >= 0) return;
+    open_sr += cell.solid_angle_sr;
+    reopened_.push_back(cell.direction);
+  });
+  const double whole_sr = before->options().cap ? before->extent().SolidAngle() : covered_sr;
+  return whole_sr > 0 ? open_sr / whole_sr : 0;
+}
+
+void CaptureRecord::DropCoveredAgain() {
+  std::erase_if(reopened_, [&](const Eigen::Vector3d& direction) {
+    if (map_->views().empty()) return false;
+    const auto at = map_->At(direction);
+    return !at || at->index >= 0;
+  });
 }
 
 std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track& track,
@@ -97,9 +115,11 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world});
   if (!map_) return id;
-  MapToChange().Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
-  reopened_.DropCovered(*map_);
-  measured_ = false;
+  auto map = std::make_shared<CoverageMap>(*map_);
+  map->Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
+  map_ = std::move(map);
+  painted_anew_ = false;
+  DropCoveredAgain();
   return id;
 }
 
@@ -119,7 +139,6 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   }
   std::sort(taken.begin(), taken.end());
   const double fell_open = Repaint();
-  measured_ = false;
   say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
                    map_ ? fmt::format("; this reopened {:.1f} % {}", 100 * fell_open, OfWhat()) : ""));
   return taken.size();
@@ -129,23 +148,20 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   if (views_.empty()) return true;
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
-  constexpr double kWorthPaintingAnew = 2e-4;  // radians: about a tenth of a pixel
-  if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
+  if (largest_move <= 0 || (!last && largest_move < options_.worth_painting_anew)) return true;
   if (!last && !spool_.TryUpdatePoses(now)) return false;
   views_.MoveTo(now);
   const double fell_open = Repaint();
-  constexpr double kWorthAWord = 0.005;
-  if (fell_open >= kWorthAWord)
+  if (fell_open >= options_.worth_telling)
     say_(fmt::format("pose correction reopened {:.1f} % {}", 100 * fell_open, OfWhat()));
   return true;
 }
 
-bool CaptureRecord::CapIsCovered(double share, const tracking::PoseSource& poses) {
-  if (!options_.map.cap || !map_ || measured_ || map_->CoveredShare() < share) return false;
-  measured_ = true;
+bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses) {
+  if (!options_.map.cap || !map_ || map_->CoveredShare() < share) return false;
   CorrectPoses(poses, false);
-  if (map_->CoveredShare() == 1) return true;
-  return MeasureCoverage(map_->views(), map_->subject(), *options_.map.cap, map_->options()).covered >= share;
+  if (!painted_anew_) PaintAnew();
+  return map_->CoveredShare() >= share;
 }
 
 ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
@@ -160,7 +176,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     return closed;
   }
   std::map<int, Rigid3> final_poses;
-  for (const HeldView& held : views_.views()) final_poses[held.id] = held.cam_from_world;
+  for (const RecordedViews::Entry& view : views_.views()) final_poses[view.id] = view.cam_from_world;
   for (const View& view : writer.Contents().views)
     if (const auto found = final_poses.find(view.id);
         found != final_poses.end() && Same(view.cam_from_world, found->second))
@@ -183,7 +199,7 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.coverage = map_;
   state.view_ids = views_.Ids();
   if (options_.map.cap) state.covered = map_ ? map_->CoveredShare() : 0;
-  state.reopened = reopened_.directions();
+  state.reopened = reopened_;
 }
 
 }  // namespace ulf::coverage

@@ -1,10 +1,11 @@
-// What a capture has recorded: the views, on their way to disk and there; the subject that they are of; and
-// what they cover. It says what it does that a person should know.
+// What a running capture has recorded: its views (waiting for the disk, or written), their subject, and the
+// coverage map. `say` gets a line for everything that a person should know.
 //
-// The map is shared with states that were given out, and whoever looks at one looks at a value: the map is
-// copied before it changes while somebody else holds it.
+// The coverage map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the
+// old one keeps it as it was.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -18,9 +19,8 @@
 #include "core/image/frame.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
-#include "coverage/bound/reopened.h"
 #include "coverage/session/capture_state.h"
-#include "coverage/session/record/held_views.h"
+#include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
 
@@ -29,9 +29,9 @@ namespace ulf::coverage {
 // How the light field was left.
 struct ClosedRecord {
   std::uint64_t recorded = 0;                              // views of this session that are in it
-  std::uint64_t unwritten = 0;                             // frames that were taken and are nowhere
-  std::map<std::filesystem::path, std::size_t> set_aside;  // that are elsewhere, by folder
-  std::string problem;                                     // what the disk said no to; empty: it is closed
+  std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
+  std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
+  std::string problem;                                     // why it could not be closed; empty: it is closed
 };
 
 class CaptureRecord {
@@ -42,42 +42,51 @@ class CaptureRecord {
     CoverageMapOptions map;
     std::size_t spool_views = 16;
     bool deterministic = false;
+    // A correction that moves no view by more than this, radians as seen from the subject, is not worth
+    // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
+    // Guessed.
+    double worth_painting_anew = 2e-4;
+    // A share of the cap that a correction reopens is told from here on; a smaller one the next view fills.
+    // Guessed.
+    double worth_telling = 0.005;
   };
-  // `writer` may hold views of an earlier session: they are taken over.
+  // Goes on with the views of an earlier session that `writer` holds.
   CaptureRecord(LightFieldWriter writer, const Options& options, std::function<void(const std::string&)> say);
 
   ViewSpool& spool() { return spool_; }
   const ViewSpool& spool() const { return spool_; }
-  const HeldViews& views() const { return views_; }
-  const CoverageMap* map() const { return map_.get(); }  // null without a subject
-  std::shared_ptr<const CoverageMap> SharedMap() const { return map_; }
+  const RecordedViews& views() const { return views_; }
+  const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
   const std::optional<Subject>& subject() const { return subject_; }
   // The subject of the earlier session; none before the first SetSubject.
   const std::optional<Subject>& ResumedSubject() const { return resumed_subject_; }
 
-  // What was recorded is painted anew.
+  // Paints the coverage map of this subject from the recorded views.
   void SetSubject(const Subject& subject);
-  // The view's id; none when there is no room for it. A photograph is always taken. `poses`, which the track
-  // is of, keep what the view shows.
+  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`, whose
+  // track this is, keeps which map points the view shows.
   std::optional<int> Add(const Frame& frame, const tracking::Track& track, std::optional<double> bound_px,
                          tracking::PoseSource& poses);
-  // How many there were to take back.
+  // Returns how many views were taken back.
   std::size_t TakeBack(const std::vector<int>& ids);
-  // What later adjustments say of the views' poses: painted, and journaled unless it is the last time. False
-  // when it has to be tried again: the disk is behind.
+  // Brings the views' poses up to date with the tracker's map: repaints the coverage map and, except for the
+  // `last` time before Close(), writes the journal. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last);
-  // The map says when it is worth measuring; the measure, on directions of its own, decides. A map without an
-  // open cell is as much as can be asked for: nothing could say where to go.
-  bool CapIsCovered(double share, const tracking::PoseSource& poses);
-  // Writes what waits, then what the poses are now, `points`, and what this session adds to the earlier ones'
-  // time and counts.
+  // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
+  // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
+  // decided.
+  bool IsCapCovered(double share, const tracking::PoseSource& poses);
+  // Writes the waiting views, the final poses, `points`, and the time and the counts of this session added to
+  // those of earlier ones.
   ClosedRecord Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
                      std::vector<ScenePoint> points);
   void Describe(CaptureState& state) const;
 
  private:
-  CoverageMap& MapToChange();
-  double Repaint();  // the share that fell open
+  void PaintAnew();
+  // Paints anew; the share of the cap (without one, of what was covered) that fell open.
+  double Repaint();
+  void DropCoveredAgain();
   std::string OfWhat() const { return options_.map.cap ? "of the cap" : "of what was covered"; }
 
   const Options options_;
@@ -86,11 +95,12 @@ class CaptureRecord {
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   std::optional<Subject> subject_, resumed_subject_;
-  HeldViews views_;
+  RecordedViews views_;
   ViewSpool spool_;
-  std::shared_ptr<CoverageMap> map_;
-  Reopened reopened_;
-  bool measured_ = false;  // the coverage, since a view was added
+  std::shared_ptr<const CoverageMap> map_;
+  // What was covered and is not any more, because poses were corrected or views taken back.
+  std::vector<Eigen::Vector3d> reopened_;
+  bool painted_anew_ = false;  // since the last view was added to the map
 };
 
 }  // namespace ulf::coverage

@@ -39,8 +39,8 @@ bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, c
   newest_id_ = record_.Add(kept, track, decision.bound_px, poses_);
   if (!newest_id_) return false;
   if (light_is_matched) light_.Keep(*newest_id_);
-  newest_view_ = std::make_shared<RecordedView>(
-      RecordedView{*newest_id_, std::move(kept), recorded_camera_, *track.cam_from_world});
+  newest_view_ = std::make_shared<RecordedFrame>(
+      RecordedFrame{*newest_id_, std::move(kept), recorded_camera_, *track.cam_from_world});
   return true;
 }
 
@@ -101,7 +101,7 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
                               .frame_period_s = frame_period_s,
                               .coverage_width_px = options_.coverage_width_px,
                               .exposure_settled = exposure_settled},
-                             record_.map(), options_.limits);
+                             record_.map().get(), options_.limits);
   ms_decide_.push_back(1000 * SecondsSince(start));
   if (stills_) stills_->Follow(frame, track);
   if (decision.reason == Reason::kRecorded) {
@@ -124,7 +124,7 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
 }
 
 void CaptureRecorder::TakeStill(const Frame& still) {
-  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map()) : StillVerdict{};
+  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map().get()) : StillVerdict{};
   if (verdict.decision.reason == Reason::kRecorded)
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else

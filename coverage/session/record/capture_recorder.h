@@ -1,6 +1,6 @@
-// Decides of every tracked frame whether it becomes a view, hands those that do to the record, and counts why
-// the others did not. With a still camera it asks for photographs instead; without a subject it records by
-// parallax (posed_photographs.h).
+// Decides for every tracked frame whether it becomes a view, records those that do, and counts the reasons of
+// the others. With a still camera it asks for photographs instead (still_capture.h); without a subject it
+// decides by parallax (posed_photographs.h).
 #pragma once
 
 #include <array>
@@ -13,8 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/capture_record.h"
-#include "coverage/session/record/exposure_match.h"
-#include "coverage/session/record/exposure_watch.h"
+#include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
 #include "tracking/sources/pose_source.h"
@@ -40,19 +39,19 @@ class CaptureRecorder {
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
-  // A photograph that came, asked for or not: recorded, or kept in unposed/.
+  // Records a photograph, requested or not, or keeps it in unposed/.
   void TakeStill(const Frame& still);
-  // The frame that waits to be compared with its neighbours, at the end.
+  // At the end: records the frame that waits to be compared with its neighbours.
   void RecordHeld();
 
-  // A frame that waits is recorded before a pause: it was wanted before.
+  // Before a pause, records the frame that waits to be compared with its neighbours.
   void SetRecording(bool on);
   bool IsRecording() const { return recording_; }
 
-  // The view that the last call recorded; none once it was forgotten.
+  // The view that was recorded since ForgetNewestId().
   std::optional<int> newest_id() const { return newest_id_; }
   void ForgetNewestId() { newest_id_.reset(); }
-  std::shared_ptr<const RecordedView> newest_view() const { return newest_view_; }  // null: none yet
+  std::shared_ptr<const RecordedFrame> newest_view() const { return newest_view_; }  // null: none yet
   const ReasonCounts& reasons() const { return reasons_; }
   StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
   const std::vector<double>& ms_decide() const { return ms_decide_; }
@@ -80,7 +79,7 @@ class CaptureRecorder {
   int tracked_in_a_row_ = 0;
   bool recording_ = true;
   std::optional<int> newest_id_;
-  std::shared_ptr<const RecordedView> newest_view_;
+  std::shared_ptr<const RecordedFrame> newest_view_;
   ReasonCounts reasons_{};
   std::vector<double> ms_decide_;
 };

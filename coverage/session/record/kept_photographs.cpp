@@ -12,6 +12,7 @@
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;
+namespace {
 
 fs::path FolderBeside(const fs::path& light_field) {
   // "name/" means the same as "name".
@@ -19,6 +20,7 @@ fs::path FolderBeside(const fs::path& light_field) {
   return named.string() + ".photographs";
 }
 
+// The camera's own files, or the pixels where it gave none, under the next free number: nothing is replaced.
 void KeepBeside(const fs::path& folder, const Frame& frame) {
   std::vector<ViewFile> files;
   for (const auto* file : {&frame.encoded, &frame.raw})
@@ -42,6 +44,27 @@ void KeepBeside(const fs::path& folder, const Frame& frame) {
   FileBatch batch;
   batch.Write(together);
   batch.Commit();
+}
+
+}  // namespace
+
+std::optional<fs::path> KeepAnywhere(LightFieldWriter* writer, const fs::path& light_field,
+                                     const Frame& frame, std::string& problem) {
+  try {
+    if (writer) {
+      writer->KeepUnposed(frame);
+      return light_field / "unposed";
+    }
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  try {
+    KeepBeside(FolderBeside(light_field), frame);
+    return FolderBeside(light_field);
+  } catch (const std::exception& error) {
+    problem = error.what();
+    return std::nullopt;
+  }
 }
 
 }  // namespace ulf::coverage

@@ -1,17 +1,20 @@
-// Photographs for which there is no light field, or none that can be written: they are kept beside it, in a
-// folder of its name with ".photographs" behind. Nothing that lies there is ever replaced.
+// Where photographs go when the light field does not exist yet or cannot be written: the folder
+// "NAME.photographs" beside the light field NAME. Existing files there are never replaced.
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "core/image/frame.h"
+#include "core/light_field/light_field_io.h"
 
 namespace ulf::coverage {
 
-std::filesystem::path FolderBeside(const std::filesystem::path& light_field);
-
-// Under the next free number: the camera's own files, or the pixels where it gave none. Throws DiskFullError,
-// Error.
-void KeepBeside(const std::filesystem::path& folder, const Frame& frame);
+// Keeps a frame in the light field's unposed/ through `writer` (null: there is none), or else beside it.
+// Returns the folder; none: neither could be written, and `problem` says why.
+std::optional<std::filesystem::path> KeepAnywhere(LightFieldWriter* writer,
+                                                  const std::filesystem::path& light_field,
+                                                  const Frame& frame, std::string& problem);
 
 }  // namespace ulf::coverage

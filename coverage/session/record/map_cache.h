@@ -1,6 +1,6 @@
-// Going on with a capture: the tracker's map again, from the file under the light field's cache/ that the
-// last session left, or from the recorded views with their poses. The file only makes it faster: one that is
-// missing, damaged, of another version, or of other views or poses is not used.
+// The tracker's map when a capture is resumed: from the file that the last session left under the light field's
+// cache/, or rebuilt from the recorded views with their poses. The file is a cache: one that is missing,
+// damaged, of another version, or of other views or poses is not used.
 #pragma once
 
 #include "core/light_field/light_field.h"

@@ -1,9 +1,9 @@
-// Which frames of a walk become photographs when there is no subject to go round: those that show what no
-// recorded view does, by parallax and overlap; of neighbouring ones the sharpest.
+// Decides which frames of a walk become photographs when there is no subject: those that no recorded view
+// shows already, judged by parallax and overlap; among neighbouring frames the sharpest.
 //
-// A recorded view stands for a frame while most of the points that the frame shows are in its picture, seen
-// from nearly the same direction. Every recorded view is asked, not only the last: who comes back to a place
-// records it once.
+// A recorded view shows the same as a frame while it contains most of the frame's tracked points, seen from
+// nearly the same direction. All recorded views are compared, not only the last: a place that is visited twice
+// is recorded once.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/image/frame.h"
 #include "coverage/bound/view_decision.h"
-#include "coverage/session/record/held_views.h"
+#include "coverage/session/record/recorded_views.h"
 #include "tracking/sources/pose_source.h"
 
 namespace ulf::coverage {
@@ -21,16 +21,19 @@ namespace ulf::coverage {
 struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
+  // Neighbours, of which the sharpest is recorded: frames within this share of the spacing of the first of
+  // them, and no more than so many, for a hand goes on. Guessed.
+  double neighbour_share = 0.4;
+  int most_neighbours = 6;
+  // Points of a frame: fewer tell nothing, more than the second are not looked at. Guessed.
+  std::size_t fewest_points = 12, most_points = 150;
 };
 
-// The median depth of what is tracked; none where too little is.
-std::optional<double> MedianDepth(const std::vector<tracking::VisiblePoint>& points);
+// Whether a view at `before_from_world` shows the same as the frame that shows `points` from `cam_from_world`.
+bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
+                   const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
 
-// Whether a view at `before_from_world` stands for the frame that shows `points` from `cam_from_world`.
-bool StandsFor(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
-               const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
-
-// A frame that may be recorded, held until its neighbours have been looked at.
+// A frame that may be recorded, held until its neighbours have been compared.
 struct HeldFrame {
   Frame frame;
   tracking::Track track;
@@ -44,21 +47,22 @@ class PosedPhotographs {
 
   struct Step {
     Decision decision;                // of this frame; kRecorded: it is the one that is held
-    std::optional<HeldFrame> record;  // a frame whose neighbours have all been seen
-    bool replaced = false;            // the one that was held is not as sharp: it will not be recorded
+    std::optional<HeldFrame> record;  // to be recorded: the sharpest of its neighbours
+    bool replaced = false;            // the frame that was held before is less sharp and is dropped
   };
-  // Of a frame that is not to be held: kRecorded where it would be wanted.
+  // Judges a frame without holding it: kRecorded where it would be recorded.
   Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-                 const HeldViews& views, const DecisionLimits& limits) const;
+                 const RecordedViews& views, const DecisionLimits& limits) const;
   Step After(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-             const HeldViews& views, const DecisionLimits& limits);
-  // What is held, at the end.
+             const RecordedViews& views, const DecisionLimits& limits);
+  // At the end: the frame that is still held.
   std::optional<HeldFrame> TakeHeld();
 
  private:
   Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& some_points,
-                 const HeldViews& views, const HeldFrame* besides, const DecisionLimits& limits) const;
-  bool IsANeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
+                 const RecordedViews& views, const HeldFrame* besides, const DecisionLimits& limits) const;
+  bool IsLocated(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
+  bool IsNeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
 
   const CameraModel camera_;
   const PhotographSpacing spacing_;

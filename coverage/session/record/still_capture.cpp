@@ -31,16 +31,14 @@ Rigid3 Between(const Rigid3& a, const Rigid3& b, double share) {
 }  // namespace
 
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
-                                       double distance) {
-  constexpr double kStepS = 0.002, kTellsApartS = 0.05;
-  constexpr double kPoseErrorRad = 0.002;  // of a photograph against live frames
+                                       double distance, const TrajectorySearch& search) {
   struct Sample {
     double time_s, angle;
   };
   std::vector<Sample> samples;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     const LivePose &a = trajectory[i - 1], &b = trajectory[i];
-    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / kStepS), 1, 1000);
+    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / search.step_s), 1, 1000);
     for (int k = i == 1 ? 0 : 1; k <= steps; ++k) {
       const double share = static_cast<double>(k) / steps;
       samples.push_back(
@@ -53,8 +51,8 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
                                         [](const Sample& a, const Sample& b) { return a.angle < b.angle; });
   if (nearest == samples.begin() || nearest + 1 == samples.end()) return std::nullopt;
   for (const Sample& sample : samples)
-    if (std::abs(sample.time_s - nearest->time_s) > kTellsApartS &&
-        sample.angle < nearest->angle + kPoseErrorRad)
+    if (std::abs(sample.time_s - nearest->time_s) > search.tells_apart_s &&
+        sample.angle < nearest->angle + search.pose_error)
       return std::nullopt;
   return nearest->time_s;
 }
@@ -72,19 +70,20 @@ void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   if (!track.cam_from_world) return;
   live_.push_back({live.device_time_s, *track.cam_from_world,
                    track.speed_px * camera_.width / std::max(1, live.image.width())});
-  while (live.device_time_s - live_.front().time_s > kRememberedS) live_.pop_front();
+  while (live.device_time_s - live_.front().time_s > options_.remembered_s) live_.pop_front();
   MeasureLags();
 }
 
 // Live view stops for a photograph: what it saw after it has to be waited for.
 void StillCapture::MeasureLags() {
-  constexpr double kLiveViewGoesOnS = 0.5, kLongestS = 5;
-  while (!unmeasured_.empty() && live_.back().time_s > unmeasured_.front().judged_s + kLiveViewGoesOnS) {
+  while (!unmeasured_.empty() &&
+         live_.back().time_s > unmeasured_.front().judged_s + options_.live_view_goes_on_s) {
     const Unmeasured still = unmeasured_.front();
     unmeasured_.pop_front();
     std::vector<LivePose> since;
     for (const LivePose& pose : live_)
-      if (pose.time_s > still.requested_s - kLiveViewGoesOnS && pose.time_s < still.requested_s + kLongestS)
+      if (pose.time_s > still.requested_s - options_.live_view_goes_on_s &&
+          pose.time_s < still.requested_s + options_.longest_lag_s)
         since.push_back(pose);
     const auto taken_s = TimeOnTrajectory(since, still.cam_from_world, still.distance);
     if (!taken_s) continue;
@@ -111,18 +110,16 @@ std::optional<Rigid3> StillCapture::LivePoseAt(double time_s) const {
   return nearest ? std::optional(nearest->cam_from_world) : std::nullopt;
 }
 
-// Over several frames: live view's times are those of its arrival, which comes in fits.
 double StillCapture::SpeedPxPerS() const {
-  constexpr std::size_t kFrames = 8;
   if (live_.size() < 2) return 0;
-  const std::size_t first = live_.size() - std::min(live_.size(), kFrames);
+  const std::size_t first = live_.size() - std::min(live_.size(), options_.speed_frames);
   double moved_px = 0;
   for (std::size_t i = first + 1; i < live_.size(); ++i) moved_px += live_[i].speed_px;
   const double seconds = live_.back().time_s - live_[first].time_s;
   return seconds > 0 ? moved_px / seconds : 0;
 }
 
-bool StillCapture::HasTheSize(const Frame& still) {
+bool StillCapture::HasExpectedSize(const Frame& still) {
   if (still.image.width() == camera_.width && still.image.height() == camera_.height) return true;
   if (!said_size_)
     spdlog::warn(
@@ -136,7 +133,7 @@ bool StillCapture::HasTheSize(const Frame& still) {
 StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
   ++counts_.arrived;
   StillVerdict verdict;
-  if (still.status == FrameStatus::kComplete && HasTheSize(still))
+  if (still.status == FrameStatus::kComplete && HasExpectedSize(still))
     verdict.track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
   if (!verdict.track) {
     ++counts_.without_pose;

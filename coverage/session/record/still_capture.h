@@ -1,17 +1,16 @@
-// Photographs taken beside live view: live frames are tracked and never recorded; where coverage wants a
-// view, a photograph is asked for, one at a time; when it has come it is judged by itself.
+// Photographs of a tethered camera: live frames are tracked and never recorded; where coverage needs a view,
+// the capture requests a photograph, one at a time, and judges it when it arrives.
 //
-// Between the request and the shutter the hand moves on. So the photograph's own pose is solved against the
-// map, with the intrinsics that photographs have, and everything that was asked of the live frame is asked
-// again of the photograph: does it see the subject whole, does it show anything that no recorded view shows,
-// is it exposed and still enough. What passes is recorded. What does not, and what finds no pose, is kept in
-// unposed/: a photograph is never thrown away. That holds for those that were released on the body, too.
+// Between the request and the shutter the hand moves on. So the photograph gets a pose of its own against the
+// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it show
+// the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If so it
+// is recorded. Every other photograph, also one that was released on the camera's body, is kept in unposed/.
 //
-// The shutter's lag, from the request to the exposure, no protocol tells. It is measured: the place on the
-// live trajectory that is nearest to the photograph's own pose says when it was taken, on the clock of the
-// live frames (live view's own delay is part of it, as it is of every later search). Counted are photographs
-// that were asked for while the hand moved enough to tell times apart; the median is where later ones are
-// looked for, unless the device was told a lag.
+// No protocol reports the shutter's lag, from the request to the exposure. It is measured: the place on the
+// live trajectory that is nearest to the photograph's own pose tells when it was taken, on the clock of the
+// live frames (which includes live view's own delay). Photographs that were requested while the hand stood
+// still tell nothing; the median of the others predicts where to look for later ones, unless the device was
+// given a lag.
 #pragma once
 
 #include <cstdint>
@@ -45,11 +44,16 @@ struct LivePose {
   double speed_px = 0;  // since the frame before, in photograph pixels
 };
 
-// When the trajectory passed `cam_from_world`, between its poses: by the angle that the subject would have
-// moved in the image, the subject being `distance` away. None where the hand stood still or came by twice, so
-// that the pose tells no time to within 50 ms, or where it lies before or behind all poses.
+// When the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by the angle
+// that a subject `distance` away would have moved in the image. None where the pose fits two times that are
+// more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after all poses.
+struct TrajectorySearch {
+  double step_s = 0.002;        // between the places that are looked at
+  double tells_apart_s = 0.05;  // a place this far from the nearest in time must be farther off by more than
+  double pose_error = 0.002;    // radians: a photograph's pose against live frames', guessed
+};
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
-                                       double distance);
+                                       double distance, const TrajectorySearch& search = {});
 
 struct StillVerdict {
   Decision decision;                     // kRecorded: to be recorded; anything else: to be kept in unposed/
@@ -58,6 +62,14 @@ struct StillVerdict {
 
 class StillCapture {
  public:
+  // Guessed.
+  struct Options {
+    double remembered_s = 20;          // of live poses: photographs may be long in coming
+    double live_view_goes_on_s = 0.5;  // after a photograph: its lag is measured then
+    double longest_lag_s = 5;          // no shutter takes longer
+    std::size_t speed_frames = 8;  // over which the hand's speed is measured: live view's times are those of
+                                   // its arrival, which comes in fits
+  };
   // `camera`: of photographs.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
                const DecisionLimits& limits, int coverage_width_px);
@@ -65,9 +77,9 @@ class StillCapture {
   const CameraModel& camera() const { return camera_; }
   const StillCounts& counts() const { return counts_; }
 
-  // What the hand does: a photograph is looked for where the live view was last.
+  // Every live frame: the trajectory on which photographs are looked for.
   void Follow(const Frame& live, const tracking::Track& track);
-  // A photograph is wanted from here. Nothing happens while one is on its way.
+  // Requests a photograph; ignored while one is on its way.
   void Ask();
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
 
@@ -82,14 +94,14 @@ class StillCapture {
   void MeasureLags();
   std::optional<Rigid3> LivePoseAt(double time_s) const;
   double SpeedPxPerS() const;
-  bool HasTheSize(const Frame& still);
+  bool HasExpectedSize(const Frame& still);
 
   acquisition::Device& device_;
   const CameraModel camera_;
   const tracking::PoseSource& poses_;
   const DecisionLimits limits_;
   const int coverage_width_px_;
-  static constexpr double kRememberedS = 20;  // of live poses: photographs may be long in coming
+  const Options options_{};
   std::deque<LivePose> live_;
   std::deque<Unmeasured> unmeasured_;
   std::vector<double> lags_s_;
@@ -102,8 +114,8 @@ class StillCapture {
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args);
 
-// A photograph as another camera at the same place would have taken it; what it does not show repeats its
-// edge. To build a map of live view's from photographs.
+// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows, its
+// edge is repeated. For building live view's map from photographs.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
 }  // namespace ulf::coverage

@@ -49,9 +49,7 @@ double Megabytes(std::uint64_t bytes) { return 1e-6 * static_cast<double>(bytes)
 
 ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded)
     : writer_(std::move(writer)), root_(writer_.Contents().root), capacity_(capacity), threaded_(threaded) {
-  for (const View& view : writer_.Contents().views) journaled_[view.id] = view.cam_from_world;
-  views_on_disk_ = journaled_.size();
-  next_id_ = writer_.NextViewId();
+  views_on_disk_ = writer_.Contents().views.size();
   if (!threaded_) return;
   threads_.emplace_back([this] { Loop(); });
   for (std::size_t i = 0; i < Processors(); ++i) {
@@ -115,26 +113,19 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
   const std::vector<View> views = writer_.AddViews(added);
   views_on_disk_ += views.size();
   const MutexLock lock(mutex_);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    journaled_[views[i].id] = views[i].cam_from_world;
+  for (std::size_t i = 0; i < views.size(); ++i)
     if (!added[i].files.image) pictures_.push_back(views[i]);
-  }
 }
 
 // After a failure: false when a frame found no place at all.
 bool ViewSpool::Rescue(const Task& task) {
   if (!task.IsFrame()) return true;
   const Frame& frame = task.view ? task.view->view.frame : *task.unposed;
-  std::string problem;
-  std::filesystem::path folder = root_ / "unposed";
-  if (Try([&] { writer_.KeepUnposed(frame); }, problem) != Outcome::kWritten) {
-    folder = FolderBeside(root_);
-    if (Try([&] { KeepBeside(folder, frame); }, problem) != Outcome::kWritten) return false;
-  } else if (task.unposed) {
-    return true;  // where it was to go
-  }
+  std::string problem;  // the first one is the failure that is reported
+  const auto folder = KeepAnywhere(&writer_, root_, frame, problem);
+  if (!folder || (task.unposed && *folder == root_ / "unposed")) return folder.has_value();
   const MutexLock lock(mutex_);
-  ++set_aside_[folder];
+  ++set_aside_[*folder];
   return true;
 }
 
@@ -148,7 +139,7 @@ void ViewSpool::Done(bool written) {
 }
 
 // Tasks at the front that can be written in one go; 0: the first is still being encoded.
-std::size_t ViewSpool::NextTogether(std::size_t most_views) const {
+std::size_t ViewSpool::BatchSize(std::size_t most_views) const {
   if (!tasks_.empty() && !tasks_.front().view) return 1;
   std::size_t count = 0;
   while (count < tasks_.size() && count < most_views && tasks_[count].view &&
@@ -162,10 +153,10 @@ void ViewSpool::Loop() {
   MutexLock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
     changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
-      return (finishing_ && tasks_.empty()) || NextTogether(most) > 0;
+      return (finishing_ && tasks_.empty()) || BatchSize(most) > 0;
     });
     if (tasks_.empty()) break;
-    std::size_t count = NextTogether(most);
+    std::size_t count = BatchSize(most);
     if (!failure_) {
       const std::vector<Task> tasks(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(count));
       lock.unlock();
@@ -267,7 +258,7 @@ std::size_t ViewSpool::PicturesWaiting() const {
 }
 
 // What did not fit before comes first. False: the last task had no room and was not taken.
-bool ViewSpool::WriteHere(bool only_if_room) {
+bool ViewSpool::WriteInCaller(bool only_if_room) {
   MutexLock lock(mutex_);
   while (!tasks_.empty()) {
     const Task task = tasks_.front();
@@ -302,10 +293,11 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
       behind_ = true;
       if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
     }
+    if (task.view) task.view->view.view.id = writer_.ReserveViewId();
     views_waiting_ += task.IsFrame();
     tasks_.push_back(std::move(task));
   }
-  if (!threaded_) return WriteHere(only_if_room);
+  if (!threaded_) return WriteInCaller(only_if_room);
   changed_.notify_all();
   return true;
 }
@@ -338,16 +330,15 @@ ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
 }
 
 std::optional<int> ViewSpool::TryAddView(const Frame& frame, const View& view) {
-  Task adding = Adding(frame, view);
-  if (Pause() || !Submit(std::move(adding), true)) return std::nullopt;
-  return next_id_++;
+  const Task adding = Adding(frame, view);
+  if (Pause() || !Submit(adding, true)) return std::nullopt;
+  return adding.view->view.view.id;
 }
 
-// Views are written in the order in which they are added, and none is left out before one that is written:
-// the id is known before the writer gives it.
 int ViewSpool::AddView(const Frame& frame, const View& view) {
-  Submit(Adding(frame, view), false);
-  return next_id_++;
+  const Task adding = Adding(frame, view);
+  Submit(adding, false);
+  return adding.view->view.view.id;
 }
 
 void ViewSpool::KeepUnposed(const Frame& frame) { Submit({{}, nullptr, frame}, false); }
@@ -367,7 +358,6 @@ void ViewSpool::Remove(int id) {
     std::erase_if(pictures_, [id](const View& view) { return view.id == id; });
   }
   writer_.RemoveView(id);
-  journaled_.erase(id);
   --views_on_disk_;
 }
 
@@ -379,11 +369,11 @@ bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
 
 void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world) {
   std::map<int, Rigid3> changed;
-  for (const auto& [id, pose] : cam_from_world)
-    if (const auto known = journaled_.find(id); known != journaled_.end() && Differ(pose, known->second))
-      changed[id] = pose;
+  for (const View& on_disk : writer_.Contents().views)
+    if (const auto now = cam_from_world.find(on_disk.id);
+        now != cam_from_world.end() && Differ(now->second, on_disk.cam_from_world))
+      changed.insert(*now);
   writer_.UpdatePoses(changed);
-  for (const auto& [id, pose] : changed) journaled_[id] = pose;
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {
@@ -417,14 +407,15 @@ LightFieldWriter ViewSpool::Finish() {
   changed_.notify_all();
   for (std::thread& thread : threads_)
     if (thread.joinable()) thread.join();
-  if (!threaded_) WriteHere(false);
+  if (!threaded_) WriteInCaller(false);
   const MutexLock lock(mutex_);
   if (pictures_not_made_ > 0)
     spdlog::warn(
-        "{} of images/ could not be made now: made from masters/ when the light field is next opened",
+        "{} of images/ could not be made now and will be made from masters/ when the light field is next "
+        "opened",
         Counted(pictures_not_made_, "photograph"));
   if (!failure_ && !pictures_.empty())
-    spdlog::warn("{} of images/ had no room: made from masters/ when there is",
+    spdlog::warn("{} of images/ had no room and will be made from masters/ when there is some",
                  Counted(pictures_.size(), "photograph"));
   return std::move(writer_);
 }

@@ -1,22 +1,19 @@
-// Recorded views on their way to disk: a bounded spool, threads that encode, and one that writes.
+// Recorded views on their way to disk: a bounded queue, threads that encode, and one thread that writes.
 //
-// What was taken is written, whatever the disk does, in the order in which it was taken. While it is behind
-// (the spool is full) or full (no room for what waits and for closing), nothing more is taken, and Pause()
-// says why; what the disk refused is tried again until there is room. Room is looked at before a view is
-// taken, so that all that was taken normally fits. Anything else that the disk says no to (permissions, a
-// folder that is gone) is a Failure(): no view is recorded after it, and what was taken all the same is set
-// aside, in unposed/ or else beside the light field. What finds no place there either is counted:
-// Unwritten().
+// The spool writes every accepted view, in the order of acceptance. It accepts no more while the disk is slow
+// (the queue is full) or full (no room for the waiting views and for closing); Pause() says which. A write
+// that fails for lack of room is tried again until there is room. The spool looks for room before it accepts a
+// view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
+// Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside the
+// light field. It counts those that fit in neither place: Unwritten().
 //
-// Views that wait together go to the disk together (LightFieldWriter::AddViews). A view with a master is
-// recorded when the master and its journal line are on disk: that is as fast as the disk. Its photograph in
-// images/ takes the processor ten times as long and follows, made from the master by threads that give way to
-// everything else; Finish() waits for them. One that cannot be made is told and holds nothing up: like those
-// that a kill leaves out, it is made by the next to open the light field.
+// Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is recorded
+// when its master and its journal line are on disk. Making its photograph in images/ takes ten times as long:
+// low-priority threads make it from the master, and Finish() waits for them. A photograph that cannot be made
+// is reported and blocks nothing: the next program that opens the light field for writing makes it.
 //
-// A killed process loses the views that had not reached the disk: those being written together, eight at
-// most, and those that wait behind them, which are few while the disk keeps up and never more than the
-// capacity but for photographs.
+// A killed process loses the views that were not on disk: up to eight that were being written, and those that
+// waited behind them, at most as many as the capacity (photographs of a tethered camera come on top).
 #pragma once
 
 #include <algorithm>
@@ -40,54 +37,55 @@
 
 namespace ulf::coverage {
 
-// Why no view is taken at the moment.
+// Why the spool accepts no view at the moment.
 struct SpoolPause {
-  bool disk_is_full = false;  // else it is slow: views wait to be written
+  bool disk_is_full = false;  // false: the disk is slow
   std::string words;          // for people
 };
 
 class ViewSpool {
  public:
-  // Without threads every write happens inside the call, photographs included.
+  // Without threads every write happens inside the call, including photographs in images/.
   ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded);
   ~ViewSpool();
   ViewSpool(const ViewSpool&) = delete;
   ViewSpool& operator=(const ViewSpool&) = delete;
 
-  // The id that the view will have on disk; none when there is no room.
+  // The id that the writer has reserved for the view; none when there is no room.
   std::optional<int> TryAddView(const Frame& frame, const View& view);
-  // Taken although there is no room, to be written when there is: photographs come seldom and are never given
-  // up. Before one is asked for, Pause() is.
+  // Accepts the view although there is no room, and writes it when there is: for photographs, which come
+  // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame);
-  // A view that was added shows so many points: room is kept for what the files say of them in the end.
+  // An added view shows so many points: keeps room for them in the files that closing writes.
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
   }
-  // A view that was added, on disk or still waiting: it is written first, so that its photograph is never
-  // lost, and then moves to unposed/.
+  // Takes an added view out of the light field, whether it is on disk or waiting. It is written first, so that
+  // its photograph is not lost, and then moves to unposed/.
   void RemoveView(int id);
-  // Poses by view id, as many as have changed or more. False when there is no room: try again later.
+  // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue is
+  // full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);
 
-  // None: views are taken.
+  // None: the spool accepts views.
   std::optional<SpoolPause> Pause();
-  // What the disk said no to for good, if it did.
+  // The error that ended recording, if there was one.
   std::optional<std::string> Failure() const;
-  // Not yet recorded.
+  // Accepted and not yet recorded.
   std::size_t ViewsWaiting() const;
-  // Photographs that are to follow their masters.
+  // Photographs in images/ that are still to be made from their masters.
   std::size_t PicturesWaiting() const;
-  // Writes what is left, without waiting for room, and hands the writer back. Failure() then says what did
-  // not fit; a photograph that did not is made when the light field is next opened.
+  // Writes the rest without waiting for room, and returns the writer. Failure() then says why something did
+  // not fit; a missing photograph in images/ is made when the light field is next opened for writing.
   LightFieldWriter Finish();
-  // What a view of this frame takes on disk, at most.
+  // Upper bound of what a view of this frame takes on disk.
   static std::uint64_t MostBytes(const Frame& frame);
-  // After Finish(). Frames that were taken and are nowhere on disk.
+  // After Finish(): accepted frames that are nowhere on disk.
   std::size_t Unwritten() const;
-  // The same. Frames that were to be recorded, or kept in unposed/, and are elsewhere, by folder.
+  // After Finish(): accepted frames that were written to other folders, by folder.
   std::map<std::filesystem::path, std::size_t> SetAside() const;
 
  private:
@@ -106,7 +104,7 @@ class ViewSpool {
   enum class Outcome { kWritten, kNoRoom, kFailed };
   Task Adding(const Frame& frame, const View& view);
   bool Submit(Task task, bool only_if_room);
-  bool WriteHere(bool only_if_room);
+  bool WriteInCaller(bool only_if_room);
   Outcome Write(std::span<const Task> tasks);
   void WriteViews(std::span<const Task> tasks);
   Outcome Try(const std::function<void()>& write, std::string& problem);
@@ -117,15 +115,13 @@ class ViewSpool {
   void Loop();
   void EncodeLoop();
   void PictureLoop();
-  std::size_t NextTogether(std::size_t most_views) const ULF_REQUIRES(mutex_);
+  std::size_t BatchSize(std::size_t most_views) const ULF_REQUIRES(mutex_);
   std::uint64_t NeededBytes(std::uint64_t views) const ULF_REQUIRES(mutex_);
 
   LightFieldWriter writer_;
   const std::filesystem::path root_;
   const std::size_t capacity_;
   const bool threaded_;
-  int next_id_ = 0;                  // of views that are added; the adding thread's
-  std::map<int, Rigid3> journaled_;  // poses by id, as the journal has them; the writing thread's
   std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};
   std::atomic<std::uint64_t> most_seen_points_{0};
 

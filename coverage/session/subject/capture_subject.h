@@ -1,10 +1,11 @@
-// The subject of a running capture: found by itself, placed as a person asks, and watched for whether it was
-// moved. What is recorded of it is the record's; what it says is what a person should know.
+// The subject of a running capture: finds it automatically, places it on request, and detects when it was
+// moved. `say` gets a line for everything that a person should know.
 #pragma once
 
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/geometry/camera_model.h"
 #include "coverage/session/capture_outlook.h"
@@ -14,6 +15,20 @@
 #include "tracking/sources/pose_source.h"
 
 namespace ulf::coverage {
+
+// Where the subject is, when nobody says it: the mean depth of the tracked points within `reach` (a share of
+// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance with
+// the average depth of feature points".) The nearest and farthest quarter of the points may belong to what
+// stands before or behind the subject and do not count. None with fewer than `fewest` points.
+struct MiddleDepthOptions {
+  double reach = 0.25;     // guessed; more takes in what stands beside the subject
+  std::size_t fewest = 8;  // guessed; fewer are met by chance
+};
+std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
+                                      const CameraModel& camera, const MiddleDepthOptions& options = {});
+
+// What is wrong with a subject for a camera that stands there, with the way out; empty: nothing.
+std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
 
 class CaptureSubject {
  public:
@@ -35,14 +50,14 @@ class CaptureSubject {
   void Set(const Subject& subject);
   // After every tracked frame, until there is one.
   void FindFirst(const tracking::Track& track);
-  // As asked, with the camera where it was last seen; says why not where it cannot be.
+  // On request, with the camera at its last known pose. Reports why when the request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const tracking::Track& track, double time_s);
   bool Moved() const { return moved_; }
-  // What is in the middle of the picture can be told; not long enough yet.
+  // A depth was found in the middle of the picture, but tracking is not stable for long enough yet.
   bool Finding() const { return finding_; }
-  bool FoundByItself() const { return found_; }
+  bool IsFoundAutomatically() const { return found_; }
 
  private:
   void Move(const Subject& subject);

@@ -1,10 +1,9 @@
-// Notices that the subject itself was moved: the map's points on it are no longer found where the camera's
-// pose, which the rest of the map holds, says that they are, and stay so. Something that comes to stand
-// before the subject looks the same; it is over when the points are found again.
+// Detects that the subject itself was moved: the map points on it are no longer found where the camera's pose,
+// which rests on the other points, predicts them. An object in front of the subject looks the same until the
+// points are found again.
 //
-// A point counts for as often as it was found before when it was looked for (its record), so that surfaces
-// that are hard to see, and points that were always doubtful, blame nobody. Points inside the subject's
-// sphere are set against all others.
+// Each point is weighted by its find rate, so that points which were always hard to find do not count as
+// missing. Points inside the subject's sphere are compared with all others.
 #pragma once
 
 #include <deque>
@@ -18,9 +17,27 @@ namespace ulf::coverage {
 
 class SubjectWatch {
  public:
+  // Tried with a simulated subject that is moved and with hands before one that is not
+  // (tests/coverage/session/capture_checks_test); otherwise guessed.
+  struct Options {
+    double over_s = 0.3;  // frames that are taken together
+    // Of what their record promises, the subject's points against the others: below the first they are gone,
+    // above the second there again.
+    double gone_share = 0.45, there_share = 0.8;
+    double stays_gone_s = 0.5;  // so long they have to be gone: a hand passes before the subject
+    // Frames that a point has to be known for, and since before they were gone: what a subject that has moved
+    // shows soon becomes points of its own, which would speak for it.
+    int known_for_frames = 20;
+    double fewest_per_frame = 8;  // points that should have been found; fewer say nothing
+    std::size_t fewest_frames = 3;
+    double rest_share = 0.5;  // where less of the rest is found it is the tracker that is in trouble
+  };
+  SubjectWatch() = default;
+  explicit SubjectWatch(const Options& options) : options_(options) {}
+
   // After every tracked frame.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
-  void Forget();
+  void Reset();
 
  private:
   struct Tally {
@@ -31,6 +48,7 @@ class SubjectWatch {
   // On the subject against off it; none where too little is expected to tell.
   std::optional<double> ShareFound() const;
 
+  Options options_;
   std::deque<Tally> frames_;
   std::optional<double> gone_since_s_;
   int frames_gone_ = 0;  // since then

@@ -1,3 +1,5 @@
+// Tests: commands/capture/capture_command, commands/capture/crash_handler.
+//
 // Whole captures, killed, interrupted or broken as processes: what was recorded is there, and the capture
 // goes on.
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests: commands/capture/capture_report.
+//
 // What the operator reads at the end of a capture.
 #include "commands/capture/capture_report.h"
 #include "tests/support/floors.h"

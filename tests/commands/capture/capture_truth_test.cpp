@@ -1,3 +1,5 @@
+// Tests: commands/capture/pose_errors.
+//
 // What `ulf capture --truth` says of the tracker: true poses give a small error, wrong ones the error they
 // have.
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests: commands/capture/capture_command.
+//
 // A minute of random packets, seeded, against both ports of a running pair: `ulf simulate` and `ulf capture
 // aravis:`, each a process of its own, in a network of this test's own. Both must come to their ordinary end.
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+// Tests: coverage/simulated_operator/simulated_operator, commands/capture/capture_command.
+//
 // A simulated person holds the simulated camera of `ulf capture`: the whole way from pictures to coverage.
 // Every day with small pictures and poses as the simulator knows them; in the long tests at full size,
 // tracked.

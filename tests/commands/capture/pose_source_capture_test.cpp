@@ -1,3 +1,5 @@
+// Tests: coverage/operator/marker_mouse, commands/capture/capture_command.
+//
 // Captures with poses from markers and from outside, and a look round the result with a marker as a mouse.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>

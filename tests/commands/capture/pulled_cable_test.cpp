@@ -1,3 +1,5 @@
+// Tests: commands/capture/capture_command.
+//
 // The whole program against a camera whose cable is pulled and put back: the capture goes on.
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,3 +1,5 @@
+// Tests: commands/capture/capture_command.
+//
 // A session that was captured can be run again, and comes to the same.
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <random>
 #include <sstream>
 
@@ -285,6 +286,33 @@ void AddAll(LightFieldWriter& writer, const std::vector<Frame>& frames, MakePict
 
 std::size_t FilesIn(const fs::path& folder) {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+// A number is a view's before it is on disk, and nobody else's where it never gets there.
+TEST(LightFieldOnDisk, AViewHasTheNumberThatWasReservedForIt) {
+  ScratchFolder scratch;
+  auto writer = std::make_optional(LightFieldWriter::Create(scratch / "lf", Header()));
+  const int never_written = writer->ReserveViewId(), written = writer->ReserveViewId();
+  EXPECT_EQ(never_written, 1);
+  LightFieldWriter::NewView added{NoiseFrame(0), ViewNumber(0),
+                                  writer->Files(NoiseFrame(0), MakePictures::kNow)};
+  added.view.id = written;
+  EXPECT_EQ(writer->AddViews({&added, 1}).front().image_path, "images/000002.png");
+  EXPECT_EQ(writer->AddView(NoiseFrame(1), ViewNumber(1)).id, 3);
+  for (const int taken : {never_written, written, 3}) {
+    added.view.id = taken;
+    EXPECT_THAT(
+        [&] {
+          writer->AddViews({&added, 1});
+        },
+        ThrowsMessage<Error>(HasSubstr("cannot follow view 3")));
+  }
+  added.view.id = writer->NextViewId();
+  EXPECT_THAT([&] { writer->AddViews({&added, 1}); }, ThrowsMessage<Error>(HasSubstr("was not reserved")));
+  EXPECT_EQ(FilesIn(scratch / "lf/images"), 2u);
+  writer->Close(1);
+  writer.reset();
+  EXPECT_EQ(LightFieldWriter::Resume(scratch / "lf").NextViewId(), 4);
 }
 
 TEST(LightFieldOnDisk, SeveralViewsAtOnceAreTheSameAsOneByOne) {

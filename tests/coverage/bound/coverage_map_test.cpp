@@ -1,3 +1,4 @@
+// Tests: coverage/bound/coverage_map, coverage/bound/capture_prediction.
 #include "coverage/bound/coverage_map.h"
 
 #include <gmock/gmock.h>
@@ -171,54 +172,47 @@ std::vector<CriterionView> RandomViews(int count, unsigned seed) {
 
 TEST(CoverageMap, PaintingViewByViewIsPaintingAllAtOnce) {
   const CoverageMapOptions options{.cap = Cap::ParseDegrees("60x40"), .up_in_world = kUp, .threshold_px = 12};
-  CoverageMap by_view(kSubject, options), at_once(kSubject, options);
   const std::vector<CriterionView> views = RandomViews(300, 5);
+  CoverageMap by_view(kSubject, options);
+  const CoverageMap at_once(kSubject, options, views);
   for (const CriterionView& view : views) by_view.Add(view);
-  at_once.SetViews(views);
   // The reference distance may lag by a hundredth.
   EXPECT_NEAR(by_view.reference_distance() / at_once.reference_distance(), 1, 0.0101);
   EXPECT_NEAR(by_view.CoveredShare(), at_once.CoveredShare(), 0.01);
 }
 
-TEST(CoverageMap, AgreesWithTheIndependentMeasure) {
+// The definition: directions drawn evenly over the cap, each judged against every view.
+TEST(CoverageMap, TheCoveredShareFollowsItsDefinition) {
   const Cap cap = Cap::ParseDegrees("60x40");
   for (const double threshold_px : {7.0, 12.0})
     for (const int count : {40, 400}) {
-      const CoverageMapOptions options{.cap = cap, .up_in_world = kUp, .threshold_px = threshold_px};
       const std::vector<CriterionView> views = RandomViews(count, 6);
-      CoverageMap map(kSubject, options);
-      map.SetViews(views);
-      const CoverageMeasure measure = MeasureCoverage(views, kSubject, cap, options);
-      EXPECT_GT(measure.covered, 0.005);
-      EXPECT_NEAR(map.CoveredShare(), measure.covered, 0.006) << threshold_px << ", " << count << " views";
+      const CoverageMap map(kSubject, {.cap = cap, .up_in_world = kUp, .threshold_px = threshold_px}, views);
+      std::mt19937 random(3);
+      std::uniform_real_distribution<double> azimuth_deg(-30, 30),
+          sine(-std::sin(Radians(20)), std::sin(Radians(20)));
+      int covered = 0;
+      constexpr int kSamples = 10'000;
+      for (int i = 0; i < kSamples; ++i) {
+        const CriterionView candidate =
+            ViewAt(azimuth_deg(random), std::asin(sine(random)) * 180 / M_PI, map.reference_distance());
+        covered += std::any_of(views.begin(), views.end(), [&](const CriterionView& view) {
+          return BoundPx(view, candidate, kSubject) <= threshold_px;
+        });
+      }
+      const double share = covered / double{kSamples};
+      const double three_sigma = 3 * std::sqrt(share * (1 - share) / kSamples);
+      EXPECT_GT(share, 0.005);
+      EXPECT_NEAR(map.CoveredShare(), share, 0.002 + three_sigma)
+          << threshold_px << ", " << count << " views";
     }
-}
-
-TEST(CoverageMap, MeasureFollowsItsDefinition) {
-  // Directions drawn at random, each judged against every view.
-  const CoverageMapOptions options{.cap = Cap::ParseDegrees("30x20"), .up_in_world = kUp, .threshold_px = 12};
-  const std::vector<CriterionView> views = RandomViews(150, 8);
-  const CoverageMeasure measure = MeasureCoverage(views, kSubject, *options.cap, options);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> azimuth(-15, 15),
-      sine(-std::sin(Radians(10)), std::sin(Radians(10)));
-  int covered = 0;
-  constexpr int kSamples = 4000;
-  for (int i = 0; i < kSamples; ++i) {
-    const CriterionView candidate =
-        ViewAt(azimuth(random), std::asin(sine(random)) * 180 / M_PI, measure.reference_distance);
-    bool any = false;
-    for (const CriterionView& view : views) any |= BoundPx(view, candidate, kSubject) <= 12;
-    covered += any;
-  }
-  EXPECT_NEAR(measure.covered, covered / double{kSamples}, 0.025);
 }
 
 // Holes and what is painted make up the cap, also across the back and at the poles.
 TEST(CoverageMap, HolesAreWhatIsOpen) {
   for (const char* cap : {"60x40", "360x180"}) {
-    CoverageMap map(kSubject, {.cap = Cap::ParseDegrees(cap), .up_in_world = kUp, .threshold_px = 12});
-    map.SetViews(RandomViews(120, 5));
+    const CoverageMap map(kSubject, {.cap = Cap::ParseDegrees(cap), .up_in_world = kUp, .threshold_px = 12},
+                          RandomViews(120, 5));
     double open_sr = 0;
     for (const CoverageHole& hole : map.Holes()) {
       open_sr += hole.solid_angle_sr;
@@ -233,18 +227,17 @@ TEST(CoverageMap, HolesAreWhatIsOpen) {
 
 TEST(CoverageMap, NothingRecordedNothingCovered) {
   const Cap cap = Cap::ParseDegrees("60x40");
-  EXPECT_EQ(MeasureCoverage(std::vector<CriterionView>{}, kSubject, cap, {}).covered, 0);
   const CoverageMap map(kSubject, {.cap = cap});
   EXPECT_EQ(map.CoveredShare(), 0);
   EXPECT_FALSE(map.At(Vector3d::UnitX()));
   EXPECT_FALSE(map.Covers(ViewAt(0, 0, 1.5)));
 }
 
-TEST(RecordedViews, BestIsTheSmallestBoundOfAll) {
+TEST(SubjectViews, BestIsTheSmallestBoundOfAll) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> azimuth(-40, 40), elevation(-30, 30), distance(1.2, 1.9),
       turn(-8, 8);
-  RecordedViews recorded(kSubject);
+  SubjectViews recorded(kSubject);
   for (const CriterionView& view : RandomViews(200, 10)) recorded.Add(view);
   for (int i = 0; i < 300; ++i) {
     CriterionView candidate = ViewAt(azimuth(random), elevation(random), distance(random));

@@ -1,3 +1,5 @@
+// Tests: coverage/bound/criterion, coverage/bound/epipolar_plane.
+//
 // The bound against brute force and against the numbers of its derivation: 4A to 4G, 5 and 6 are the sections
 // of the derivation in docs/coverage_bound.md.
 #include "coverage/bound/criterion.h"
@@ -10,11 +12,21 @@
 #include <cmath>
 #include <random>
 
+#include "coverage/bound/epipolar_plane.h"
 #include "tests/support/bound_oracle.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
 namespace {
+
+// The error at one pixel of `recorded`; 0 is the thesis's central one.
+double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
+                      double pixel_px) {
+  const EpipolarPlane plane(recorded, candidate, subject, AcrossAxis(recorded, candidate, subject), 0);
+  if (!plane.usable() || pixel_px < plane.lowest_pixel() || pixel_px > plane.highest_pixel())
+    return std::numeric_limits<double>::infinity();
+  return plane.ErrorAt(pixel_px);
+}
 
 using Eigen::Vector3d;
 using ::testing::DoubleNear;

@@ -1,3 +1,5 @@
+// Tests: coverage/bound/guidance.
+//
 // What guidance promises, on coverage maps made by hand.
 #include "coverage/bound/guidance.h"
 
@@ -38,9 +40,7 @@ const Cap kCap = Cap::ParseDegrees("60x40");
 
 CoverageMap MapOf(const std::vector<CriterionView>& views, const std::optional<Cap>& cap = kCap,
                   double threshold_px = 12) {
-  CoverageMap map(kSubject, {.cap = cap, .up_in_world = kUp, .threshold_px = threshold_px});
-  map.SetViews(views);
-  return map;
+  return CoverageMap(kSubject, {.cap = cap, .up_in_world = kUp, .threshold_px = threshold_px}, views);
 }
 
 // The row through the first view and those at 1.4 disc radii below and above it, between two elevations;

@@ -1,3 +1,5 @@
+// Tests: coverage/operator/posed_pictures, coverage/operator/reprojection.
+//
 // The augmented aperture: sharp at the subject, of pictures from places far apart.
 #include <opencv2/imgproc.hpp>
 
@@ -125,7 +127,7 @@ TEST(AugmentedAperture, PrefersWhatWasRecordedAndLosesWhatWasTakenBack) {
 
 TEST(SpreadPictures, StayFewAndFarApart) {
   StagedCapture capture;
-  SpreadPictures spread(12);
+  SpreadPictures spread({.most = 12});
   for (int i = 0; i < 400; ++i)
     spread.Offer(*capture.At(capture.CameraAt(-30 + 0.15 * i, 10 * std::sin(0.05 * i))));
   EXPECT_LE(spread.pictures().size(), 12u);

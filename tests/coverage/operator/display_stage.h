@@ -25,9 +25,15 @@ inline double Likeness(const cv::Mat& a, const cv::Mat& b, const cv::Rect& where
   return cv::PSNR(a(where), b(where));
 }
 
+// A display whose clock goes on by one picture of so many a second with each Step().
+inline DisplayOptions AtFps(double fps, DisplayOptions options = {}) {
+  options.clock_s = [fps, pictures = 0]() mutable { return pictures++ / fps; };
+  return options;
+}
+
 struct Stage {
   explicit Stage(cv::Size size = {1280, 960}, double scale = 1, const StageOptions& options = {},
-                 const DisplayOptions& display_options = {})
+                 const DisplayOptions& display_options = AtFps(30))
       : capture(options), surface(size, scale), display(surface, feed, requests, display_options) {}
   cv::Mat Show(std::shared_ptr<const CaptureState> state) {
     feed.Publish(std::move(state));

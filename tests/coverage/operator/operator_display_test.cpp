@@ -1,3 +1,5 @@
+// Tests: coverage/operator/operator_display, coverage/operator/subject_tool.
+//
 // The operator display drawn without a window from staged states: pixels where meaning sits, and what keys
 // ask of the capture.
 #include "coverage/operator/operator_display.h"
@@ -90,6 +92,40 @@ TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
   EXPECT_GT(cv::norm(both, nothing, cv::NORM_L1) / static_cast<double>(above.area()), 5);
   for (int i = 0; i < 310; ++i) stage.display.Step();
   EXPECT_LT(cv::norm(stage.Show(more)(place), before, cv::NORM_L1) / static_cast<double>(place.area()), 1);
+}
+
+// Whatever the rate at which pictures come: ten seconds for words, 0.4 s for the flash.
+TEST(OperatorDisplay, TimesAreSecondsAndNotPictures) {
+  for (const int fps : {10, 60}) {
+    Stage stage({1280, 960}, 1, {}, AtFps(fps));
+    const auto held = stage.capture.At(stage.capture.CameraAt(0, 0));
+    const auto left = stage.capture.At(stage.capture.CameraAt(0, 0, 1, {0.1, 0.6}));
+    const auto flashes = [&] { return IsRed(Pixel(stage.surface.Read(), {2, 480})); };
+    const auto wait = [&](double seconds) {
+      for (int i = 0; i < std::lround(seconds * fps); ++i) stage.display.Step();
+    };
+    stage.Show(held);
+    stage.Show(left);
+    wait(0.3);
+    EXPECT_TRUE(flashes()) << fps << " a second";
+    wait(0.2);
+    EXPECT_FALSE(flashes()) << fps << " a second";
+
+    const cv::Rect words(440, 820, 400, 60);
+    const cv::Mat before = stage.surface.Read()(words).clone();
+    const auto speaks = [&] {
+      return cv::norm(stage.surface.Read()(words), before, cv::NORM_L1) / words.area() > 2;
+    };
+    auto speaking = std::make_shared<CaptureState>(*left);
+    speaking->said = {"the subject would be behind the camera"};
+    speaking->times_said = 1;
+    EXPECT_FALSE(speaks());
+    stage.Show(speaking);
+    wait(9.8);
+    EXPECT_TRUE(speaks()) << fps << " a second";
+    wait(0.4);
+    EXPECT_FALSE(speaks()) << fps << " a second";
+  }
 }
 
 // Where the first view comes at once, what is not in order is still read.

@@ -1,3 +1,5 @@
+// Tests: coverage/operator/overlay, coverage/operator/palette.
+//
 // What is drawn over the live picture, as shapes, from staged states.
 #include "coverage/operator/overlay.h"
 

@@ -1,3 +1,5 @@
+// Tests: coverage/operator/panels, coverage/operator/key_help.
+//
 // What the panels around the live picture say, from staged states.
 #include "coverage/operator/panels.h"
 

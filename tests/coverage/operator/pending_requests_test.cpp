@@ -1,3 +1,5 @@
+// Tests: coverage/operator/pending_requests.
+//
 // Keys that come faster than states: what is asked of the capture is what the person wanted.
 #include "coverage/operator/pending_requests.h"
 

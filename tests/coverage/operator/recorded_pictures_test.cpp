@@ -1,3 +1,5 @@
+// Tests: coverage/operator/recorded_pictures, coverage/operator/stored_pictures.
+//
 // The pictures that review draws from: at hand, read from the light field, bounded, and never of a view that
 // is no more.
 #include "coverage/operator/recorded_pictures.h"
@@ -41,13 +43,13 @@ class Recording {
   std::shared_ptr<CaptureState> Record(bool on_disk) {
     ++last_;
     auto state = Complete(capture_.Record(PoseOf(last_)));
-    RecordedView view = *state->newest_view;
+    RecordedFrame view = *state->newest_view;
     view.frame.image = {cv::Mat(120, 160, CV_8UC3, ColourOf(last_)), Transfer::kSrgb};
-    state->newest_view = std::make_shared<RecordedView>(view);
+    state->newest_view = std::make_shared<RecordedFrame>(view);
     if (on_disk) Write(view);
     return state;
   }
-  void Write(const RecordedView& recorded) {
+  void Write(const RecordedFrame& recorded) {
     View view;
     view.cam_from_world = recorded.cam_from_world;
     ASSERT_EQ(writer_.AddView(recorded.frame, view).id, recorded.id);
@@ -179,7 +181,7 @@ TEST(RecordedPictures, AFolderThatIsGoneIsSaidOnce) {
 TEST(RecordedPictures, StayWithinTheirBudgetAndComeBackFromDisk) {
   Recording recording(0);
   constexpr std::size_t kBudget = 12'000;
-  RecordedPictures pictures(kBudget);
+  RecordedPictures pictures({.most_bytes = kBudget});
   std::shared_ptr<CaptureState> state;
   for (int i = 0; i < 60; ++i) {
     state = recording.Record(true);
@@ -231,10 +233,9 @@ TEST(RecordedPictures, StandWhereTheCapturesPosesAreNow) {
   auto state = recording.Record(true);
   pictures.Follow(*state);
   const Rigid3 corrected = recording.capture().CameraAt(5, 1, 1.1);
-  auto map = std::make_shared<CoverageMap>(*state->coverage);
   const std::vector<CriterionView> moved{CriterionView::From(state->camera, corrected, 640)};
-  map->SetViews(moved);
-  state->coverage = map;
+  state->coverage =
+      std::make_shared<CoverageMap>(state->coverage->subject(), state->coverage->options(), moved);
   const auto nearest = pictures.Nearest(*state, corrected);
   ASSERT_EQ(nearest.size(), 1u);
   const Rigid3& pose = nearest[0].picture->cam_from_world;

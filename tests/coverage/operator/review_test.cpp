@@ -1,3 +1,5 @@
+// Tests: coverage/operator/review, coverage/operator/view_mark.
+//
 // Looking at what is recorded while the capture goes on, in the display and apart from it.
 #include "coverage/operator/review.h"
 
@@ -82,7 +84,7 @@ TEST(Review, BlinkShowsLiveAndRecordedByTurns) {
 // Views that look different from one another.
 class Looking : public ::testing::Test {
  protected:
-  explicit Looking(const DisplayOptions& options = {}) : stage_(kSmall, 1, kRendered, options) {
+  explicit Looking(const DisplayOptions& options = AtFps(30)) : stage_(kSmall, 1, kRendered, options) {
     for (const double azimuth : {-24.0, -12.0, 0.0, 12.0, 24.0}) {
       const auto state = stage_.capture.Record(stage_.capture.CameraAt(azimuth, 0));
       stage_.Show(state);
@@ -128,7 +130,7 @@ constexpr const char* kHeld = "charuco:7x5:30:22:DICT_5X5_100";
 
 class LookingByMarker : public Looking {
  protected:
-  LookingByMarker() : Looking({.marker = kHeld}) {
+  LookingByMarker() : Looking(AtFps(30, {.marker = kHeld})) {
     BoardSceneOptions options;
     options.board = Board::Parse(kHeld);
     options.camera = stage_.capture.camera();
@@ -171,9 +173,9 @@ TEST(Review, TakenBackViewsLeaveAtOnceWhileItIsOpen) {
   // Each view is an even colour.
   const auto record = [&](double azimuth, const cv::Scalar& color) {
     const auto state = stage.capture.Record(stage.capture.CameraAt(azimuth, 0));
-    RecordedView view = *state->newest_view;
+    RecordedFrame view = *state->newest_view;
     view.frame.image.pixels = cv::Mat(kSmall, CV_8UC3, color);
-    state->newest_view = std::make_shared<RecordedView>(view);
+    state->newest_view = std::make_shared<RecordedFrame>(view);
     stage.Show(state);
   };
   record(0, {200, 60, 60});

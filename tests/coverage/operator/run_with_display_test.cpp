@@ -1,3 +1,5 @@
+// Tests: coverage/operator/run_with_display.
+//
 // A capture in one thread and its display in the other: how each of them ends.
 #include "coverage/operator/run_with_display.h"
 

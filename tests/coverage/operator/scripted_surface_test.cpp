@@ -1,3 +1,5 @@
+// Tests: coverage/operator/scripted_surface.
+//
 // The display without a window: lines press its keys, and what it shows comes out as files.
 #include "coverage/operator/scripted_surface.h"
 

@@ -1,3 +1,5 @@
+// Tests: coverage/operator/run_with_display.
+//
 // A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
 // one, while everything that the display offers is asked for again and again. Four minutes of the
 // camera's time every day;

@@ -1,3 +1,5 @@
+// Tests: coverage/operator/operator_display, coverage/operator/run_with_display.
+//
 // The display in a real window, under a display server without a screen (ctest starts this under xvfb-run):
 // the window's own plumbing, and whole captures whose window is closed.
 #include <gmock/gmock.h>

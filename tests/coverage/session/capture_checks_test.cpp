@@ -1,3 +1,7 @@
+// Tests: coverage/session/preflight, coverage/session/record/exposure,
+// coverage/session/subject/subject_watch, coverage/session/subject/capture_subject,
+// coverage/bound/view_decision, coverage/session/record/capture_record.
+//
 // What a capture watches beside coverage: what is not in order before the first view, an exposure that still
 // settles, poses that are corrected, a subject that moves.
 #include <gmock/gmock.h>
@@ -7,8 +11,8 @@
 
 #include "coverage/session/capture_session.h"
 #include "coverage/session/preflight.h"
-#include "coverage/session/record/exposure_match.h"
-#include "coverage/session/subject/subject_finder.h"
+#include "coverage/session/record/exposure.h"
+#include "coverage/session/subject/capture_subject.h"
 #include "coverage/session/subject/subject_watch.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
@@ -268,7 +272,7 @@ TEST(ExposureMatch, FindsItsNeighboursWhereTheyWereMovedTo) {
   PlanarDevice device({{PoseAt(-3, 0)}, {PoseAt(3, 0)}, {PoseAt(0, 0)}});
   device.Start();
   ExposureMatch match{LightField{}};
-  HeldViews views{LightField{}};
+  RecordedViews views{LightField{}};
   const auto next = [&] { return *device.Next(std::chrono::milliseconds(0)); };
   std::map<int, Rigid3> moved;
   for (int id = 1; id <= 2; ++id) {

@@ -1,3 +1,5 @@
+// Tests: coverage/session/capture_session, coverage/session/record/capture_recorder,
+// coverage/bound/sphere_outline.
 #include "coverage/session/capture_session.h"
 
 #include <gmock/gmock.h>
@@ -187,12 +189,19 @@ TEST(CaptureSession, StopsWhenTheCapIsCovered) {
   std::vector<PlanarShot> shots = Sweep(16, 12, 0.8);
   const std::size_t first_pass = shots.size();
   for (const PlanarShot& shot : Sweep(16.5, 12.5, 0.55)) shots.push_back(shot);
-  const Captured captured = Capture(scratch / "lf", shots, options);
+  std::vector<double> shown;
+  CaptureHooks hooks;
+  hooks.after_frame =
+      hooks.while_waiting = [&](const SharedCaptureState& state) { shown.push_back(state->covered.value()); };
+  const Captured captured = Capture(scratch / "lf", shots, options, {}, hooks);
   EXPECT_EQ(captured.summary.stopped_because, StoppedBecause::kCovered);
   EXPECT_LT(captured.summary.frames, shots.size());
   EXPECT_GT(captured.summary.frames, first_pass / 2);
   const LightFieldReport report = Describe(captured.light_field, {.cap = options.cap});
   EXPECT_GE(*report.covered, 0.95);
+  // What is shown is what decides, and what is found on disk: the last frame's state, and the one at the end.
+  EXPECT_NEAR(shown.back(), *report.covered, 1e-9);
+  for (std::size_t i = 0; i + 2 < shown.size(); ++i) EXPECT_LT(shown[i], 0.95) << i;
   // One view less would not have done.
   LightField without = captured.light_field;
   without.views.pop_back();

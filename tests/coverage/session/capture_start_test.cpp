@@ -1,3 +1,5 @@
+// Tests: coverage/session/capture_start, coverage/session/record/kept_photographs.
+//
 // Photographs that came before a capture that could not begin.
 #include "coverage/session/capture_start.h"
 

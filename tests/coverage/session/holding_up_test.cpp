@@ -1,3 +1,5 @@
+// Tests: coverage/session/capture_gaps, coverage/session/record/view_spool.
+//
 // A capture whose cable is pulled, whose disk is full or slow: it goes on, and nothing recorded is lost.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,5 @@
+// Tests: coverage/session/record/posed_photographs.
+//
 // Captures without a subject: photographs of a walk, by parallax and overlap, the sharpest of neighbours.
 #include "coverage/session/record/posed_photographs.h"
 
@@ -174,7 +176,7 @@ TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
   track.cam_from_world = Rigid3{};
   track.quality = 1;
   PosedPhotographs walk(kCamera, {});
-  const HeldViews none{LightField{}};
+  const RecordedViews none{LightField{}};
   const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
   ASSERT_EQ(walk.After(input, points, none, {}).decision.reason, Reason::kRecorded);
   const Track lost;

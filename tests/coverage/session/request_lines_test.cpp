@@ -1,3 +1,5 @@
+// Tests: coverage/session/request_lines, coverage/session/capture_request.
+//
 // Requests as a person or a script writes them.
 #include "coverage/session/request_lines.h"
 

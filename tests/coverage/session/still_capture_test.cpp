@@ -1,3 +1,5 @@
+// Tests: coverage/session/record/still_capture.
+//
 // Photographs beside live view: the simulator behind a PTP/IP camera, libgphoto2's own driver, the tracker,
 // and a light field of full-resolution photographs.
 #include "coverage/session/record/still_capture.h"

@@ -1,3 +1,5 @@
+// Tests: coverage/session/record/view_spool, coverage/session/record/kept_photographs.
+//
 // The spool: order, masters before photographs, full disks and kills.
 #include "coverage/session/record/view_spool.h"
 

@@ -1,3 +1,5 @@
+// Tests: coverage/simulated_operator/simulated_operator.
+//
 // Simulated people against the promise: a novice covers the whole cap without training. Without pictures; the
 // same with pictures and the tracker is in operator_capture_test.cpp.
 #include <fmt/format.h>

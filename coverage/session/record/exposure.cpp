@@ -1,4 +1,4 @@
-#include "coverage/session/record/exposure_match.h"
+#include "coverage/session/record/exposure.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,8 @@
 
 #include "core/base/quantile.h"
 #include "core/light_field/light_field_io.h"
+#include "coverage/bound/sphere_outline.h"
+#include "coverage/bound/subject_light.h"
 
 namespace ulf::coverage {
 namespace {
@@ -52,8 +54,7 @@ float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
          down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
 }
 
-}  // namespace
-
+// Linear light, few pixels of it; NaN where it is clipped or nearly black.
 cv::Mat SmallLight(const Image& image) {
   // Clipped pixels are found at a size at which they are still seen.
   constexpr int kFiner = 4;
@@ -76,16 +77,43 @@ cv::Mat SmallLight(const Image& image) {
   return light;
 }
 
-std::optional<double> LogLightRatio(const cv::Mat& now, const Rigid3& now_from_world, const cv::Mat& before,
-                                    const Rigid3& before_from_world, const CameraModel& camera,
-                                    double depth) {
-  constexpr double kLeastShared = 0.2;  // of the picture
-  const CameraModel small = camera.ScaledTo(now.cols, now.rows);
+bool Differ(double a, double b, double share) { return a > 0 && b > 0 && std::abs(std::log(a / b)) > share; }
+
+}  // namespace
+
+bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
+                            const Subject& subject, std::optional<bool> held) {
+  const bool told = frame.exposure_s > 0;
+  if (!held || !(*held || told)) return true;
+  Seen now{.time_s = frame.device_time_s, .setting = frame.exposure_s * frame.gain};
+  now.direction = (cam_from_world.OriginInSource() - subject.center_in_world).normalized();
+  const auto outline = SphereOutline(camera, cam_from_world, subject);
+  if (outline &&
+      std::all_of(outline->begin(), outline->end(), [&](const auto& img) { return camera.Contains(img); }))
+    if (const auto light = LightInside(frame.image, *outline)) now.light = light->mean_linear;
+  std::erase_if(recent_, [&](const Seen& seen) {
+    return seen.time_s > now.time_s || now.time_s - seen.time_s > options_.window_s;
+  });
+  const bool settled = std::none_of(recent_.begin(), recent_.end(), [&](const Seen& seen) {
+    return Differ(seen.setting, now.setting, options_.same_setting) ||
+           (seen.direction.dot(now.direction) > options_.same_direction_cosine &&
+            Differ(seen.light, now.light, options_.same_light));
+  });
+  recent_.push_back(now);
+  return settled;
+}
+
+// The logarithm of this picture's light over `before`'s where both see the plane at `depth` before it; none
+// where they share too little of it, or their parts do not agree.
+std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world, const cv::Mat& before,
+                                                   const Rigid3& before_from_world, const CameraModel& camera,
+                                                   double depth) const {
+  const CameraModel small = camera.ScaledTo(light_.cols, light_.rows);
   const Rigid3 before_from_now = before_from_world * now_from_world.Inverse();
   std::vector<double> ratios;
-  for (int y = 0; y < now.rows; ++y)
-    for (int x = 0; x < now.cols; ++x) {
-      const float here = now.at<float>(y, x);
+  for (int y = 0; y < light_.rows; ++y)
+    for (int x = 0; x < light_.cols; ++x) {
+      const float here = light_.at<float>(y, x);
       if (!(here > 0)) continue;
       const auto ray = small.RayFromImg({x + 0.5, y + 0.5});
       if (!ray || !(ray->z() > 0)) continue;
@@ -94,34 +122,33 @@ std::optional<double> LogLightRatio(const cv::Mat& now, const Rigid3& now_from_w
       const float there = Between(before, *img);
       if (there > 0) ratios.push_back(std::log(here / there));
     }
-  if (static_cast<double>(ratios.size()) < kLeastShared * now.cols * now.rows) return std::nullopt;
-  // A hand before the lens, a lamp that was switched on: no exposure does that.
-  constexpr double kAgree = 0.3;  // of the logarithm, median deviation
+  if (static_cast<double>(ratios.size()) < options_.least_shared * light_.cols * light_.rows)
+    return std::nullopt;
   const double median = Median(ratios);
   std::vector<double> deviations;
   for (const double ratio : ratios) deviations.push_back(std::abs(ratio - median));
-  if (Median(std::move(deviations)) > kAgree) return std::nullopt;
+  if (Median(std::move(deviations)) > options_.most_deviation) return std::nullopt;
   return median;
 }
 
-ExposureMatch::ExposureMatch(const LightField& resumed) : resumed_(resumed) {
+ExposureMatch::ExposureMatch(const LightField& resumed, const Options& options)
+    : options_(options), resumed_(resumed) {
   resumed_.points.clear();
   for (const View& view : resumed_.views)
     if (view.exposure_s <= 0 && view.gain > 0) kept_[view.id] = {std::log(view.gain), {}};
 }
 
 double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
-                             double depth, const HeldViews& views) {
-  constexpr std::size_t kNeighbours = 6, kMostRead = 2;
+                             double depth, const RecordedViews& views) {
   light_ = SmallLight(image);
   log_gain_ = 0;
-  std::vector<std::pair<double, const HeldView*>> nearest;
-  for (const HeldView& view : views.views()) {
+  std::vector<std::pair<double, const RecordedViews::Entry*>> nearest;
+  for (const RecordedViews::Entry& view : views.views()) {
     if (!kept_.contains(view.id)) continue;
     const Rigid3 moved = cam_from_world * view.cam_from_world.Inverse();
     nearest.emplace_back(moved.translation.norm() / depth + RotationAngle(moved.rotation), &view);
   }
-  const std::size_t count = std::min(kNeighbours, nearest.size());
+  const std::size_t count = std::min(options_.neighbours, nearest.size());
   std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count), nearest.end());
   nearest.resize(count);
   double sum = 0;
@@ -129,7 +156,7 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
   for (const auto& [apart, view] : nearest) {
     Kept& kept = kept_.at(view->id);
     if (kept.light.empty()) {
-      if (++read > kMostRead) continue;
+      if (++read > options_.most_read) continue;
       try {
         const auto recorded = std::find_if(resumed_.views.begin(), resumed_.views.end(),
                                            [id = view->id](const View& other) { return other.id == id; });
@@ -139,8 +166,7 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
       }
     }
     if (kept.light.size() != light_.size()) continue;
-    if (const auto ratio =
-            LogLightRatio(light_, cam_from_world, kept.light, view->cam_from_world, camera, depth)) {
+    if (const auto ratio = LogLightRatio(cam_from_world, kept.light, view->cam_from_world, camera, depth)) {
       sum += kept.log_gain + *ratio;
       ++shared;
     }

@@ -1,0 +1,50 @@
+#include "coverage/session/record/recorded_views.h"
+
+#include <algorithm>
+
+namespace ulf::coverage {
+
+RecordedViews::RecordedViews(const LightField& recorded_before) {
+  for (const View& view : recorded_before.views) views_.push_back({view.id, {}, view.cam_from_world});
+}
+
+bool RecordedViews::Remove(int id) {
+  return std::erase_if(views_, [id](const Entry& view) { return view.id == id; }) > 0;
+}
+
+std::vector<int> RecordedViews::Ids() const {
+  std::vector<int> ids;
+  for (const Entry& view : views_) ids.push_back(view.id);
+  return ids;
+}
+
+std::map<int, Rigid3> RecordedViews::PosesNow(const tracking::PoseSource& poses) const {
+  std::map<int, Rigid3> now;
+  for (const Entry& view : views_)
+    now[view.id] = view.anchor ? poses.PoseOf(*view.anchor) : view.cam_from_world;
+  return now;
+}
+
+double RecordedViews::LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const {
+  double largest = 0;
+  for (const Entry& view : views_) {
+    const Rigid3 moved = poses.at(view.id) * view.cam_from_world.Inverse();
+    const double distance = subject ? (view.cam_from_world * subject->center_in_world).norm() : 1;
+    largest = std::max({largest, RotationAngle(moved.rotation), moved.translation.norm() / distance});
+  }
+  return largest;
+}
+
+void RecordedViews::MoveTo(const std::map<int, Rigid3>& poses) {
+  for (Entry& view : views_) view.cam_from_world = poses.at(view.id);
+}
+
+std::vector<CriterionView> RecordedViews::ForCriterion(const CameraModel& camera,
+                                                       int coverage_width_px) const {
+  std::vector<CriterionView> views;
+  for (const Entry& view : views_)
+    views.push_back(CriterionView::From(camera, view.cam_from_world, coverage_width_px));
+  return views;
+}
+
+}  // namespace ulf::coverage

@@ -1,0 +1,49 @@
+// The one home of what a running capture knows of its recorded views: the id that each has on disk, the
+// keyframe of the tracker's map that it hangs on, and the pose that follows from it, as of the last
+// correction. Whoever else needs a view's pose is given it from here: the coverage map what it paints, the
+// journal what it is to say.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/rigid3.h"
+#include "core/light_field/light_field.h"
+#include "coverage/bound/criterion.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf::coverage {
+
+class RecordedViews {
+ public:
+  struct Entry {
+    int id = 0;
+    std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
+    Rigid3 cam_from_world;
+  };
+  // Those of earlier sessions.
+  explicit RecordedViews(const LightField& recorded_before);
+  void Add(const Entry& view) { views_.push_back(view); }
+  // False: there is none with this id.
+  bool Remove(int id);
+  bool empty() const { return views_.empty(); }
+  std::size_t size() const { return views_.size(); }
+  std::vector<int> Ids() const;  // in the order of recording
+  const std::vector<Entry>& views() const { return views_; }
+
+  // What the anchors mean in the tracker's map of now, by id.
+  std::map<int, Rigid3> PosesNow(const tracking::PoseSource& poses) const;
+  // The largest change of any view from its pose here to the one in `poses`, radians as seen from the subject
+  // (without one, from a distance of 1 world unit).
+  double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
+  // `poses` has every view.
+  void MoveTo(const std::map<int, Rigid3>& poses);
+
+  std::vector<CriterionView> ForCriterion(const CameraModel& camera, int coverage_width_px) const;
+
+ private:
+  std::vector<Entry> views_;
+};
+
+}  // namespace ulf::coverage

@@ -1,0 +1,71 @@
+// Tests: coverage/operator/coverage_drawing, coverage/operator/shown_sphere.
+#include "coverage/operator/coverage_drawing.h"
+
+#include <gtest/gtest.h>
+
+#include "coverage/operator/shown_sphere.h"
+#include "tests/support/floors.h"
+#include "tests/support/staged_capture.h"
+
+namespace ulf::test {
+namespace {
+
+// How many pixels have a colour of their own: paint does, the ground does not.
+double Coloured(const cv::Mat& picture) {
+  int count = 0;
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const cv::Vec3b& bgr = picture.at<cv::Vec3b>(y, x);
+      count += std::max({bgr[0], bgr[1], bgr[2]}) - std::min({bgr[0], bgr[1], bgr[2]}) > 60;
+    }
+  return count / static_cast<double>(picture.total());
+}
+
+TEST(CoverageDrawing, TheChartIsPaintedAsFarAsTheMapIs) {
+  StagedCapture capture;
+  const auto few = capture.Record(capture.CameraAt(0, 0))->coverage;
+  capture.RecordRows(-12, 12, -6, 6, 2);
+  const auto many = capture.recorded().back()->coverage;
+  ASSERT_GT(many->CoveredShare(), 4 * few->CoveredShare());
+  const double legend = Coloured(DrawCoverageMap(*few));
+  EXPECT_GT(Coloured(DrawCoverageMap(*many)), legend + 0.03);
+  EXPECT_EQ(DrawCoverageMap(CoverageMap(capture.subject(), {}), {.width = 400}).size(), cv::Size(400, 200))
+      << "before the first view";
+}
+
+TEST(CoverageDrawing, TheOverlayFramesTheSubjectInWhiteOrRed) {
+  StagedCapture capture;
+  const auto state = capture.Record(capture.CameraAt(0, 0));
+  const cv::Mat grey(capture.camera().height, capture.camera().width, CV_8UC3, cv::Scalar::all(90));
+  const auto corner_of_rectangle = [&](double share) {
+    const cv::Mat drawn =
+        DrawOverlay(grey, capture.camera(), *state->cam_from_world, *state->coverage, share);
+    return drawn.at<cv::Vec3b>(static_cast<int>((0.5 - 0.5 * share) * grey.rows),
+                               static_cast<int>(0.5 * grey.cols));
+  };
+  const cv::Vec3b held = corner_of_rectangle(0.8), left = corner_of_rectangle(0.1);
+  EXPECT_GT(std::min({held[0], held[1], held[2]}), 200) << held;
+  EXPECT_GT(left[2], left[0] + 80) << left;
+}
+
+// Whoever looks at the picture does not know what lies behind the limb.
+TEST(ShownSphere, TheFarSideIsNotInIt) {
+  StagedCapture capture;
+  for (const double azimuth : {0.0, 40.0, 150.0}) capture.Record(capture.CameraAt(azimuth, 0));
+  const auto state = capture.At(capture.CameraAt(0, 0));
+  state->guidance.toward = state->coverage->frame()->Direction(150 * M_PI / 180, 0);
+  const auto shown = ShownSphere::Of(*state);
+  ASSERT_TRUE(shown);
+  EXPECT_EQ(shown->views.size(), 2u);
+  EXPECT_NEAR(shown->AngleFromDot(shown->views[0].direction), 0, 1e-6);
+  EXPECT_NEAR(shown->AngleFromDot(shown->views[1].direction), 40 * M_PI / 180, 1e-6);
+  ASSERT_TRUE(shown->target);
+  EXPECT_TRUE(shown->target->hidden);
+  EXPECT_NEAR(std::cos(shown->AngleFromDot(shown->target->direction)), shown->least_cosine, 1e-9)
+      << "at the limb";
+  state->cam_from_world.reset();
+  EXPECT_FALSE(ShownSphere::Of(*state));
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,61 @@
+// Tests: coverage/session/capture_arguments, coverage/session/capture_meters.
+#include "coverage/session/capture_arguments.h"
+
+#include <gmock/gmock.h>
+
+#include "core/base/error.h"
+#include "coverage/session/capture_meters.h"
+#include "tests/support/floors.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(CaptureArguments, BecomeWhatTheSessionIsAskedFor) {
+  CaptureArgs args;
+  EXPECT_EQ(OptionsFrom(args).threshold_px, 7);
+  EXPECT_FALSE(OptionsFrom(args).cap);
+  args.quality = "fast";
+  args.until_covered = "60x40:90%";
+  args.frames = 12;
+  const CaptureOptions options = OptionsFrom(args);
+  EXPECT_EQ(options.threshold_px, 12);
+  EXPECT_NEAR(options.cap.value().Degrees().x(), 60, 1e-9);
+  EXPECT_EQ(options.until_share, 0.9);
+  EXPECT_EQ(options.max_frames, 12u);
+  args.until_covered = "none";
+  EXPECT_FALSE(OptionsFrom(args).cap);
+}
+
+TEST(CaptureArguments, ThatContradictEachOtherAreRefused) {
+  const auto refused = [](const auto& change, const char* words) {
+    CaptureArgs args;
+    change(args);
+    EXPECT_THAT([&] { OptionsFrom(args); }, ThrowsMessage<UsageError>(HasSubstr(words)));
+  };
+  refused([](CaptureArgs& args) { args.threshold_px = 2; }, "give more");
+  refused([](CaptureArgs& args) { args.quality = "fast", args.threshold_px = 9; }, "give one");
+  refused([](CaptureArgs& args) { args.parallax_deg = 2; }, "--no-subject");
+  refused([](CaptureArgs& args) { args.no_subject = true, args.until_covered = "60x40"; }, "--until-covered");
+  refused([](CaptureArgs& args) { args.subject_size = 0.9; }, "--subject-size");
+  refused([](CaptureArgs& args) { args.coverage_width_px = 8; }, "--coverage-width");
+}
+
+// Over the last second, whatever came before, and anew where the camera's clock begins anew.
+TEST(CaptureMeters, TellTheRateOfLate) {
+  CaptureMeters meters;
+  EXPECT_FALSE(meters.FramesPerS());
+  for (int i = 0; i <= 20; ++i) meters.FrameAt(0.1 * i);
+  EXPECT_NEAR(meters.FramesPerS().value(), 10, 1e-6);
+  for (int i = 1; i <= 60; ++i) meters.FrameAt(2 + i / 30.0);
+  EXPECT_NEAR(meters.FramesPerS().value(), 30, 1e-6);
+  meters.FrameAt(0);
+  EXPECT_FALSE(meters.FramesPerS());
+  meters.FrameAt(0.5);
+  EXPECT_NEAR(meters.FramesPerS().value(), 2, 1e-6);
+}
+
+}  // namespace
+}  // namespace ulf::test
