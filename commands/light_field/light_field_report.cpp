@@ -9,7 +9,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "coverage/bound/view_decision.h"
-#include "render/fields/viewpoint_mesh.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::commands {
 namespace {

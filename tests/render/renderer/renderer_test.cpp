@@ -1,4 +1,7 @@
-#include "render/scene/renderer.h"
+// Tests: render/renderer/renderer, render/renderer/reference_renderer, render/scene/scene,
+// render/gl/gl_renderer, render/gl/gl_renderer_state, render/gl/make_renderer, render/gl/gl_over_triangles,
+// render/gl/gl_programs, render/gl/gl_triangles, render/gl/gl_views.
+#include "render/renderer/renderer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +15,10 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/gl_triangles.h"
+#include "render/gl/make_renderer.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/agreement.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
@@ -297,7 +302,7 @@ TEST(Renderers, TheFieldsPictureBlendsTheViewsColours) {
 TEST(Renderers, ExposureDifferencesAreTakenOut) {
   auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)});
   for (std::size_t i = 0; i < scene->views.size(); ++i) {
-    scene->views[i].photograph = HoldPhotograph(
+    scene->views[i].photograph = test::HoldPhotograph(
         MakePyramid(cv::Mat(72, 96, CV_8UC3, cv::Scalar::all(0)) +
                     cv::Scalar::all(i % 2 ? 255 * SrgbFromLinear(0.4f) : 255 * SrgbFromLinear(0.2f))));
     scene->views[i].scale = i % 2 ? 0.5f : 1.0f;

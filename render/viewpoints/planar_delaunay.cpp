@@ -1,4 +1,4 @@
-#include "render/fields/planar_delaunay.h"
+#include "render/viewpoints/planar_delaunay.h"
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

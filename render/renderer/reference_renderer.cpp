@@ -1,4 +1,4 @@
-#include "render/scene/reference_renderer.h"
+#include "render/renderer/reference_renderer.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,6 +9,8 @@
 
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
+#include "core/geometry/pinhole.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 
@@ -39,7 +41,7 @@ cv::Vec4f LinearAt(const cv::Mat& pixels, int x, int y) {
   return {table[p[0]], table[p[1]], table[p[2]], 1};
 }
 
-// Everything about one frame that does not change from pixel to pixel.
+// What is the same for all pixels of a picture.
 struct FrameSetup {
   const RenderScene& scene;
   const CameraModel& camera;
@@ -50,14 +52,14 @@ struct FrameSetup {
   std::vector<int> views_by_distance;
 };
 
-// Light of all views' common exposure, and how much of it the photograph has there.
+// Light on the common scale of all views, and the share of it that the photograph has there.
 cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   const SceneView& view = setup.scene.views[static_cast<std::size_t>(index)];
   if (setup.show_field) {
     const cv::Vec3f color = ViewColor(view.id);
     return {color[0], color[1], color[2], 1};
   }
-  // Asked for at every pixel: who holds them knows what of them there is room for.
+  // Requested at every pixel: the store decides which levels stay in memory.
   const cv::Mat pixels = view.photograph->Level(setup.level[static_cast<std::size_t>(index)]);
   const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
   cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
@@ -65,14 +67,14 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   return common;
 }
 
-// What one view gives to a pixel.
+// One view's light in a pixel.
 struct Contribution {
   int view = 0;
   double weight = 0;
   cv::Vec3f light;
 };
 
-// One view's, if its photograph has light there.
+// Adds a view's contribution, if its photograph has light there.
 void Contribute(const FrameSetup& setup, int view, const Vector2d& img, double weight,
                 std::vector<Contribution>& contributions) {
   const cv::Vec4f light = LightOf(setup, view, img);
@@ -90,7 +92,7 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
   return total;
 }
 
-// So many of the nearest views that see the point and have light there.
+// The `count` nearest views that see the point and have light there.
 std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, int count) {
   std::vector<int> views;
   for (const int index : setup.views_by_distance) {
@@ -102,7 +104,7 @@ std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, 
   return views;
 }
 
-// The nearest that has the point in its image though the proxy hides it.
+// The nearest view that has the point in its image, even though the proxy hides the point from it.
 void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
                     std::vector<Contribution>& contributions) {
   for (const int index : setup.views_by_distance) {
@@ -112,7 +114,7 @@ void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
   }
 }
 
-// `count` of 1: the first that has light, else lumigraph weights.
+// `count` 1: the first view that has light; else lumigraph weights.
 void Fill(const FrameSetup& setup, const Vector3d& point, int count,
           std::vector<Contribution>& contributions) {
   const std::vector<int> views = NearestThatSee(setup, point, count > 1 ? count + 1 : 1);
@@ -133,27 +135,21 @@ void Fill(const FrameSetup& setup, const Vector3d& point, int count,
   }
 }
 
-// So that they sum to `sum`.
+// Scales the weights so that they sum to `sum`.
 void Scale(std::span<Contribution> contributions, double sum) {
   double total = 0;
   for (const Contribution& c : contributions) total += c.weight;
   for (Contribution& c : contributions) c.weight *= sum / total;
 }
 
-Vector3d RayThrough(const CameraModel& camera, double x, double y) {
-  return {(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1.0};
-}
-
 // The cone around a tile's rays.
 std::pair<Vector3d, double> ConeOf(const CameraModel& camera, const cv::Rect& tile) {
   const Vector3d axis =
-      RayThrough(camera, tile.x + 0.5 * tile.width, tile.y + 0.5 * tile.height).normalized();
+      PinholeRay(camera, Vector2d(tile.x + 0.5 * tile.width, tile.y + 0.5 * tile.height)).normalized();
   double half_angle = 0;
   for (const int x : {tile.x, tile.x + tile.width})
-    for (const int y : {tile.y, tile.y + tile.height}) {
-      const Vector3d corner = RayThrough(camera, x, y);
-      half_angle = std::max(half_angle, std::atan2(axis.cross(corner).norm(), axis.dot(corner)));
-    }
+    for (const int y : {tile.y, tile.y + tile.height})
+      half_angle = std::max(half_angle, AngleBetween(axis, PinholeRay(camera, Vector2d(x, y))));
   return {axis, half_angle};
 }
 
@@ -223,8 +219,8 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
   return setup;
 }
 
-// shade(x, y, contributions, total, confidence) for every pixel; the contributions' weights sum to one, if
-// there are any, `total` is what was left of the field's own.
+// Calls shade(x, y, contributions, total, confidence) for every pixel. The contributions' weights sum to one,
+// if there are any; `total` is the weight of those of the field's own views that see the point.
 template <typename Shade>
 void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
                   const Filling& filling, Shade&& shade) {
@@ -232,7 +228,7 @@ void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv:
   FieldSample sample;
   std::vector<Contribution> contributions, others;
   const auto shade_pixel = [&](int x, int y, const std::vector<int>& candidates) {
-    const Vector3d ray_in_cam = RayThrough(camera, x + 0.5, y + 0.5);
+    const Vector3d ray_in_cam = PinholeRay(camera, x, y);
     const Vector3d point = setup.world_from_cam * (ray_in_cam * depth.at<float>(y, x));
     const Vector3d ray_in_world = setup.world_from_cam.rotation * ray_in_cam.normalized();
     field.Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
@@ -250,7 +246,7 @@ void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv:
     contributions.insert(contributions.end(), others.begin(), others.end());
     shade(x, y, contributions, total, sample.confidence);
   };
-  constexpr int kTile = 16;
+  constexpr int kTile = 16;  // pixels: their rays share the field's candidates
   for (int top = 0; top < camera.height; top += kTile)
     for (int left = 0; left < camera.width; left += kTile) {
       const cv::Rect tile(left, top, std::min(kTile, camera.width - left),
@@ -262,7 +258,7 @@ void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv:
     }
 }
 
-// Of each view that gives light to any pixel.
+// A layer of weights for each view that gives light to any pixel.
 class WeightLayers {
  public:
   WeightLayers(const RenderScene& scene, const cv::Size& size)
@@ -276,7 +272,7 @@ class WeightLayers {
     }
   }
   cv::Mat NewLayer() {
-    // As much again for encoding it.
+    // Encoding it takes as much again.
     if (AvailableMemory() < 2 * sizeof(cv::float16_t) * static_cast<std::uint64_t>(size_.area()))
       throw Error(
           "the weights of single views in a picture of {}x{} do not fit into memory; render it smaller, "

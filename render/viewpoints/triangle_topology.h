@@ -1,5 +1,5 @@
-// Who is whose neighbour in a triangle mesh. Triangles are counter-clockwise as seen from outside; the mesh
-// is expected to be manifold (at most two triangles at an edge, one fan at a vertex: SplitPinches() makes it
+// Neighbours in a triangle mesh. Triangles are counter-clockwise as seen from outside. The mesh must be
+// manifold: at most two triangles at an edge, and one fan of triangles at a vertex (SplitPinches() makes it
 // so).
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace ulf::render {
 
-using Triangle = std::array<int, 3>;
+using Triangle = std::array<int, 3>;  // indices of vertices
 
 struct MeshEdge {
   int from = -1, to = -1;               // in the direction of its first triangle
@@ -21,7 +21,7 @@ struct TriangleTopology {
   std::vector<MeshEdge> edges;
   std::vector<std::array<int, 3>> edges_of_triangle;  // edge k joins corners k and k+1
   std::vector<std::vector<int>> neighbours;           // of each vertex, ascending
-  // Of each vertex the boundary vertices before and behind it (mesh on the left); -1 and -1 inside.
+  // Of each vertex the previous and the next boundary vertex (mesh on the left); -1 and -1 inside.
   std::vector<std::array<int, 2>> boundary_neighbours;
 
   bool OnBoundary(int vertex) const { return boundary_neighbours[static_cast<std::size_t>(vertex)][0] >= 0; }
@@ -29,8 +29,8 @@ struct TriangleTopology {
 
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles);
 
-// Gives every fan of triangles beyond the first at a vertex a vertex of its own. Returns, for each new
-// vertex, the old one that it repeats; new vertices are numbered from `vertex_count` on.
+// Where several fans of triangles meet at a vertex, every fan but the first gets a new vertex. Returns the
+// old vertex of each new one; new vertices are numbered from `vertex_count` on.
 std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
 
 }  // namespace ulf::render

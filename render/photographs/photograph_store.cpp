@@ -1,4 +1,4 @@
-#include "render/scene/photograph_store.h"
+#include "render/photographs/photograph_store.h"
 
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
@@ -19,17 +19,15 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/geometry/digest.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
-#include "render/scene/pyramid_file.h"
+#include "render/photographs/pyramid_file.h"
 
 namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Pyramid files leave so much of the disk alone.
-constexpr std::uint64_t kLeastFreeBytes = std::uint64_t{1} << 30;
 
 cv::Size LoadedSize(const CameraModel& camera, int size_limit_px) {
   const double longer = std::max(camera.width, camera.height);
@@ -56,18 +54,20 @@ std::uint64_t NotFinite(const cv::Mat& light) {
   return count;
 }
 
-// Size and time of change; 0 where there is no such file.
+// Of a file's size and time of change; 0 where there is no such file.
 std::uint64_t FileStamp(const fs::path& path) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return 0;
   const std::int64_t stamp[] = {file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec};
-  return Checksum({reinterpret_cast<const char*>(stamp), sizeof stamp});
+  return FastChecksumOf({reinterpret_cast<const char*>(stamp), sizeof stamp});
 }
 
-// What a program that was killed left behind.
+// Removes temporary files that a killed program left.
 void RemoveOldLeftovers(const fs::path& folder) {
   std::error_code refused;
-  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  // A younger one may be another program's work in progress.
+  constexpr auto kSurelyLeft = std::chrono::hours(1);
+  const auto old = fs::file_time_type::clock::now() - kSurelyLeft;
   for (fs::directory_iterator entry(folder, refused), end; !refused && entry != end;
        entry.increment(refused)) {
     std::error_code gone;
@@ -87,15 +87,15 @@ struct PhotographStore::State {
 
   LightField light_field;
   PhotographStoreOptions options;
-  std::string made_from;           // what of the light field pixels depend on
-  std::deque<std::mutex> reading;  // of each photograph: what two want is read once
+  std::string made_from;           // what the pixels depend on besides the view
+  std::deque<std::mutex> reading;  // of each photograph: what two threads request is read once
 
   std::mutex mutex;  // of all below
   std::map<Key, Held> held;
-  std::list<Key> by_use;  // the last used first
+  std::list<Key> by_use;  // most recently used first
   bool keeps_files = false;
   std::uint64_t gap_px = 0;
-  std::map<std::size_t, std::uint64_t> gaps;  // of each photograph that has some
+  std::map<std::size_t, std::uint64_t> gaps;  // pixels of each photograph that has some
   Counts counts;
 
   State(const LightField& the_light_field, const PhotographStoreOptions& the_options);
@@ -136,7 +136,7 @@ PhotographStore::State::State(const LightField& the_light_field, const Photograp
 
 PhotographStore::State::~State() {
   if (gap_px > 0)
-    spdlog::warn("{} of {} are infinite or not numbers: they have no weight", Counted(gap_px, "pixel"),
+    spdlog::warn("{} of {} are infinite or not numbers and have no weight", Counted(gap_px, "pixel"),
                  Counted(gaps.size(), "photograph"));
 }
 
@@ -148,7 +148,7 @@ fs::path PhotographStore::State::FileOf(std::size_t index) const {
 std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
   const View& view = ViewAt(index);
   const fs::path& root = light_field.root;
-  return Checksum(
+  return FastChecksumOf(
       fmt::format("{} {} {} {:x} {:x} {:a}", view.camera, view.image_path, view.master_path,
                   FileStamp(root / view.image_path),
                   view.master_path.empty() ? 0 : FileStamp(root / view.master_path), view.black_level) +
@@ -192,7 +192,7 @@ cv::Mat PhotographStore::State::Level(const Photograph& photograph, std::size_t 
     return pixels;
   }
   const ViewPyramid pyramid = Decode(photograph, index);
-  // What was asked for last, so that it leaves memory last.
+  // The requested level last, so that it leaves memory last.
   for (int n = static_cast<int>(pyramid.size()) - 1; n >= 0; --n)
     if (n != level) Hold({index, n}, pyramid[static_cast<std::size_t>(n)]);
   Hold(key, pyramid[static_cast<std::size_t>(level)]);
@@ -216,7 +216,8 @@ cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size
 
 ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::size_t index) {
   const View& view = ViewAt(index);
-  const std::uint64_t key = FileKey(index);  // before it is read: who changes it meanwhile is seen next time
+  // Before reading, so that a change meanwhile is noticed next time.
+  const std::uint64_t key = FileKey(index);
   ViewPyramid pyramid;
   std::uint64_t not_finite = 0;
   if (options.linear) {
@@ -249,9 +250,9 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
   const fs::path folder = light_field.root / kPyramidFolder;
   try {
     MakeFolder(folder);
-    if (FreeBytes(folder) < kLeastFreeBytes)
-      return KeepNoFiles(
-          fmt::format("{}: there is less than {} GB left", folder.string(), kLeastFreeBytes >> 30));
+    if (FreeBytes(folder) < options.least_free_bytes)
+      return KeepNoFiles(fmt::format("{}: less than {} GB of disk space are free", folder.string(),
+                                     options.least_free_bytes >> 30));
     WritePyramidFile(FileOf(index), key, pyramid, not_finite);
     const std::lock_guard lock(mutex);
     ++counts.files_written;
@@ -265,7 +266,8 @@ void PhotographStore::State::KeepNoFiles(const std::string& why) {
     const std::lock_guard lock(mutex);
     if (!std::exchange(keeps_files, false)) return;
   }
-  spdlog::warn("{}; opening this light field takes longer without {}/, nothing else", why, kPyramidFolder);
+  spdlog::warn("{}; without {}/ this light field takes longer to open, nothing else changes", why,
+               kPyramidFolder);
 }
 
 PhotographStore::PhotographStore(const LightField& light_field, const PhotographStoreOptions& options)

@@ -1,10 +1,12 @@
-// A photograph as renderers read it: a pyramid, one level at a time, from wherever its pixels are.
+// A photograph as renderers read it: a pyramid, of which they read one level at a time.
 //
-// Levels are the photograph and its halvings (areas averaged in linear light), of OpenGL's mipmap sizes: half
-// of the level above, rounded down, at least one. All photographs of a scene have one of two forms:
+// Level 0 is the photograph; each further level is half the size (areas averaged in linear light), with the
+// sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have one of two
+// forms:
+//
 //   CV_8UC3   8-bit sRGB, B G R
-//   CV_16FC4  halves in linear light, B G R and how much of the pixel has light at all, by which B G R are
-//             multiplied: where a photograph's numbers are not finite there is none
+//   CV_16FC4  half floats in linear light, B G R and the share of the pixel that has light at all. B G R are
+//             multiplied by the share. Pixels of the photograph that are not finite have no light.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +16,10 @@
 
 namespace ulf::render {
 
-// All levels, the finest first.
+// All levels, finest first.
 using ViewPyramid = std::vector<cv::Mat>;
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
-// The second form, of CV_32FC3, made smaller first where another size is given.
+// CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first where that is given.
 ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {});
 
 class Photograph {
@@ -34,8 +36,8 @@ class Photograph {
   cv::Size LevelSize(int level) const;
   std::size_t LevelBytes(int level) const;
 
-  // Continuous, not to be written to. Waits for the disk where it must; may be called from several threads.
-  // Throws Error for a photograph that is missing, truncated or not of its camera's size.
+  // Continuous; callers must not write to it. May wait for the disk. Several threads may call it. Throws
+  // Error for a photograph that is missing, truncated or not of its camera's size.
   virtual cv::Mat Level(int level) const = 0;
 
  private:
@@ -43,9 +45,7 @@ class Photograph {
   bool linear_;
 };
 
-// In memory for good.
-std::shared_ptr<const Photograph> HoldPhotograph(ViewPyramid pyramid);
-// Without its first levels.
+// The photograph without its first `first` levels.
 std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first);
 
 }  // namespace ulf::render

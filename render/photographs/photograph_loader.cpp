@@ -1,4 +1,4 @@
-#include "render/scene/photograph_loader.h"
+#include "render/photographs/photograph_loader.h"
 
 #include <algorithm>
 #include <set>
@@ -64,17 +64,17 @@ std::optional<cv::Mat> PhotographLoader::Take(const Key& key) {
 
 cv::Mat PhotographLoader::Wait(const Key& key) {
   std::unique_lock lock(mutex_);
-  ++who_wait_;
+  ++waiters_;
   work_.notify_all();
   news_.wait(lock, [&] { return read_.contains(key); });
-  --who_wait_;
+  --waiters_;
   return *TakeLocked(key);
 }
 
 std::optional<PhotographLoader::Request> PhotographLoader::Next() {
   std::unique_lock lock(mutex_);
   work_.wait(lock,
-             [&] { return over_ || (!waiting_.empty() && (read_bytes_ < kMostBytes || who_wait_ > 0)); });
+             [&] { return over_ || (!waiting_.empty() && (read_bytes_ < kMostBytes || waiters_ > 0)); });
   if (over_) return std::nullopt;
   Request request = std::move(waiting_.back());
   waiting_.pop_back();

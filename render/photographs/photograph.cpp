@@ -1,4 +1,4 @@
-#include "render/scene/photograph.h"
+#include "render/photographs/photograph.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,18 +13,18 @@ namespace {
 
 cv::Size HalfOf(const cv::Size& size) { return {std::max(1, size.width / 2), std::max(1, size.height / 2)}; }
 
-class HeldPhotograph : public Photograph {
- public:
-  explicit HeldPhotograph(ViewPyramid pyramid)
-      : Photograph(pyramid.front().size(), pyramid.front().depth() == CV_16F), pyramid_(std::move(pyramid)) {
-    for (cv::Mat& level : pyramid_)
-      if (!level.isContinuous()) level = level.clone();
+// All levels from `finest`, in linear light, each encoded by `encode`; averages areas from level to level.
+template <typename Encode>
+ViewPyramid Halvings(cv::Mat finest, const Encode& encode) {
+  ViewPyramid levels;
+  for (cv::Mat level = std::move(finest);;) {
+    levels.push_back(encode(level));
+    if (level.cols <= 1 && level.rows <= 1) return levels;
+    cv::Mat half;
+    cv::resize(level, half, HalfOf(level.size()), 0, 0, cv::INTER_AREA);
+    level = half;
   }
-  cv::Mat Level(int level) const override { return pyramid_[static_cast<std::size_t>(level)]; }
-
- private:
-  ViewPyramid pyramid_;
-};
+}
 
 class CoarserPhotograph : public Photograph {
  public:
@@ -40,15 +40,10 @@ class CoarserPhotograph : public Photograph {
 }  // namespace
 
 ViewPyramid MakePyramid(const cv::Mat& srgb8) {
-  ViewPyramid levels{srgb8};
-  cv::Mat linear = LinearFloat({.pixels = srgb8, .transfer = Transfer::kSrgb});
-  while (linear.cols > 1 || linear.rows > 1) {
-    cv::Mat half;
-    cv::resize(linear, half, HalfOf(linear.size()), 0, 0, cv::INTER_AREA);
-    levels.push_back(Srgb8FromLinear(half));
-    linear = half;
-  }
-  return levels;
+  const cv::Size size = srgb8.size();
+  return Halvings(LinearFloat({.pixels = srgb8, .transfer = Transfer::kSrgb}), [&](const cv::Mat& level) {
+    return level.size() == size ? srgb8 : Srgb8FromLinear(level);
+  });
 }
 
 ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size) {
@@ -60,14 +55,7 @@ ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size) {
       level.at<cv::Vec4f>(y, x) = finite ? cv::Vec4f(light[0], light[1], light[2], 1) : cv::Vec4f(0, 0, 0, 0);
     }
   if (!size.empty() && size != level.size()) cv::resize(level.clone(), level, size, 0, 0, cv::INTER_AREA);
-  ViewPyramid levels{HalfFromFloat(level)};
-  while (level.cols > 1 || level.rows > 1) {
-    cv::Mat half;
-    cv::resize(level, half, HalfOf(level.size()), 0, 0, cv::INTER_AREA);
-    levels.push_back(HalfFromFloat(half));
-    level = half;
-  }
-  return levels;
+  return Halvings(std::move(level), HalfFromFloat);
 }
 
 int Photograph::LevelCount() const {
@@ -84,10 +72,6 @@ cv::Size Photograph::LevelSize(int level) const {
 
 std::size_t Photograph::LevelBytes(int level) const {
   return static_cast<std::size_t>(LevelSize(level).area()) * static_cast<std::size_t>(CV_ELEM_SIZE(type()));
-}
-
-std::shared_ptr<const Photograph> HoldPhotograph(ViewPyramid pyramid) {
-  return std::make_shared<HeldPhotograph>(std::move(pyramid));
 }
 
 std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first) {

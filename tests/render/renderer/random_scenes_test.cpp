@@ -1,3 +1,5 @@
+// Tests: render/gl/gl_renderer, render/renderer/reference_renderer.
+//
 // OpenGL against the reference on light fields that nobody thought of: few views and many, on caps, rings,
 // spheres, grids, lines, in two clusters back to back and in one place, at lopsided distances, in millimetres
 // and kilometres, with holes in their photographs and exposures of their own, by lenses that fold what lies
@@ -12,8 +14,9 @@
 #include <random>
 #include <string>
 
+#include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"

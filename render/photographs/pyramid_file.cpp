@@ -1,4 +1,4 @@
-#include "render/scene/pyramid_file.h"
+#include "render/photographs/pyramid_file.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -6,20 +6,21 @@
 
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/atomic_file.h"
+#include "core/geometry/digest.h"
 
 namespace ulf::render {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'u', 'l', 'f', 'p', 'y', 'r', '0', '1'};
 
-// What stands at the beginning, then a checksum for each level, then one of all before it.
+// At the beginning of the file; then a checksum for each level, then one of everything before it.
 struct Head {
   std::array<char, 8> magic = kMagic;
   std::uint64_t key = 0, gap_px = 0;
@@ -75,25 +76,6 @@ std::size_t HeadBytes(int levels) { return sizeof(Head) + (static_cast<std::size
 
 }  // namespace
 
-// Four sums side by side, as the processor likes it; each step can be undone, so that no change of one word
-// gets lost.
-std::uint64_t Checksum(std::string_view bytes, std::uint64_t seed) {
-  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;
-  const auto mix = [](std::uint64_t sum, std::uint64_t word) { return std::rotl((sum ^ word) * kOdd, 29); };
-  std::array<std::uint64_t, 4> sums{seed + 1, seed + 2, seed + 3, seed + 4};
-  std::size_t at = 0;
-  for (; at + 32 <= bytes.size(); at += 32) {
-    std::array<std::uint64_t, 4> words;
-    std::memcpy(words.data(), bytes.data() + at, 32);
-    for (std::size_t n = 0; n < 4; ++n) sums[n] = mix(sums[n], words[n]);
-  }
-  std::array<std::uint64_t, 4> rest{};
-  if (at < bytes.size()) std::memcpy(rest.data(), bytes.data() + at, bytes.size() - at);
-  std::uint64_t all = bytes.size();
-  for (std::size_t n = 0; n < 4; ++n) all = mix(mix(all, sums[n]), rest[n]);
-  return all;
-}
-
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
                       std::uint64_t gap_px) {
   static std::atomic<unsigned> next{1};
@@ -105,10 +87,10 @@ void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, cons
                   .levels = static_cast<std::int32_t>(pyramid.size())};
   std::string begin(BytesOf(&head, 1));
   for (const cv::Mat& level : pyramid) {
-    const std::uint64_t checksum = Checksum(BytesOf(level));
+    const std::uint64_t checksum = FastChecksumOf(BytesOf(level));
     begin += BytesOf(&checksum, 1);
   }
-  const std::uint64_t of_begin = Checksum(begin);
+  const std::uint64_t of_begin = FastChecksumOf(begin);
   begin += BytesOf(&of_begin, 1);
 
   const std::string temporary = fmt::format("{}.{}-{}{}", path.string(), getpid(), next++, kTemporaryEnding);
@@ -140,13 +122,13 @@ std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, st
   };
   if (head.magic != kMagic || head.key != key || head.width != photograph.size().width ||
       head.height != photograph.size().height || head.type != photograph.type() || head.levels != levels ||
-      Checksum(std::string_view(begin).substr(0, begin.size() - 8)) != checksum_at(levels))
+      FastChecksumOf(std::string_view(begin).substr(0, begin.size() - 8)) != checksum_at(levels))
     return std::nullopt;
   std::uint64_t offset = begin.size();
   for (int coarser = levels - 1; coarser > level; --coarser) offset += photograph.LevelBytes(coarser);
   cv::Mat pixels(photograph.LevelSize(level), photograph.type());
   if (!ReadAt(file.number(), offset, reinterpret_cast<char*>(pixels.data), photograph.LevelBytes(level)) ||
-      Checksum(BytesOf(pixels)) != checksum_at(level))
+      FastChecksumOf(BytesOf(pixels)) != checksum_at(level))
     return std::nullopt;
   return StoredLevel{pixels, head.gap_px};
 }

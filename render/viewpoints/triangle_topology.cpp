@@ -1,4 +1,4 @@
-#include "render/fields/triangle_topology.h"
+#include "render/viewpoints/triangle_topology.h"
 
 #include <algorithm>
 #include <map>
@@ -7,6 +7,7 @@
 #include "core/base/at.h"
 
 namespace ulf::render {
+
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles) {
   TriangleTopology topology;
   topology.edges_of_triangle.resize(triangles.size());
@@ -48,7 +49,7 @@ std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles
     std::vector<int> left = triangles_at[At(vertex)];
     bool first_fan = true;
     while (!left.empty()) {
-      // Grow one fan: triangles at this vertex that share another corner.
+      // One fan: triangles at this vertex that share another corner.
       std::vector<int> fan{left.back()};
       left.pop_back();
       for (std::size_t i = 0; i < fan.size(); ++i) {

@@ -1,9 +1,9 @@
-// The plain renderer that every fast path is compared with: one thread, one pixel after the other, double
-// precision up to the photograph's pixels and float light.
+// The reference renderer, against which the OpenGL renderer is tested: one thread, one pixel after the other,
+// double precision up to the photograph's pixels, float light.
 #pragma once
 
 #include "render/fields/aperture_field.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
@@ -29,13 +29,13 @@ class ReferenceRenderer : public Renderer {
   std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
 };
 
-// What Rendering::weights asks for, of the field at every pixel; `depth` as from Proxy::Depth().
+// Rendering::weights of a field; `depth` as from Proxy::Depth().
 std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options);
 
-// Bilinear between pixel centres, edges continued, in linear light: B G R and how much of the four pixels has
-// light at all. `img` in pixels of the view's camera, whatever the level.
+// Bilinear between pixel centres, edges repeated, in linear light: B G R and the share of the four pixels
+// that has light at all. `img`: in pixels of the view's camera, for every level.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
 }  // namespace ulf::render

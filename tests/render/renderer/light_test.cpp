@@ -1,3 +1,5 @@
+// Tests: render/photographs/photograph, render/photographs/photograph_store.
+//
 // Light beyond 8 bits, from photographs to renderings: EXR, masters, pixels without light.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,8 +15,10 @@
 #include "core/image/exr_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/light_field_io.h"
+#include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -58,7 +62,7 @@ double ShareBeyond(const cv::Mat& a, const cv::Mat& b, float tolerance) {
 TEST(Light, TenStopsComeBackFromAPhotographsOwnPlace) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)});
   for (SceneView& view : scene->views)
-    view.photograph = HoldPhotograph(MakeLinearPyramid(TenStops(view.camera, view.cam_from_world)));
+    view.photograph = test::HoldPhotograph(MakeLinearPyramid(TenStops(view.camera, view.cam_from_world)));
   const SceneView& view = scene->views[12];
   const cv::Mat photograph = TenStops(view.camera, view.cam_from_world);
   ASSERT_GT(Brightest(photograph), 20);
@@ -99,7 +103,7 @@ TEST(Light, PixelsWithoutLightHaveNoWeight) {
       SceneView& view = scene->views[i];
       cv::Mat light = test::LightOfPlane(view.camera, view.cam_from_world);
       if (with_gap && i == 12) light(cv::Rect(40, 30, 16, 12)) = cv::Scalar(kNan, kInfinity, -kInfinity);
-      view.photograph = HoldPhotograph(MakeLinearPyramid(light));
+      view.photograph = test::HoldPhotograph(MakeLinearPyramid(light));
     }
     return scene;
   };

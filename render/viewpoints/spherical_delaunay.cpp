@@ -1,4 +1,4 @@
-#include "render/fields/spherical_delaunay.h"
+#include "render/viewpoints/spherical_delaunay.h"
 
 #include <CGAL/Delaunay_triangulation_on_sphere_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -25,7 +25,7 @@ std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& dire
     const auto vertex = triangulation.insert(construct(Kernel::Point_3(d.x(), d.y(), d.z())));
     if (vertex != Triangulation::Vertex_handle()) vertex->info() = static_cast<int>(i);
   }
-  if (triangulation.dimension() < 2) return {};  // its iterators must not even be touched then
+  if (triangulation.dimension() < 2) return {};  // its iterators are undefined then
 
   std::vector<Triangle> triangles;
   for (auto face = triangulation.all_faces_begin(); face != triangulation.all_faces_end(); ++face) {
@@ -34,10 +34,7 @@ std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& dire
     const auto at = [&](int k) -> const Eigen::Vector3d& {
       return directions[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k)])];
     };
-    // A sliver whose corners lie on one great circle has no outside: it carries nothing and turns easily.
-    const double volume = at(0).dot(at(1).cross(at(2)));
-    if (volume <= 1e-14) continue;
-    triangles.push_back(triangle);
+    if (at(0).dot(at(1).cross(at(2))) > kLeastDirectionVolume) triangles.push_back(triangle);
   }
   return triangles;
 }

@@ -1,4 +1,4 @@
-#include "render/fields/viewpoint_mesh.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 #include <fmt/core.h>
 
@@ -9,27 +9,20 @@
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
-#include "render/fields/planar_delaunay.h"
-#include "render/fields/spherical_delaunay.h"
-#include "render/scene/subject_center.h"
+#include "core/base/quantile.h"
+#include "core/geometry/angles.h"
+#include "render/viewpoints/planar_delaunay.h"
+#include "render/viewpoints/spherical_delaunay.h"
+#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
 
-double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// For each direction the angle to its sixth nearest: about the edge of a triangulation there, whatever
-// duplicates.
-std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions) {
-  constexpr std::size_t kRank = 6;
+// For each direction the angle to its n-th nearest: about the length of an edge of a triangulation there,
+// even where there are duplicates.
+std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, int neighbour) {
   std::vector<double> spacing(directions.size(), 0.0);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     std::vector<double> cosines;
@@ -37,34 +30,35 @@ std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions) {
     for (std::size_t j = 0; j < directions.size(); ++j)
       if (j != i) cosines.push_back(-directions[i].dot(directions[j]));
     if (cosines.empty()) continue;
-    const std::size_t rank = std::min(kRank, cosines.size()) - 1;
+    const std::size_t rank = std::min(At(neighbour), cosines.size()) - 1;
     std::nth_element(cosines.begin(), cosines.begin() + static_cast<std::ptrdiff_t>(rank), cosines.end());
     spacing[i] = std::acos(std::clamp(-cosines[rank], -1.0, 1.0));
   }
   return spacing;
 }
 
-// The angle between neighbours if as many directions were spread evenly over the cap that holds all.
+// The angle between neighbours if as many directions were spread evenly over the cap that contains them.
 double EvenSpacing(const std::vector<Vector3d>& directions) {
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& direction : directions) middle += direction;
   double half_angle = 0;
-  for (const Vector3d& direction : directions) half_angle = std::max(half_angle, Angle(middle, direction));
+  for (const Vector3d& direction : directions)
+    half_angle = std::max(half_angle, AngleBetween(middle, direction));
   return std::sqrt(2 * M_PI * (1 - std::cos(half_angle)) / static_cast<double>(directions.size()));
 }
 
 // Directions closer than a share of the local spacing, in groups.
-std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions) {
-  constexpr double kSameRad = 1e-6;      // what CGAL would merge by itself
-  constexpr double kLeastOfUsual = 0.2;  // a camera that stood still must not set its own scale
-  const std::vector<double> spacing = LocalSpacing(directions);
-  // Nor may cameras that all did: the median is their tremor then.
-  const double floor = kLeastOfUsual * std::max(Median(spacing), EvenSpacing(directions));
+std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions,
+                                                const ViewpointMeshOptions& options) {
+  constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
+  const std::vector<double> spacing = LocalSpacing(directions, options.spacing_neighbour);
+  // The even spacing counts as well: where all cameras stood still, the median is only their tremor.
+  const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const double merge_rad = std::max(kSameRad, kDuplicateShare * std::max(spacing[i], floor));
+    const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
     const auto home = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& group) {
-      return Angle(directions[group.front()], directions[i]) < merge_rad;
+      return AngleBetween(directions[group.front()], directions[i]) < merge_rad;
     });
     if (home == groups.end())
       groups.push_back({i});
@@ -75,10 +69,11 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
 }
 
 // Views in nearly the same direction, in groups; the first of a group is the one nearest to the median
-// distance. What is left of many at each place is sparser than they were: grouped until nothing changes.
+// distance. Grouping makes the directions sparser, so it is repeated until nothing changes.
 std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
                                               const std::vector<Vector3d>& directions,
-                                              const std::vector<double>& distances, double median_distance) {
+                                              const std::vector<double>& distances, double median_distance,
+                                              const ViewpointMeshOptions& options) {
   std::vector<std::vector<std::size_t>> groups(directions.size());
   for (std::size_t i = 0; i < directions.size(); ++i) groups[i] = {i};
   for (std::size_t before = groups.size() + 1; groups.size() < before;) {
@@ -86,7 +81,7 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
     std::vector<Vector3d> heads;
     for (const auto& group : groups) heads.push_back(directions[group.front()]);
     std::vector<std::vector<std::size_t>> merged;
-    for (const std::vector<std::size_t>& together : GroupOnce(heads)) {
+    for (const std::vector<std::size_t>& together : GroupOnce(heads, options)) {
       auto& out = merged.emplace_back();
       for (const std::size_t group : together)
         out.insert(out.end(), groups[group].begin(), groups[group].end());
@@ -120,7 +115,7 @@ std::vector<double> SpacingOfTriangles(const std::vector<Vector3d>& directions,
   for (const Triangle& t : triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       const int from = t[k], to = t[(k + 1) % 3];
-      const double angle = Angle(directions[At(from)], directions[At(to)]);
+      const double angle = AngleBetween(directions[At(from)], directions[At(to)]);
       edges_at[At(from)].push_back(angle);
       edges_at[At(to)].push_back(angle);
     }
@@ -144,10 +139,11 @@ void Keep(std::vector<Triangle>& triangles, std::vector<double>& along, const st
   along.resize(kept);
 }
 
-// Peels rim triangles whose cap exceeds kWideTriangle times the local spacing, widest first within a round,
-// and only where the corner behind the rim edge is still inside: so the rest stays manifold and keeps all
-// vertices. `cap_ratio` is the cap's radius over the local spacing, kept along with the triangles.
-void PeelRim(int vertex_count, std::vector<Triangle>& triangles, std::vector<double>& cap_ratio) {
+// Removes rim triangles whose cap is wider than `wide_triangle` times the local spacing, widest first within
+// a round, and only where the corner behind the rim edge is interior: the rest stays manifold and keeps all
+// vertices. `cap_ratio` is the cap's radius over the local spacing; it is kept along with the triangles.
+void PeelRim(int vertex_count, double wide_triangle, std::vector<Triangle>& triangles,
+             std::vector<double>& cap_ratio) {
   for (bool peeled = true; peeled;) {
     peeled = false;
     const TriangleTopology topology = MakeTopology(vertex_count, triangles);
@@ -162,7 +158,7 @@ void PeelRim(int vertex_count, std::vector<Triangle>& triangles, std::vector<dou
     const auto ratio = [&](const MeshEdge* edge) { return cap_ratio[At(edge->triangle[0])]; };
     std::stable_sort(rim.begin(), rim.end(), [&](auto* a, auto* b) { return ratio(a) > ratio(b); });
     for (const MeshEdge* edge : rim) {
-      if (ratio(edge) <= kWideTriangle) break;
+      if (ratio(edge) <= wide_triangle) break;
       if (on_rim[At(edge->opposite[0])]) continue;
       keep[At(edge->triangle[0])] = false;
       on_rim[At(edge->opposite[0])] = true;
@@ -182,7 +178,8 @@ bool Folds(const ViewpointMesh& mesh, double subject_radius) {
   });
 }
 
-void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, double subject_radius) {
+void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, double subject_radius,
+                        int most_rounds) {
   std::vector<double> distance(mesh.vertices.size());
   std::vector<Vector3d> direction(mesh.vertices.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -191,7 +188,7 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
     direction[i] = arm / distance[i];
   }
   mesh.folds_remain = Folds(mesh, subject_radius);
-  while (mesh.folds_remain && mesh.smoothing_rounds < kMaxSmoothingRounds) {
+  while (mesh.folds_remain && mesh.smoothing_rounds < most_rounds) {
     std::vector<double> smoothed = distance;
     for (std::size_t i = 0; i < distance.size(); ++i) {
       const std::vector<int>& ring = topology.neighbours[i];
@@ -208,11 +205,9 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
   }
 }
 
-// Outward ways fan out from the middle of the cap, so that the strips between them do not cross; where the
-// boundary runs so that this would lead back over the mesh, the boundary's own normal is taken.
-void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology) {
-  constexpr double kLengthOverDistance = 8;
-  constexpr double kMinCosine = 0.2;
+// Outward tangents point away from the middle of the cap, so that the strips between them do not cross. Where
+// that would lead back over the mesh, because of how the boundary runs, the boundary's normal is used.
+void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const ViewpointMeshOptions& options) {
   Vector3d middle = Vector3d::Zero();
   for (const auto& vertex : mesh.vertices)
     middle += (vertex.position_in_world - mesh.center_in_world).normalized();
@@ -227,13 +222,13 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology) {
     const Vector3d normal = along.cross(radial).normalized();
     Vector3d fan = radial.dot(middle) * radial - middle;
     fan = fan.norm() > 1e-6 ? Vector3d(fan.normalized()) : normal;
-    vertex.outward_in_world =
-        kLengthOverDistance * mesh.median_distance * (fan.dot(normal) > kMinCosine ? fan : normal);
+    vertex.outward_in_world = options.outward_over_distance * mesh.median_distance *
+                              (fan.dot(normal) > options.least_outward_cosine ? fan : normal);
     ++mesh.boundary_vertices;
   }
 }
 
-// Azimuth counts from the middle of the viewpoints: the seam is where most likely nobody stood.
+// Azimuth counts from the middle of the viewpoints, so that the seam lies where most likely nobody stood.
 std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& directions, const Vector3d& up) {
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& direction : directions) middle += direction;
@@ -246,13 +241,14 @@ std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& dire
     points.emplace_back(std::atan2(d.dot(east), d.dot(front)), std::asin(std::clamp(d.dot(up), -1.0, 1.0)));
   std::vector<Triangle> triangles = PlanarDelaunay(points);
   std::erase_if(triangles, [&](const Triangle& t) {
-    return directions[At(t[0])].dot(directions[At(t[1])].cross(directions[At(t[2])])) <= 1e-14;
+    return directions[At(t[0])].dot(directions[At(t[1])].cross(directions[At(t[2])])) <=
+           kLeastDirectionVolume;
   });
   return triangles;
 }
 
-// Triangles, trimmed and made manifold; fills confidence. Vertices may be repeated where the mesh hangs by a
-// point.
+// Makes the triangles, trimmed and manifold, and their confidence. Where two parts of the mesh hang together
+// at one point only, its vertex is repeated.
 void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   std::vector<Vector3d> directions;
   for (const auto& vertex : mesh.vertices)
@@ -265,21 +261,22 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double cap = CapRadius(directions, mesh.triangles[t]);
     cap_ratio.push_back(cap / spacing[t]);
-    keep.push_back(cap < kOpeningRad);
+    keep.push_back(cap < options.opening_rad);
   }
   Keep(mesh.triangles, cap_ratio, keep);
   for (const int old : SplitPinches(static_cast<int>(mesh.vertices.size()), mesh.triangles))
     mesh.vertices.push_back(mesh.vertices[At(old)]);
-  PeelRim(static_cast<int>(mesh.vertices.size()), mesh.triangles, cap_ratio);
-  for (const double ratio : cap_ratio) mesh.confidence.push_back(std::min(1.0, kWideTriangle / ratio));
+  PeelRim(static_cast<int>(mesh.vertices.size()), options.wide_triangle, mesh.triangles, cap_ratio);
+  for (const double ratio : cap_ratio)
+    mesh.confidence.push_back(std::min(1.0, options.wide_triangle / ratio));
 }
 
-// Pieces of what is left when directions farther apart than the widest opening are not joined.
+// The number of groups, when directions farther apart than the widest opening are not joined.
 int GroupsFarApart(const ViewpointMesh& mesh) {
   std::vector<Vector3d> directions;
   for (const auto& vertex : mesh.vertices)
     directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
-  const double least_cosine = std::cos(kOpeningRad);
+  const double least_cosine = std::cos(mesh.opening_rad);
   std::vector<bool> reached(directions.size(), false);
   int groups = 0;
   for (std::size_t first = 0; first < directions.size(); ++first) {
@@ -299,12 +296,12 @@ int GroupsFarApart(const ViewpointMesh& mesh) {
   return groups;
 }
 
-std::string InGroups(int groups) {
-  if (groups < 2) return {};
+std::string GroupsText(const ViewpointMesh& mesh) {
+  if (mesh.groups < 2) return {};
   return fmt::format(
       "; they stand in {} groups, {:.0f} deg or more apart: what a picture from between them shows is a "
       "guess",
-      groups, kOpeningRad * 180 / M_PI);
+      mesh.groups, Degrees(mesh.opening_rad));
 }
 
 }  // namespace
@@ -329,15 +326,15 @@ std::string ViewpointMesh::Description() const {
       return Counted(views, "view") + " in one place: the nearest view is shown";
     case Span::kLine:
       return Counted(views, "view") + " that span no surface (a row, a ring, or too few): lumigraph weights" +
-             InGroups(groups);
+             GroupsText(*this);
     default:
       return fmt::format("{}, {}, {} on the rim, {:.2f} deg apart{}{}", Counted(vertices.size(), "viewpoint"),
-                         Counted(triangles.size(), "triangle"), boundary_vertices, mean_edge_rad * 180 / M_PI,
+                         Counted(triangles.size(), "triangle"), boundary_vertices, Degrees(mean_edge_rad),
                          smoothing_rounds == 0
                              ? std::string()
                              : fmt::format(", {} of smoothing{}", Counted(smoothing_rounds, "round"),
                                            folds_remain ? " and still folding" : ""),
-                         InGroups(groups));
+                         GroupsText(*this));
   }
 }
 
@@ -356,9 +353,10 @@ bool InsideHull(const ViewpointMesh& mesh, const Vector3d& direction) {
 
 ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, const Subject& subject,
                                 const ViewpointMeshOptions& options) {
-  constexpr double kSamePlaceShare = 1e-6;
+  constexpr double kSamePlaceShare = 1e-6;  // of the median distance: rounding
   ViewpointMesh mesh;
   mesh.center_in_world = subject.center_in_world;
+  mesh.opening_rad = options.opening_rad;
 
   std::vector<int> views;
   std::vector<Vector3d> directions;
@@ -375,7 +373,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   double extent = 0;
   for (const int view : views)
     extent = std::max(extent, (centers_in_world[At(view)] - centers_in_world[At(views[0])]).norm());
-  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance))
+  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance, options))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
   mesh.groups = GroupsFarApart(mesh);
@@ -387,16 +385,17 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   std::size_t inside = 0;
   for (std::size_t i = 0; i < viewpoints; ++i)
     inside += !topology.neighbours[i].empty() && topology.boundary_neighbours[i][0] < 0;
-  if (static_cast<double>(inside) < kMinInteriorShare * static_cast<double>(viewpoints) || inside == 0)
+  if (static_cast<double>(inside) < options.least_interior_share * static_cast<double>(viewpoints) ||
+      inside == 0)
     return mesh;
 
   mesh.span = Span::kSurface;
-  SmoothWhileFolding(mesh, topology, subject.radius);
-  FindOutward(mesh, topology);
+  SmoothWhileFolding(mesh, topology, subject.radius, options.most_smoothing_rounds);
+  FindOutward(mesh, topology, options);
   double sum = 0;
   for (const MeshEdge& edge : topology.edges)
-    sum += Angle(mesh.vertices[At(edge.from)].position_in_world - mesh.center_in_world,
-                 mesh.vertices[At(edge.to)].position_in_world - mesh.center_in_world);
+    sum += AngleBetween(mesh.vertices[At(edge.from)].position_in_world - mesh.center_in_world,
+                        mesh.vertices[At(edge.to)].position_in_world - mesh.center_in_world);
   mesh.mean_edge_rad = sum / static_cast<double>(topology.edges.size());
   return mesh;
 }
