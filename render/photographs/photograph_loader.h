@@ -1,18 +1,17 @@
 // Reads levels of photographs in its own threads, before the renderer needs them.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <exception>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "render/photographs/photograph.h"
 
 namespace ulf::render {
@@ -50,16 +49,16 @@ class PhotographLoader {
   };
   void Run();
   std::optional<Request> Next();  // waits; none: the loader is being destroyed
-  std::optional<cv::Mat> TakeLocked(const Key& key);
+  std::optional<cv::Mat> TakeLocked(const Key& key) ULF_REQUIRES(mutex_);
 
-  std::mutex mutex_;
-  std::condition_variable work_, news_;
-  std::vector<Request> waiting_;    // most urgent last
-  std::map<Key, bool> being_read_;  // whether it is still requested
-  std::map<Key, Read> read_;
-  std::size_t read_bytes_ = 0;
-  int waiters_ = 0;
-  bool over_ = false;
+  Mutex mutex_;
+  ConditionVariable work_, news_;
+  std::vector<Request> waiting_ ULF_GUARDED_BY(mutex_);    // most urgent last
+  std::map<Key, bool> being_read_ ULF_GUARDED_BY(mutex_);  // whether it is still requested
+  std::map<Key, Read> read_ ULF_GUARDED_BY(mutex_);
+  std::size_t read_bytes_ ULF_GUARDED_BY(mutex_) = 0;
+  int waiters_ ULF_GUARDED_BY(mutex_) = 0;
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };
 

@@ -3,9 +3,9 @@
 // around the image, whose depths are extrapolated, extend the triangles past its edges.
 #pragma once
 
-#include <mutex>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "render/proxy/proxy.h"
 
 namespace ulf::render {
@@ -40,10 +40,10 @@ class PointsProxy : public Proxy {
   PointsProxyOptions options_;
   std::vector<Eigen::Vector3d> points_;
   // The result for the last camera.
-  mutable std::mutex mutex_;
-  mutable CameraModel last_camera_;
-  mutable std::optional<Eigen::Matrix4d> last_cam_from_world_;
-  mutable std::shared_ptr<const TriangleMesh> last_;
+  mutable Mutex mutex_;
+  mutable CameraModel last_camera_ ULF_GUARDED_BY(mutex_);
+  mutable std::optional<Eigen::Matrix4d> last_cam_from_world_ ULF_GUARDED_BY(mutex_);
+  mutable std::shared_ptr<const TriangleMesh> last_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::render

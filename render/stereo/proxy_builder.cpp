@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <mutex>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "render/stereo/depth_fusion.h"
@@ -36,14 +36,17 @@ class Stopwatch {
 
 std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progress* progress) {
   std::vector<StereoView> views(scene.views.size());
-  std::size_t done = 0;
-  std::mutex showing;
+  struct {
+    Mutex mutex;
+    std::size_t done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   ParallelFor(views.size(), [&](std::size_t i) {
     views[i] = MakeStereoView(scene.views[i], size_px);
-    const std::lock_guard lock(showing);
+    const MutexLock lock(shown.mutex);
     if (progress)
-      progress->Show(kPhotographsShare * static_cast<double>(++done) / static_cast<double>(views.size()),
-                     "photographs");
+      progress->Show(
+          kPhotographsShare * static_cast<double>(++shown.done) / static_cast<double>(views.size()),
+          "photographs");
   });
   return views;
 }
@@ -92,14 +95,16 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
                                  const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
-  std::mutex drawing;
+  Mutex drawing;  // of `gl`
   const auto costs = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
     if (!gl) return MatchingCosts(view, task.neighbours, depths);
-    const std::lock_guard lock(drawing);
+    const MutexLock lock(drawing);
     return gl->MatchingCosts(view, task.neighbours, depths);
   };
-  int done = 0;
-  std::mutex showing;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   ParallelFor(tasks.size(), [&](std::size_t i) {
     const Task& task = tasks[i];
     const StereoView& view = views[static_cast<std::size_t>(task.view)];
@@ -107,9 +112,9 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
     maps[i] = {view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
                (depths.most - depths.least) / (depths.planes - 1)};
-    const std::lock_guard lock(showing);
+    const MutexLock lock(shown.mutex);
     if (progress)
-      progress->Show(kPhotographsShare + kMapsShare * ++done / static_cast<double>(tasks.size()),
+      progress->Show(kPhotographsShare + kMapsShare * ++shown.done / static_cast<double>(tasks.size()),
                      "depth maps");
   });
   return maps;
