@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
-#include "render/fields/viewpoint_mesh.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::commands {
 namespace {

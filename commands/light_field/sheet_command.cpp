@@ -16,10 +16,11 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/operator/coverage_drawing.h"
+#include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::commands {
 namespace {

@@ -33,22 +33,24 @@ Vector2d PixelOf(const std::string& text, const CameraModel& camera) {
 }  // namespace
 
 void AddApertureOptions(CLI::App& sub, ApertureArgs& args) {
-  auto* radius = sub.add_option("--aperture", args.radius,
-                                "Depth of field: radius of the virtual lens, in the light field's units")
-                     ->check(NonNegative());
-  sub.add_option("--f-number", args.f_number, "The same as an f-number, where the units are metres")
+  auto* radius =
+      sub.add_option("--aperture", args.radius,
+                     "Depth of field: radius of the virtual lens in the light field's units (none)")
+          ->check(NonNegative());
+  sub.add_option("--f-number", args.f_number,
+                 "The same as an f-number; the light field's units must be metres")
       ->check(Positive())
       ->excludes(radius);
   sub.add_option("--sensor-width-mm", args.sensor_width_mm,
-                 "Width of the sensor that --f-number means; 36 is full frame")
+                 "Width of the sensor for --f-number (36: full frame)")
       ->check(Positive());
-  auto* distance = sub.add_option("--focus", args.focus_distance,
-                                  "Where the aperture is focused: distance along the optical axis, in the "
-                                  "light field's units; without it, on the subject's centre")
-                       ->check(Positive());
+  auto* distance =
+      sub.add_option("--focus", args.focus_distance,
+                     "Distance of the focal plane along the optical axis, in the light field's units (the "
+                     "subject's centre is in focus)")
+          ->check(Positive());
   sub.add_option("--focus-at", args.focus_at,
-                 "The same as a pixel X,Y of the path's first picture: what the proxy has there stays in "
-                 "focus")
+                 "Pixel X,Y of the path's first picture: the proxy's point there stays in focus")
       ->excludes(distance);
 }
 
@@ -60,8 +62,9 @@ void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path&
   const std::string units = ReadLightField(light_field).units;
   if (units != "metres")
     throw UsageError(
-        "--f-number: {} has {} units, in which a lens of so many millimetres has no size; give --aperture "
-        "(radius in these units), or poses in metres (ulf capture --poses with a marker)",
+        "--f-number: {} has {} units, in which the size of a lens is unknown; give --aperture (radius in "
+        "these units), or "
+        "poses in metres (ulf capture --poses with a marker)",
         light_field.string(), units);
 }
 
@@ -91,7 +94,7 @@ void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh
     throw Error("an aperture needs viewpoints that span a surface ({}); record more around them",
                 mesh.Description());
   throw UsageError(
-      "--field {}: has no mesh of viewpoints to widen; with an aperture, give subdivision or linear",
+      "--field {}: this field has no mesh of viewpoints; with an aperture, give subdivision or linear",
       render::FieldName(field.kind));
 }
 
@@ -114,8 +117,8 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
   if (widest->radius > apart) return;
   spdlog::warn(
       "an aperture of {:.3g} (radius) is no wider than the viewpoints are apart ({:.3g}): pictures are "
-      "hardly "
-      "blurred more than without one; give a wider one, or record views closer together",
+      "hardly more "
+      "blurred than without one; give a wider one, or record views closer together",
       widest->radius, apart);
 }
 

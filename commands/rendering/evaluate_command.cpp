@@ -88,16 +88,14 @@ void PrintTable(const render::EvaluateSummary& summary) {
     const std::string rim = result.rim.views > 0
                                 ? fmt::format("{:7.2f} {:6.4f}", result.rim.psnr_db, result.rim.ssim)
                                 : fmt::format("{:>7} {:>6}", "-", "-");
-    const bool has_level =
-        result.used.kind == render::FieldKind::kLinear || result.used.kind == render::FieldKind::kSubdivision;
+    const bool has_level = render::UsesMesh(result.used.kind);
     const std::string name = render::FieldName(result.asked.kind);
-    fmt::print("{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
-               result.proxy, proxy_width, has_level ? render::LevelName(result.used.level) : "", main.psnr_db,
-               main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
-               result.empty_px,
-               result.asked.kind == result.used.kind
-                   ? ""
-                   : "  (really " + render::FieldName(result.used.kind) + ")");
+    fmt::print(
+        "{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
+        result.proxy, proxy_width, has_level ? render::LevelName(result.used.level) : "", main.psnr_db,
+        main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
+        result.empty_px,
+        result.asked.kind == result.used.kind ? "" : "  (used: " + render::FieldName(result.used.kind) + ")");
   }
   const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;
   if (rim_views == summary.held_out)
@@ -123,9 +121,9 @@ int RunEvaluate(const EvaluateArgs& args) {
   options.proxies = Proxies(args, scene->subject);
   if (args.proxies.empty() && options.proxies.size() > 1)
     spdlog::info(
-        "compared are all proxies that {} has; those that know the left-out views score a little too well "
-        "(ulf "
-        "proxy --leave-out-every {} makes a mesh that does not)",
+        "all proxies of {} are compared; those that were made with the left-out views score a little too "
+        "well (ulf proxy "
+        "--leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
   const render::EvaluateSummary summary = render::Evaluate(*scene, options, &progress);
@@ -150,24 +148,26 @@ int RunEvaluate(const EvaluateArgs& args) {
 
 void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<EvaluateArgs>();
-  CLI::App* sub = app.add_subcommand(
-      "evaluate",
-      "Leaves views out, renders them, and compares with the photographs; or compares a path with its truth");
+  CLI::App* sub = app.add_subcommand("evaluate",
+                                     "Leaves views out, renders them, and compares them with their "
+                                     "photographs; or compares a path with true pictures");
   AddSceneOptions(*sub, *args);
-  sub->add_option("--every", args->every, "Leave out every k-th view")->check(CLI::Range(2, 1000000));
-  sub->add_option("--fields", args->fields, "Blending weights to compare, comma-separated")->delimiter(',');
+  sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
+  sub->add_option("--fields", args->fields, "Blending fields to compare, separated by commas (all)")
+      ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option(
-         "--proxy", args->proxies,
-         "Geometry; given several times, all are compared: plane, plane:x,y,z,d, points (tracked ones), mesh "
-         "(DIR/proxy.ply), "
-         "PLY or OBJ files; without, plane and whichever of points and mesh there are. A mesh should not "
-         "have seen the left-out views (ulf proxy --leave-out-every)")
+  sub->add_option("--proxy", args->proxies,
+                  "Geometry: plane, plane:x,y,z,d, points (the tracked points), mesh (DIR/proxy.ply), a PLY "
+                  "or an OBJ file; may be "
+                  "given several times (plane, and the light field's points and mesh). A mesh should be made "
+                  "without the left-out "
+                  "views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
-  sub->add_option("--plot", args->plot,
-                  "Chart to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the "
-                  "temporal error over time");
+  sub->add_option(
+      "--plot", args->plot,
+      "Chart file to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the temporal "
+      "error over time");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });

@@ -100,7 +100,7 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
   return render::BuildProxy(*scene, args.options, &progress);
 }
 
-// Whether the mesh was worth its triangles: the others beside it, on views that are left out.
+// Compares the mesh with the other proxies on left-out views.
 void Explain(const ProxyArgs& args, const LightField& light_field, const std::string& mesh_file) {
   render::SceneOptions options;
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
@@ -114,8 +114,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
   for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
   if (args.leave_out_every == 0)
-    fmt::print(stderr,
-               "(the mesh was made from the views that are left out, too, and scores a little too well)\n");
+    fmt::print(stderr, "(the mesh was made with the left-out views, too, and scores a little too well)\n");
 }
 
 int RunProxy(const ProxyArgs& args) {
@@ -131,8 +130,8 @@ int RunProxy(const ProxyArgs& args) {
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
-        "depth, and "
-        "the mesh is rough; views from farther apart make it better",
+        "depth, and the "
+        "mesh is rough; views from farther apart make it better",
         proxy.summary.pixel_depth_radii);
   Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (args.explain) Explain(args, light_field, out);
@@ -148,31 +147,31 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("dir", args->dir, "The light field: a folder with a journal or a transforms.json")
       ->required();
   sub->add_option("-o,--output", args->out, "PLY file to write (DIR/proxy.ply)");
-  sub->add_option("--from", args->from, "Take this mesh (PLY or OBJ, in the light field's world) instead");
-  sub->add_option("--subject", args->subject,
-                  "Centre and radius x,y,z,r of the subject, where the light field does not say");
+  sub->add_option("--from", args->from,
+                  "Copy this mesh (PLY or OBJ, in the light field's world) in place of building one");
+  sub->add_option("--subject", args->subject, "Centre and radius x,y,z,r of the subject (the light field's)");
   sub->add_option("--leave-out-every", args->leave_out_every,
-                  "Do not use every k-th view, those that evaluate --every k leaves out")
+                  "Do not use every k-th view: those that ulf evaluate --every k leaves out (none)")
       ->check(CLI::Range(2, 1000000));
-  sub->add_option("--size", args->options.size_px, "Longer side of the pictures that are compared, in pixels")
+  sub->add_option("--size", args->options.size_px,
+                  "Longer side of the photographs that are compared, in pixels")
       ->check(CLI::Range(32, 4096))
       ->capture_default_str();
-  sub->add_option("--depth-maps", args->options.depth_maps, "Views that get a depth map, at most")
+  sub->add_option("--depth-maps", args->options.depth_maps, "Largest number of views that get a depth map")
       ->check(CLI::Range(2, 60000))
       ->capture_default_str();
-  sub->add_option("--neighbours", args->options.neighbours, "Views that each of them is compared with")
+  sub->add_option("--neighbours", args->options.neighbours,
+                  "Number of views with which each of them is compared")
       ->check(CLI::Range(1, 32))
       ->capture_default_str();
-  sub->add_option("--triangles", args->options.most_triangles, "At most about so many")
+  sub->add_option("--triangles", args->options.most_triangles, "Largest number of triangles, about")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
-  sub->add_option(
-         "--renderer", args->renderer,
-         "What compares pictures: gl (OpenGL without a window), reference (the processor), or auto (gl on "
-         "a GPU)")
+  sub->add_option("--renderer", args->renderer,
+                  "What compares photographs: gl (OpenGL without a window), reference (the processor), or "
+                  "auto (gl on a GPU)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
-  sub->add_flag("--explain", args->explain,
-                "Whether the mesh is worth it: plane, points and mesh on left-out views");
+  sub->add_flag("--explain", args->explain, "Compare plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
   sub->callback([&chosen, args] {

@@ -18,7 +18,9 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
+#include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
+#include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_files.h"
@@ -27,12 +29,11 @@
 #include "render/output/video.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
-#include "render/scene/fingerprint.h"
 
 namespace ulf::commands {
 namespace {
 
-constexpr int kLargestPicture = 16384;  // what OpenGL draws into on the machines this was tried on
+constexpr int kLargestPicture = 16384;  // pixels: the largest that was tried (large_long_test)
 
 struct RenderArgs : SceneArgs {
   std::string path = "orbit";
@@ -41,8 +42,8 @@ struct RenderArgs : SceneArgs {
   FieldArgs field_details;
   std::string frames;
   int width = 0, height = 0;
-  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: as the photographs' or the path's
-  double zoom = 0;                   // 0: just enough to fill the pictures of a named path
+  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: the photographs' or the path's
+  double zoom = 0;                   // 0: FillingZoom() for named paths
   double fps = 30;
   ApertureArgs aperture;
   std::string out;
@@ -57,8 +58,8 @@ struct RenderArgs : SceneArgs {
   bool json = false;
 };
 
-// The size that was asked for: one of width and height keeps the shape, both keep the horizontal field of
-// view.
+// The camera with the requested size: width or height alone keeps the shape, both keep the horizontal field
+// of view.
 CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   if (args.width == 0 && args.height == 0) return camera;
   const int width =
@@ -75,7 +76,7 @@ CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// The lens that was asked for, in pixels of the picture.
+// The camera with the requested lens.
 CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   const double focal_px =
       args.fov_deg > 0 ? 0.5 * camera.width / std::tan(0.5 * args.fov_deg * M_PI / 180) : args.focal_px;
@@ -83,7 +84,8 @@ CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// With a camera for each pose, as asked: the lens of a named path is that of its first picture.
+// The requested path, with a camera for each pose. The requested lens is that of a named path's first
+// picture.
 render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& scene, int frames) {
   const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
   render::CameraPath path = render::MakePath(
@@ -99,18 +101,19 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
 void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
   const bool lens_is_free = render::IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
   const double zoom = args.zoom > 0  ? args.zoom
-                      : lens_is_free ? render::ZoomThatFills(renderer, path, path.cameras.front())
+                      : lens_is_free ? render::FillingZoom(renderer, path, path.cameras.front())
                                      : 1.0;
   if (args.zoom == 0 && zoom > 1)
-    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1: not)", zoom);
+    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1 switches this off)",
+                 zoom);
   for (CameraModel& camera : path.cameras) {
     camera.fx *= zoom;
     camera.fy *= zoom;
   }
 }
 
-// Only what its weights depend on.
-std::string FieldText(const render::FieldOptions& field) {
+// The values on which the field's weights depend, for render.json.
+std::string FieldSetting(const render::FieldOptions& field) {
   const std::string name = render::FieldName(field.kind);
   switch (field.kind) {
     case render::FieldKind::kSubdivision:
@@ -124,9 +127,9 @@ std::string FieldText(const render::FieldOptions& field) {
   }
 }
 
-// A photograph that was made anew has the same number and pose, hardly ever the same size on disk. Its time
-// is not asked: copies on several machines may fill one folder.
-void AddPhotographs(const std::string& dir, render::Fingerprint& views) {
+// Photographs are identified by their size on disk, which changes when one is replaced. Their times do not
+// count, so that copies of the light field on several machines can fill one folder.
+void AddPhotographs(const std::string& dir, Digest& views) {
   const LightField light_field = ReadLightField(dir);
   const auto add = [&](const std::string& file) {
     std::error_code missing;
@@ -146,12 +149,12 @@ std::string SizesOf(const render::CameraPath& path) {
   return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
 }
 
-// All that a picture of the path depends on: pictures of one folder have it in common.
+// All values on which the pictures of the path depend. The pictures of one folder have them in common.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
                                               const render::CameraPath& path) {
   const render::RenderScene& scene = renderer.scene();
-  render::Fingerprint views, poses, lenses, proxy;
-  scene.proxy->AddTo(proxy);
+  Digest views, poses, lenses;
+  const auto text = [](std::uint64_t value) { return fmt::format("{:016x}", value); };
   for (const render::SceneView& view : scene.views) {
     views.Add(view.id);
     views.Add(view.cam_from_world);
@@ -169,15 +172,15 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
     for (const double value : aperture.focus_in_world) lenses.Add(value);
   }
   const Subject& subject = scene.subject;
-  return {{"views", fmt::format("{} ({})", scene.views.size(), views.Text())},
+  return {{"views", fmt::format("{} ({})", scene.views.size(), text(views.Value()))},
           {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
                                   subject.center_in_world.z(), subject.radius)},
           {"path", fmt::format("{}, {} of {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
-                               SizesOf(path), poses.Text())},
+                               SizesOf(path), text(poses.Value()))},
           {"viewpoint mesh", args.viewpoint_mesh},
-          {"field", FieldText(renderer.field())},
-          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), proxy.Text())},
-          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), lenses.Text())},
+          {"field", FieldSetting(renderer.field())},
+          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), text(scene.proxy->Fingerprint()))},
+          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), text(lenses.Value()))},
           {"renderer", RendererFromName(args.renderer) == render::RendererKind::kGl ? "gl" : "reference"},
           {"fill", args.no_fill ? "none" : "nearest views"},
           {"shows", args.show_field ? "blending field" : "light"},
@@ -186,11 +189,11 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
           {"weights", args.weights ? "written" : "not written"}};
 }
 
-// What came of a render.
+// The figures of a render.
 struct RenderReport {
   int rendered = 0, kept = 0;
-  int blank = 0;  // that show nothing at all
-  double ms = 0;  // of all but the first, at which drivers compile
+  int blank = 0;  // pictures that show nothing
+  double ms = 0;  // of all pictures except the first, at which drivers compile
   long filled = 0, empty = 0, pixels = 0;
 
   void Add(const render::Rendering& picture) {
@@ -211,14 +214,15 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
   if (report.blank > 0)
     spdlog::warn(
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
-        "this light field's world, and the subject where the views look (--subject x,y,z,radius)?",
+        "this light "
+        "field's world, and the subject where the views look (--subject x,y,z,radius)?",
         report.blank, report.rendered);
-  constexpr double kFar = 0.25;
+  constexpr double kFar = 0.25;  // share of the pixels. Guessed.
   if (const double unseen = report.Share(report.filled + report.empty);
       report.blank == 0 && unseen > kFar && renderer.field().kind != render::FieldKind::kNearest)
     spdlog::warn(
-        "{:.0f} % of the pixels are empty or filled from views that do not belong there: the path leaves the "
-        "recorded viewpoints by far",
+        "{:.0f} % of the pixels are empty or filled from other views: the path is far outside the recorded "
+        "viewpoints",
         100 * unseen);
   if (args.json) {
     const nlohmann::json json{{"frames", report.rendered},
@@ -258,7 +262,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
 
 std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
                                                    const render::PictureEncoding& encoding) {
-  FieldDetails(args.field_details);  // what is wrong with them is said before anything is loaded
+  FieldDetails(args.field_details);  // so that an error in them comes before anything is loaded
   if (args.field != render::kAuto) render::FieldFromName(args.field);
   SceneArgs scene_args = args;
   if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
@@ -267,8 +271,8 @@ std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
   return scene;
 }
 
-// The options that give what was chosen.
-std::string AsAsked(const RenderArgs& args, const render::Choice& choice) {
+// The options for the proxy and the field that were chosen.
+std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
   const render::FieldOptions& field = choice.field;
   const bool has_level =
       field.kind == render::FieldKind::kSubdivision && field.level != render::FieldOptions{}.level;
@@ -289,10 +293,10 @@ std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const rende
   else if (!choice.why.empty())
     spdlog::info("{}", choice.why);
   if (!choice.candidates.empty())
-    spdlog::info("without trying them out the next time: {}", AsAsked(args, choice));
+    spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
   if (args.proxy == render::kAuto && !choice.proxy->Occluder() &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
-    spdlog::info("a mesh usually shows more, and is made by: ulf proxy {}", ShellWord(args.dir));
+    spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
   const auto scene = render::WithProxy(*plain, choice.proxy);
   auto renderer = render::MakeRenderer(scene, {.field = choice.field,
                                                .renderer = RendererFromName(args.renderer),
@@ -370,60 +374,66 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   AddSceneOptions(*sub, *args);
   sub->add_option(
       "--path", args->path,
-      "orbit, dolly (towards the subject), vertigo (the same while zooming out), spiral, a file of TUM "
-      "poses, "
-      "another light field whose poses to take, or a JSON file: keyframes, or a camera path of nerfstudio's "
-      "viewer");
-  sub->add_option(
-      "--field", args->field,
-      "Blending weights: auto (by evidence), subdivision, linear, lumigraph, lumigraph-per-pixel, nearest");
+      "Camera path (orbit): orbit, dolly (towards the subject), vertigo (a dolly that zooms out), spiral, a "
+      "file of TUM "
+      "poses, another light field (its poses), or a JSON file of keyframes or of nerfstudio's viewer");
+  sub->add_option("--field", args->field,
+                  "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
+                  "lumigraph-per-pixel, "
+                  "nearest");
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option(
-      "--proxy", args->proxy,
-      "Geometry that photographs are projected onto: auto (by evidence), plane (through the subject, facing "
-      "the camera), plane:x,y,z,d (normal . point = d), points (tracked ones, triangulated in each picture), "
-      "mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+  sub->add_option("--proxy", args->proxy,
+                  "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the "
+                  "subject, facing the "
+                  "camera), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
+                  "each picture), mesh "
+                  "(DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
   sub->add_option(
       "--frames", args->frames,
-      "Pictures on a named path (120; 1 for a single picture) or through keyframes (as their times "
-      "say), as many as another path has poses; A:B: only pictures A to B - 1 of the path, A:B/N: of a "
-      "path of N");
-  sub->add_option("--width", args->width, "Of the pictures; alone it keeps their shape")
+      "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by their times); "
+      "other paths "
+      "have a picture for each pose. A:B: only the pictures A to B - 1; A:B/N: those of a path of N");
+  sub->add_option("--width", args->width,
+                  "Width of the pictures in pixels (the photographs'); alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
-  sub->add_option("--height", args->height, "Of the pictures; alone it keeps their shape")
+  sub->add_option("--height", args->height,
+                  "Height of the pictures in pixels (the photographs'); alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
-  auto* focal = sub->add_option("--focal-px", args->focal_px,
-                                "Focal length in pixels of the pictures, instead of the photographs' or the "
-                                "path's; of a vertigo's first picture")
-                    ->check(Positive());
-  sub->add_option("--fov-deg", args->fov_deg, "The same as horizontal field of view")
+  auto* focal =
+      sub->add_option(
+             "--focal-px", args->focal_px,
+             "Focal length in pixels of the pictures (the photographs' or the path's); of a vertigo's "
+             "first picture")
+          ->check(Positive());
+  sub->add_option("--fov-deg", args->fov_deg, "The same as a horizontal field of view in degrees")
       ->check(CLI::Range(0.01, 179.0))
       ->excludes(focal);
-  sub->add_option(
-         "--zoom", args->zoom,
-         "Times the focal length; if neither is said, named paths zoom until photographs fill their pictures")
+  sub->add_option("--zoom", args->zoom,
+                  "Factor of the focal length (named paths without a given lens zoom until photographs fill "
+                  "the pictures)")
       ->check(Positive());
   AddApertureOptions(*sub, args->aperture);
-  sub->add_option("--fps", args->fps, "Of a video")->check(Positive());
-  sub->add_option(
-         "-o,--output", args->out,
-         "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures, in which those "
-         "that are there already are kept: a render that was stopped goes on")
+  sub->add_option("--fps", args->fps, "Frame rate of a video (30)")->check(Positive());
+  sub->add_option("-o,--output", args->out,
+                  "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures; a render "
+                  "that was stopped keeps the "
+                  "pictures in the folder and continues")
       ->required();
   sub->add_option("--format", args->format,
-                  "Of pictures: png, png16 (16 bits), exr (linear light, depth, confidence)")
+                  "Format of pictures: png, png16 (16 bits), exr (linear light, depth, confidence) (png)")
       ->check(CLI::IsMember({"png", "png16", "exr"}));
-  sub->add_option("--exr-compression", args->exr_compression, "zip or piz")
+  sub->add_option("--exr-compression", args->exr_compression, "Compression of EXR: zip or piz (zip)")
       ->check(CLI::IsMember({"zip", "piz"}));
-  sub->add_option("--exposure", args->exposure_stops, "Brighter by so many stops, for a display: not in EXR")
+  sub->add_option("--exposure", args->exposure_stops,
+                  "Make PNG and video brighter by this many stops (0); EXR keeps the light")
       ->check(CLI::Range(-100.0, 100.0));
-  sub->add_flag("--weights", args->weights, "EXR with a layer for each view: its weight (slow)");
-  sub->add_flag("--overwrite", args->overwrite,
-                "Replace the pictures that are in the folder; all of them go if they were rendered with "
-                "other settings");
-  sub->add_flag("--blending-field", args->show_field, "Show each view's weight in a colour of its own");
-  sub->add_flag("--no-fill", args->no_fill, "Leave black what no weighted view covers");
-  sub->add_flag("--explain", args->explain, "Why this proxy and this blending field: what was tried");
+  sub->add_flag("--weights", args->weights, "Write a layer with each view's weight into EXR files (slow)");
+  sub->add_flag(
+      "--overwrite", args->overwrite,
+      "Replace the pictures in the folder; removes all of them if they were rendered with other settings");
+  sub->add_flag("--blending-field", args->show_field, "Show the blending field: a colour for each view");
+  sub->add_flag("--no-fill", args->no_fill, "Leave pixels black that the field's own views do not see");
+  sub->add_flag("--explain", args->explain, "Print why this proxy and this blending field were chosen");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf render lightfield --path orbit --width 640 -o orbit.mp4");
   sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });

@@ -42,7 +42,7 @@ struct ReviewArgs {
   bool json = false;
 };
 
-// A window until `q`, Escape or its close button, or a file or folder.
+// Shows pictures in a window until `q`, Escape or its close button, or writes them to a file or folder.
 class Picture {
  public:
   Picture(const std::string& out, double fps) {
@@ -56,7 +56,7 @@ class Picture {
       throw UsageError("review: {}; give -o OUT.mp4, or a folder for pictures", error.what());
     }
   }
-  // False when the viewer has had enough.
+  // Returns false once the user closes the window.
   bool Show(const cv::Mat& srgb8) {
     if (window_) return window_->Show(srgb8);
     sink_->Add(srgb8);
@@ -121,7 +121,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
         args.frames > 0 ? static_cast<double>(run.frames) / args.frames : device.ShareDone().value_or(0),
         pose ? fmt::format("frame {}", run.frames)
              : fmt::format("frame {}: no marker to be seen", run.frames));
-    // Without the marker the last picture stays.
+    // Without the marker the last picture is shown again.
     if (!picture.Show(drawn) || (args.frames > 0 && run.frames >= args.frames)) break;
   }
   device.Stop();
@@ -153,8 +153,8 @@ int RunReview(const ReviewArgs& args) {
   } else {
     fmt::print(
         "{}, {} with the marker, {} of the light field shown; CPU per frame: marker {:.1f} ms (95 %: "
-        "{:.1f}), "
-        "picture {:.1f} ms (95 %: {:.1f})\n",
+        "{:.1f}), picture "
+        "{:.1f} ms (95 %: {:.1f})\n",
         Counted(run.frames, "frame"), run.with_marker, Counted(views, "view"), Median(run.locate_ms),
         Quantile(run.locate_ms, 0.95), Median(run.draw_ms), Quantile(run.draw_ms, 0.95));
   }
@@ -168,27 +168,28 @@ int RunReview(const ReviewArgs& args) {
 void AddReviewCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<ReviewArgs>();
   CLI::App* command =
-      app.add_subcommand("review", "A look round a light field, with a marker before a camera as a mouse");
+      app.add_subcommand("review", "Shows a light field from where a camera sees a marker in the hand");
   command->add_option("DIR", args->dir, "The light field")->required();
   command->add_option("URI", args->uri, "Device that sees the marker (see 'ulf devices')")->required();
   command
-      ->add_option(
-          "--markers", args->markers,
-          "What is held: marker:80:DICT_APRILTAG_36h11:3, or a board as charuco:7x5:30:22:DICT_5X5_100")
+      ->add_option("--markers", args->markers,
+                   "The marker or board in the hand: marker:80:DICT_APRILTAG_36h11:3, or "
+                   "charuco:7x5:30:22:DICT_5X5_100")
       ->required();
-  command->add_option("-o,--output", args->out, "OUT.mp4 or a folder of pictures; none: a window");
+  command->add_option("-o,--output", args->out, "OUT.mp4 or a folder for pictures (a window)");
   command->add_option("--subject", args->subject,
-                      "Centre and radius x,y,z,r where the light field does not say");
+                      "Centre and radius x,y,z,r of the subject (the light field's)");
   AddIntrinsicsOptions(*command, args->intrinsics);
-  command->add_option("--width", args->width, "Of the picture")
+  command->add_option("--width", args->width, "Width of the picture in pixels")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
-  command->add_option("--height", args->height, "Of the picture")
+  command->add_option("--height", args->height, "Height of the picture in pixels")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
-  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
-  command->add_option("--fps", args->fps, "Of a video")->check(Positive())->capture_default_str();
-  command->add_option("--speed", args->speed, "Of a recording: 1 in time; none or 0: as fast as it goes")
+  command->add_option("--frames", args->frames, "Stop after this many frames (all)")->check(Positive());
+  command->add_option("--fps", args->fps, "Frame rate of a video")->check(Positive())->capture_default_str();
+  command
+      ->add_option("--speed", args->speed, "Speed of a recording: 1 is real time, 0 as fast as possible (0)")
       ->check(NonNegative());
   command->add_flag("--json", args->json, "One JSON object");
   command->footer(

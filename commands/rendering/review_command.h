@@ -1,4 +1,4 @@
-// ulf review: a look round a light field with a marker in the hand.
+// `ulf review`: shows a light field from where the user holds a marker.
 #pragma once
 
 #include "commands/command_line.h"

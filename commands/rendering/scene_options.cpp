@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <mutex>
 
 #include "commands/number_checks.h"
 #include "core/base/error.h"
@@ -14,39 +15,18 @@ namespace ulf::commands {
 
 namespace {
 
-render::RendererKind WhatThereIs() {
-  try {
-    const render::GlContext context;
-    return render::RendererKind::kGl;
-  } catch (const Error& error) {
-    spdlog::warn("{}", error.what());
-    spdlog::warn("pictures are drawn by the reference renderer, on the processor: the same ones, slowly");
-    return render::RendererKind::kReference;
-  }
+// Empty where there is an OpenGL, else the reason why there is none.
+const std::string& MissingOpenGl() {
+  static const std::string reason = [] {
+    try {
+      const render::GlContext context;
+      return std::string();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  }();
+  return reason;
 }
-
-render::RendererKind Insisted() {
-  try {
-    const render::GlContext context;
-    return render::RendererKind::kGl;
-  } catch (const Error& error) {
-    throw Error("{}, or do without: --renderer reference", error.what());
-  }
-}
-
-}  // namespace
-
-render::RendererKind RendererFromName(const std::string& name) {
-  if (name == "reference") return render::RendererKind::kReference;
-  if (name == "gl") {
-    static const render::RendererKind insisted = Insisted();
-    return insisted;
-  }
-  static const render::RendererKind what_there_is = WhatThereIs();
-  return what_there_is;
-}
-
-namespace {
 
 Eigen::Vector3d DirectionFromText(const std::string& text) {
   Eigen::Vector3d direction;
@@ -59,6 +39,19 @@ Eigen::Vector3d DirectionFromText(const std::string& text) {
 }
 
 }  // namespace
+
+render::RendererKind RendererFromName(const std::string& name) {
+  if (name == "reference") return render::RendererKind::kReference;
+  if (MissingOpenGl().empty()) return render::RendererKind::kGl;
+  if (name == "gl") throw Error("{}, or use --renderer reference", MissingOpenGl());
+  static std::once_flag warned;
+  std::call_once(warned, [] {
+    spdlog::warn("{}", MissingOpenGl());
+    spdlog::warn(
+        "the reference renderer draws the pictures, on the processor: the same pictures, but slowly");
+  });
+  return render::RendererKind::kReference;
+}
 
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
   render::SceneOptions options{.size_limit_px = args.size_limit_px,
@@ -81,43 +74,39 @@ std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
 void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
   sub.add_option("dir", args.dir, "The light field: a folder with a journal or a transforms.json")
       ->required();
-  sub.add_option(
-      "--subject", args.subject,
-      "Centre and radius x,y,z,r of the subject, where the light field does not say or another is wanted");
-  sub.add_option(
-      "--up", args.up,
-      "x,y,z: what is upwards, for named paths and the viewer, where the cameras do not tell it right");
+  sub.add_option("--subject", args.subject, "Centre and radius x,y,z,r of the subject (the light field's)");
+  sub.add_option("--up", args.up, "Up direction x,y,z for named paths and the viewer (that of the cameras)");
   sub.add_option("--size-limit", args.size_limit_px,
-                 "Longer side of the photographs in pixels as they are read; 0: as they are")
+                 "Reduce photographs to this many pixels on the longer side (0: no reduction)")
       ->check(NonNegative());
   sub.add_option("--memory-mb", args.memory_mb,
-                 "Photographs held in main memory; others are read again when they are needed")
+                 "MB of photographs in main memory (2048); others are read again when needed")
       ->check(Positive());
-  sub.add_option(
-         "--gpu-memory", args.gpu_memory_mb,
-         "MB of photographs in graphics memory (what the driver says is free, or 2048); a picture that "
-         "needs more is drawn in several passes")
+  sub.add_option("--gpu-memory", args.gpu_memory_mb,
+                 "MB of photographs in graphics memory (three quarters of what the driver says is free, or "
+                 "2048); a picture that "
+                 "needs more is drawn in several passes")
       ->check(CLI::Range(1.0, 1e6));
-  sub.add_option(
-         "--viewpoint-mesh", args.viewpoint_mesh,
-         "Viewpoints are triangulated on the sphere, or in the plane of azimuth and elevation as in the "
-         "thesis, for comparison")
+  sub.add_option("--viewpoint-mesh", args.viewpoint_mesh,
+                 "Triangulate viewpoints on the sphere, or in the plane of azimuth and elevation as in the "
+                 "thesis, for comparison "
+                 "(sphere)")
       ->check(CLI::IsMember({"sphere", "plane"}));
   sub.add_option("--renderer", args.renderer,
-                 "gl (OpenGL without a window), reference (plain, slow) or auto (gl where it is to be had)")
+                 "gl (OpenGL without a window), reference (slow) or auto (gl, or reference without OpenGL)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
 }
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
-  sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit");
+  sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit (1)");
   sub.add_option("--lumigraph-views", args.lumigraph_k,
-                 "Lumigraph weights: of so many views (4; of views on a line 3)")
+                 "Lumigraph weights: number of views (4; for views on a line 3)")
       ->check(CLI::Range(1, render::kMostLumigraphViews));
   sub.add_option("--lumigraph-resolution", args.lumigraph_resolution,
                  "Lumigraph weights: penalty in radians for a view twice as far away (0.1)")
       ->check(NonNegative());
   sub.add_option("--lumigraph-triangles", args.lumigraph_triangles,
-                 "Lumigraph weights at vertices: triangles in the image (2000)")
+                 "Lumigraph weights at vertices: number of triangles in the image (2000)")
       ->check(CLI::Range(100, 1000000));
 }
 

@@ -1,4 +1,4 @@
-// What the commands that render have in common: which light field, how much of it is loaded, which renderer.
+// The options that all rendering commands share: the light field, how much of it is loaded, the renderer.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::commands {
 
@@ -18,20 +18,20 @@ struct SceneArgs {
   double memory_mb = 2048;
   double gpu_memory_mb = 0;  // 0: RenderOptions::gpu_memory_mb
   std::string renderer = "auto";
-  std::vector<std::string> proxies = {};  // to compare; none: every one there is
+  std::vector<std::string> proxies = {};  // to compare; empty: all
   std::string viewpoint_mesh = "sphere";
   render::PhotographForm form = render::PhotographForm::kAuto;
 };
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
-// "gl" (Error where there is no OpenGL), "reference", or "auto": the reference renderer where there is no
-// OpenGL, which is said once.
+// "gl" (throws Error without OpenGL), "reference", or "auto": OpenGL, or without it the reference renderer
+// with one warning.
 render::RendererKind RendererFromName(const std::string& name);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
 
-// What a blending field's name leaves open.
+// The details of a blending field.
 struct FieldArgs {
   std::string level = "1";
   int lumigraph_k = render::FieldOptions{}.lumigraph_k;
@@ -40,7 +40,7 @@ struct FieldArgs {
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);
-// Of the default kind. UsageError for a level that there is none of.
+// Options of the default kind. Throws UsageError for an unknown level.
 render::FieldOptions FieldDetails(const FieldArgs& args);
 
 }  // namespace ulf::commands

@@ -23,19 +23,18 @@ class SimulatedTruth : public render::TruthSource {
   }
   bool TakesAnyCamera() const override { return true; }
 
-  // Photographs differ from the truth by noise and motion; of another world they show something else.
+  // In the right world photographs differ from the truth only by noise and motion.
   void RequireSameWorld(const render::RenderScene& scene) override {
-    constexpr double kLeastPsnrDb = 20;
+    constexpr double kLeastPsnrDb = 20;  // below it the photograph shows something else. Guessed.
     const render::SceneView& view = scene.views[scene.views.size() / 2];
     const cv::Mat truth = Srgb8FromLinear(Picture(0, view.camera, view.cam_from_world));
     const double psnr_db =
         render::CompareImages(truth, view.Srgb8(), cv::Mat(truth.size(), CV_8U, cv::Scalar(255))).psnr_db;
     if (psnr_db < kLeastPsnrDb)
       throw Error(
-          "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); its poses may have "
-          "been tracked, in a "
-          "world of their own; give the URI that was captured, and poses in its world (ulf capture --poses "
-          "known)",
+          "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); its poses may be "
+          "tracked ones, in "
+          "another world; give the URI that was captured, and poses in its world (ulf capture --poses known)",
           name_, view.id, psnr_db);
   }
 

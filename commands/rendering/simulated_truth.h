@@ -1,4 +1,5 @@
-// The truth by name, as `ulf evaluate --truth` takes it: the simulator can take a picture from anywhere.
+// The true pictures of `ulf evaluate --truth`: from the simulator, which can take a picture from any place,
+// or from a folder.
 #pragma once
 
 #include <memory>
@@ -8,8 +9,8 @@
 
 namespace ulf::commands {
 
-// "sim:studio?seed=7", as the light field was captured (with --poses known: in the simulator's world), or a
-// folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear), as `ulf render -o FOLDER` numbers them.
+// `name`: "sim:studio?seed=7", the device of a light field that was captured with --poses known (poses in the
+// simulator's world), or a folder for TruthFromFolder(). Throws UsageError for any other name.
 std::unique_ptr<render::TruthSource> TruthFromName(const std::string& name);
 
 }  // namespace ulf::commands

@@ -4,16 +4,16 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "commands/command_line.h"
 #include "commands/rendering/simulated_truth.h"
-#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
+#include "render/gl/make_renderer.h"
 
 namespace ulf::commands {
 namespace {
@@ -23,13 +23,14 @@ std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
   const std::string uri = ReadLightField(dir).device_uri;
   if (uri.starts_with("sim:")) return uri;
   throw UsageError(
-      "--temporal: {} was not captured from the simulator, so nobody knows what its pictures should look "
-      "like; "
-      "give --truth, a folder of true pictures of the path",
+      "--temporal: {} was not captured from the simulator, so that the true pictures of the path are "
+      "unknown; give them "
+      "as a folder with --truth",
       dir);
 }
 
-// With a camera for each pose; zoomed until photographs fill the pictures where the truth can follow.
+// A path with a camera for each pose. Where the truth can take any camera, the lens zooms until photographs
+// fill the pictures.
 render::CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
                           const std::shared_ptr<const render::RenderScene>& scene_pointer,
                           const render::TruthSource& truth) {
@@ -43,13 +44,12 @@ render::CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
   double zoom = 1;
   if (render::IsNamedPath(args.path) && truth.TakesAnyCamera())
-    zoom = render::ZoomThatFills(
+    zoom = render::FillingZoom(
         *render::MakeRenderer(scene_pointer, {.renderer = RendererFromName(scene_args.renderer)}), path,
         path.cameras.front());
   for (CameraModel& each : path.cameras) {
     if (each.width != path.cameras.front().width || each.height != path.cameras.front().height)
-      throw Error("--temporal {}: its pictures differ in size; give a path whose pictures have one",
-                  args.path);
+      throw Error("--temporal {}: its pictures differ in size; give a path with one size", args.path);
     each.fx *= zoom;
     each.fy *= zoom;
   }
@@ -93,7 +93,7 @@ void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args
         "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:7.2f}  {:8.1f}{}\n", render::FieldName(score.asked.kind),
         score.proxy, render::UsesMesh(score.used.kind) ? render::LevelName(score.used.level) : "",
         score.temporal_error, score.temporal_error_disc, score.psnr_db, score.ms_per_frame,
-        score.asked.kind == score.used.kind ? "" : "  (really " + render::FieldName(score.used.kind) + ")");
+        score.asked.kind == score.used.kind ? "" : "  (used: " + render::FieldName(score.used.kind) + ")");
   fmt::print(
       "\ntemporal: second difference over time of (rendering - truth), RMS, in levels of 255; disc: in the "
       "subject's silhouette.\n");
@@ -102,20 +102,23 @@ void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args
 }  // namespace
 
 void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
-  auto* path = sub.add_option("--temporal", args.path,
-                              "How restless pictures are over time, along a camera path as of ulf render, "
-                              "instead of leaving views out");
+  auto* path = sub.add_option(
+      "--temporal", args.path,
+      "Compare pictures over time along a camera path of ulf render, in place of left-out views");
   sub.add_option("--truth", args.truth,
-                 "What the path's pictures should look like: the simulator that was captured "
-                 "(sim:studio?seed=7, as without), or a folder of frame_00000.png or .exr")
+                 "True pictures of the path: the simulator (sim:studio?seed=7) or a folder of "
+                 "frame_00000.png or .exr (the "
+                 "simulator that was captured)")
       ->needs(path);
-  sub.add_option("--frames", args.frames, "Pictures of a named path (120) or through keyframes")
+  sub.add_option("--frames", args.frames,
+                 "Number of pictures of a named path (120) or of keyframes (by their times)")
       ->check(CLI::Range(3, 100000))
       ->needs(path);
-  sub.add_option("--width", args.width, "Of the pictures; they keep their shape")
+  sub.add_option("--width", args.width,
+                 "Width of the pictures in pixels; they keep their shape (the photographs')")
       ->check(CLI::Range(16, 8192))
       ->needs(path);
-  sub.add_option("--strips", args.strips, "Picture to write: the middle column of the image over time (PNG)")
+  sub.add_option("--strips", args.strips, "PNG file to write: the middle column of the image over time")
       ->needs(path);
 }
 
@@ -140,12 +143,7 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
                                         .gpu_memory_mb = scene_args.gpu_memory_mb};
   Progress progress("evaluating");
   const render::TemporalSummary summary = render::EvaluateOverTime(scene, options, *truth, &progress);
-  if (!args.strips.empty()) {
-    std::vector<unsigned char> bytes;
-    if (!cv::imencode(".png", render::StripPicture(summary), bytes))
-      throw Error("--strips {}: the picture cannot be encoded", args.strips);
-    WriteFileAtomically(args.strips, std::string(bytes.begin(), bytes.end()));
-  }
+  if (!args.strips.empty()) WritePictureFile(args.strips, render::StripPicture(summary));
   if (!plot.empty()) render::DrawTemporalChart(summary, plot);
   if (json)
     fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));

@@ -1,4 +1,4 @@
-// `ulf evaluate --temporal`: its options, the run, its table and JSON.
+// `ulf evaluate --temporal`: its options, the evaluation, its table and JSON.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,15 +11,15 @@
 namespace ulf::commands {
 
 struct TemporalArgs {
-  std::string path;   // empty: not asked for
-  std::string truth;  // empty: the light field's own device, where that is the simulator
+  std::string path;   // empty: no temporal evaluation
+  std::string truth;  // empty: the light field's own device, if that is the simulator
   int frames = 0, width = 0;
-  std::string strips;  // picture to write
+  std::string strips;  // file to write
 };
 
 void AddTemporalOptions(CLI::App& sub, TemporalArgs& args);
 
-// UsageError for options that need --temporal, and for a truth that is not to be had.
+// Throws UsageError for a file that cannot be written.
 void CheckTemporalOptions(const TemporalArgs& args);
 
 int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,

@@ -15,19 +15,20 @@
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/image/image.h"
 #include "render/display/key_names.h"
 #include "render/display/surface.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 #include "render/viewer/viewer.h"
-#include "render/viewer/viewer_files.h"
 
 namespace ulf::commands {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-constexpr double kPatience = 0.5;
+constexpr double kPatienceSeconds = 0.5;  // for input
 
 struct ViewArgs : SceneArgs {
   std::string field = render::kAuto;
@@ -42,14 +43,15 @@ struct ViewArgs : SceneArgs {
   bool json = false;
 };
 
-// Which is best is not tried out: that takes longer than looking at both.
+// Without comparing them: that takes longer than looking at each.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   return field;
 }
 
-// What P goes through, beginning with what was asked for, or with the light field's own mesh or points.
+// The proxies of the key P, beginning with the one of the command line, or with the light field's own mesh or
+// points.
 std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
   if (args.proxy != render::kAuto) names.push_back(args.proxy);
@@ -66,7 +68,7 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   return proxies;
 }
 
-// As for a path of one picture: the one that the viewer begins with.
+// The aperture for a path of one picture, the viewer's first one.
 void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& viewer) {
   if (!args.Asked()) return;
   const render::ViewerCamera& camera = viewer.state().camera;
@@ -74,23 +76,21 @@ void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& view
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
-// Whatever is drawn by OpenGL here can be had without it from another command only.
+// Opens something of OpenGL. Its error names the command that does not need OpenGL.
 template <typename Opens>
-auto OrSaysWhatDoesWithout(Opens&& opens) {
+auto OpenGlOrHint(Opens&& opens) {
   try {
     return opens();
   } catch (const Error& error) {
-    throw Error(
-        "{}; ulf view draws by OpenGL only, pictures are to be had without it from ulf render --renderer "
-        "reference",
-        error.what());
+    throw Error("{}; ulf view needs OpenGL; ulf render --renderer reference makes pictures without it",
+                error.what());
   }
 }
 
 std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   const cv::Size size(args.width, args.height);
   if (!args.screenshot.empty())
-    return OrSaysWhatDoesWithout([&] { return std::make_unique<render::OffscreenSurface>(size); });
+    return OpenGlOrHint([&] { return std::make_unique<render::OffscreenSurface>(size); });
   try {
     auto window = render::OpenWindow("ulf view " + args.dir, size);
     if (args.full_screen) window->ToggleFullScreen();
@@ -98,7 +98,8 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   } catch (const render::SurfaceGone&) {
     throw;
   } catch (const Error& error) {
-    OrSaysWhatDoesWithout([] { return std::make_unique<render::GlContext>(); });  // else no screenshot either
+    OpenGlOrHint(
+        [] { return std::make_unique<render::GlContext>(); });  // without OpenGL --screenshot fails, too
     throw Error(
         "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
         "a window",
@@ -106,7 +107,7 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   }
 }
 
-// A window that says so while the light field is read.
+// Shows a message while the light field is read.
 void ShowWaiting(render::Surface& surface) {
   auto painter = std::make_unique<render::Painter>();
   try {
@@ -125,16 +126,13 @@ void ShowWaiting(render::Surface& surface) {
   }
 }
 
-// Since the start; a picture is complete once no photograph is missing any more.
+// Times since the start. A picture is complete when no photograph is missing.
 struct FirstPicture {
   double seconds = 0, complete_seconds = 0;
 };
 
 void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPicture& first) {
-  std::vector<double> ms = viewer.frame_ms();
-  if (ms.empty()) ms.push_back(0);  // left before there was a picture
-  std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
-  const double median_ms = ms[ms.size() / 2];
+  const double median_ms = Median(viewer.frame_ms());
   if (args.json) {
     const nlohmann::json json{{"frames", viewer.frames()},
                               {"median_ms", median_ms},
@@ -157,23 +155,23 @@ void TakePicture(const ViewArgs& args, render::Surface& surface, render::Viewer&
     offscreen.Push(key);
     if (!viewer.Step(0)) return;
   }
-  while (viewer.loading()) viewer.Step(kPatience);
-  render::SavePicture(args.screenshot, offscreen.Read());
+  while (viewer.loading()) viewer.Step(kPatienceSeconds);
+  WritePictureFile(args.screenshot, offscreen.Read());
 }
 
-// Until the person leaves.
+// Runs until the user leaves.
 FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::Surface& surface,
                   render::Viewer& viewer) {
   const auto seconds = [&] { return std::chrono::duration<double>(SteadyClock::now() - start).count(); };
   FirstPicture first;
   bool goes_on = viewer.Step(0);
   first.seconds = seconds();
-  while (goes_on && viewer.loading()) goes_on = viewer.Step(kPatience);
+  while (goes_on && viewer.loading()) goes_on = viewer.Step(kPatienceSeconds);
   first.complete_seconds = seconds();
   if (!args.screenshot.empty())
     TakePicture(args, surface, viewer);
   else
-    while (goes_on) goes_on = viewer.Step(kPatience);
+    while (goes_on) goes_on = viewer.Step(kPatienceSeconds);
   return first;
 }
 
@@ -181,7 +179,10 @@ int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
   const render::FieldOptions field = FieldOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  render::KeysFromNames(args.keys);  // a wrong name is told before anything is opened
+  render::KeysFromNames(args.keys);  // so that a wrong name is an error before anything is opened
+  const std::filesystem::path screenshot(args.screenshot);
+  if (!args.screenshot.empty() && screenshot.extension() != ".png" && screenshot.extension() != ".jpg")
+    throw UsageError("--screenshot {}: give a name ending in .png or .jpg", args.screenshot);
   auto surface = OpenSurface(args);
   std::unique_ptr<render::Viewer> viewer;
   try {
@@ -195,14 +196,14 @@ int RunView(const ViewArgs& args) {
                               .out = args.out,
                               .gpu_memory_mb = args.gpu_memory_mb,
                               .sensor_width_mm = args.aperture.sensor_width_mm,
-                              .keeps_up = args.screenshot.empty()});
+                              .reduces_motion = args.screenshot.empty()});
     Open(args.aperture, surface->Size(), *viewer);
     Report(args, *viewer, Show(args, start, *surface, *viewer));
   } catch (const render::SurfaceGone& gone) {
     render::Abandon(std::move(viewer));
     render::Abandon(std::move(surface));
-    // A thread of the viewer may still be reading a photograph, and nobody can end it now: leaving as usual
-    // would take the libraries away from under it.
+    // A thread of the viewer may still be reading a photograph and cannot be stopped now. A normal exit would
+    // unload the libraries that it uses.
     fmt::print(stderr, "ulf: {}, and the viewer with its window\n", gone.what());
     std::fflush(nullptr);
     std::_Exit(kFailed);
@@ -220,22 +221,23 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->remove_option(sub->get_option("--renderer"));
   sub->add_option(
       "--field", args->field,
-      "Blending weights to begin with: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
+      "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,
-      "Geometry to begin with: auto (the light field's mesh, or else its tracked points, or else the plane), "
-      "mesh (DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
+      "Geometry at the start: auto (the light field's mesh, else its tracked points, else the plane), mesh "
+      "(DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
-  sub->add_option("--width", args->width, "Of the window")->check(CLI::Range(64, 16384));
-  sub->add_option("--height", args->height, "Of the window")->check(CLI::Range(64, 16384));
+  sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
+  sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));
   sub->add_flag("--full-screen", args->full_screen, "Fill the screen");
-  sub->add_option("-o,--output", args->out, "Folder for pictures (S) and keyframes (K)");
-  auto* screenshot = sub->add_option("--screenshot", args->screenshot,
-                                     "No window: one picture, as the window would show it");
-  sub->add_option(
-         "--keys", args->keys,
-         "Pressed before the picture is taken: b,m,Left,Shift+Up (those of the window; ? shows them)")
+  sub->add_option("-o,--output", args->out, "Folder for pictures (S) and keyframes (K) (the current one)");
+  auto* screenshot =
+      sub->add_option("--screenshot", args->screenshot,
+                      "Open no window; write one picture (.png, .jpg) of what the window would show");
+  sub->add_option("--keys", args->keys,
+                  "Keys that are pressed before the picture is taken: b,m,Left,Shift+Up (? shows the keys of "
+                  "the window)")
       ->needs(screenshot);
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf view lightfield");

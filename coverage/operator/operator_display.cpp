@@ -226,7 +226,7 @@ void OperatorDisplay::DrawFrame() {
     std::erase_if(said_, [&](const Said& said) { return now_s_ - said.at_s > options_.to_read_s; });
     std::string lines;
     for (const Said& said : said_) lines += (lines.empty() ? "" : "\n") + said.words;
-    if (!lines.empty()) panels.Said(lines);
+    if (!lines.empty()) panels.Notice(lines);
     if (keys_shown_) panels.Keys();
   }
   surface_.Bind();

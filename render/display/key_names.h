@@ -1,4 +1,4 @@
-// Keys by name, for a person who is a line of text: "b,m,Left,Shift+Up".
+// Keys by name, for input that is a line of text: "b,m,Left,Shift+Up".
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace ulf::render {
 
-// Separated by commas: a character that is typed (`comma` and `Space` for these), or Left, Right, Up, Down,
-// PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11, with Shift+ before it where Shift is
-// held. UsageError for others.
+// Names separated by commas: a typed character (`comma` and `Space` for these two), or Left, Right, Up, Down,
+// PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11; "Shift+" before them holds Shift. Throws
+// UsageError for others.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
 }  // namespace ulf::render

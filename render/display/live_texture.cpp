@@ -26,7 +26,7 @@ void LiveTexture::Upload(const cv::Mat& srgb8) {
     glCreateFramebuffers(1, &framebuffer_);
     glNamedFramebufferTexture(framebuffer_, GL_COLOR_ATTACHMENT0, texture_, 0);
   }
-  // Four bytes a pixel: drivers take three one by one.
+  // Four bytes a pixel, because drivers convert three bytes pixel by pixel.
   cv::cvtColor(srgb8, with_alpha_, cv::COLOR_BGR2RGBA);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTextureSubImage2D(texture_, 0, 0, 0, size_.width, size_.height, GL_RGBA, GL_UNSIGNED_BYTE,

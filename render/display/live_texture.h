@@ -1,4 +1,4 @@
-// A picture that changes every frame, as an OpenGL texture.
+// A picture that changes every frame, as an OpenGL texture. The context must be current.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -12,8 +12,9 @@ class LiveTexture {
   LiveTexture(const LiveTexture&) = delete;
   LiveTexture& operator=(const LiveTexture&) = delete;
   void Upload(const cv::Mat& srgb8);  // 8-bit B, G, R
-  // Onto the framebuffer that is bound, all of it: the picture in `area` (pixels from the upper left),
-  // `around` elsewhere. Without blending, which costs a software rasteriser more than the picture.
+  // Fills the bound framebuffer of size `screen`: the picture in `area` (pixels from the upper left), the
+  // colour `around_rgb` elsewhere. Without blending, which takes a software rasteriser longer than the
+  // picture.
   void FillScreen(const cv::Rect2d& area, const cv::Size& screen, const cv::Vec3f& around_rgb) const;
   bool empty() const { return texture_ == 0; }
 

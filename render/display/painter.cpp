@@ -43,7 +43,7 @@ class ShapeDrawer {
   }
   void operator()(const Polygon& polygon) {
     points_.clear();
-    // Smoothed edges want the corners in the one order: clockwise on the screen.
+    // Dear ImGui smooths edges only of polygons that are clockwise on the screen.
     double twice_area = 0;
     for (std::size_t i = 0; i < polygon.img.size(); ++i) {
       const Eigen::Vector2d &a = polygon.img[i], &b = polygon.img[(i + 1) % polygon.img.size()];
@@ -100,11 +100,12 @@ Placement Placement::Letterboxed(const cv::Size& picture, const cv::Size& screen
 
 Painter::Painter() {
   IMGUI_CHECKVERSION();
-  ImGui::SetCurrentContext(ImGui::CreateContext());  // also where another was left behind (SurfaceGone)
+  ImGui::SetCurrentContext(ImGui::CreateContext());  // even where an old one still exists (SurfaceGone)
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;
-  if (!ImGui_ImplOpenGL3_Init("#version 450 core")) throw Error("OpenGL: Dear ImGui cannot draw with it");
+  if (!ImGui_ImplOpenGL3_Init("#version 450 core"))
+    throw Error("OpenGL: Dear ImGui cannot draw with this driver");
 }
 
 Painter::~Painter() {
@@ -125,7 +126,7 @@ void Painter::MakeFonts(double pixels_per_point) {
     } else {
       ImFontConfig config;
       config.SizePixels = pixels;
-      fonts.AddFontDefault(&config);  // its own: coarse, but words
+      fonts.AddFontDefault(&config);  // Dear ImGui's own font, which is coarse
     }
   }
   ImGui_ImplOpenGL3_DestroyFontsTexture();
@@ -154,7 +155,7 @@ void Painter::PictureRightOf(unsigned texture, const cv::Rect2d& area, double fr
 void Painter::Draw(const Overlay& overlay, const Placement& placement) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   list.PushClipRect(Low(placement.Area()), High(placement.Area()), true);
-  // Text may shrink with a small window, lines may not: they would fade.
+  // Text shrinks with a small window; lines do not, because thin lines fade.
   ShapeDrawer drawer(list, placement, std::max(1.0, pixels_per_point_));
   for (const OverlayShape& shape : overlay) std::visit(drawer, shape);
   list.PopClipRect();
@@ -184,7 +185,7 @@ void Painter::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, doubl
 void Painter::Text(const Eigen::Vector2d& upper_left, const std::string& text, TextSize size,
                    const Rgba& color, double wrap_px) {
   ImFont* font = Font(size);
-  // On whole pixels, or the letters' edges smear.
+  // At whole pixels, so that letters are sharp.
   ImGui::GetBackgroundDrawList()->AddText(font, font->FontSize,
                                           Vec(Eigen::Vector2d(upper_left.array().round())), Packed(color),
                                           text.c_str(), nullptr, static_cast<float>(wrap_px));

@@ -1,4 +1,4 @@
-// A window that shows one picture after the other, whole and in its aspect.
+// A window that shows one picture after another, whole and with its aspect ratio.
 #pragma once
 
 #include <memory>
@@ -12,12 +12,12 @@ namespace ulf::render {
 
 class PictureWindow {
  public:
-  explicit PictureWindow(const std::string& title);  // throws Error where there is no window to be had
-  // 8-bit B, G, R. False once `q`, Escape or the close button has been pressed.
+  explicit PictureWindow(const std::string& title);  // throws Error where no window can be opened
+  // `srgb8`: 8-bit B, G, R. Returns false once `q`, Escape or the close button has been pressed.
   bool Show(const cv::Mat& srgb8);
 
  private:
-  std::unique_ptr<Surface> surface_;  // its context outlives the texture
+  std::unique_ptr<Surface> surface_;  // first, so that its context outlives the texture
   LiveTexture texture_;
 };
 

@@ -8,11 +8,13 @@ namespace ulf::render {
 using Eigen::Vector2d;
 
 double ScaleOf(const Surface& surface) {
-  constexpr double kWideEnough = 960, kHighEnough = 540;
+  constexpr double kWideEnough = 960, kHighEnough = 540;  // points that the texts need. Guessed.
+  constexpr double kLeast = 0.6;                          // smaller text cannot be read. Guessed.
+  constexpr double kSteps = 20;                           // per unit: for each scale fonts are made again
   const cv::Size screen = surface.Size();
   const double fits = std::min(screen.width / kWideEnough, screen.height / kHighEnough);
-  const double wanted = std::clamp(fits, 0.6, surface.ContentScale());
-  return std::round(wanted * 20) / 20;  // fonts are made for it
+  const double wanted = std::clamp(fits, kLeast, surface.ContentScale());
+  return std::round(wanted * kSteps) / kSteps;
 }
 
 void PlainPanels::Status(const std::vector<StatusItem>& items) const {
@@ -61,7 +63,7 @@ void PlainPanels::Table(const std::vector<TableRow>& rows, const Vector2d& corne
 
 void PlainPanels::Instruction(const std::string& words, const Rgba& color) const {
   if (words.empty()) return;
-  // As large as it fits into the room between the panels.
+  // The largest size that fits between the panels.
   const double room = std::min<double>(screen_.width - Px(40), Px(900));
   TextSize size = TextSize::kLarge;
   if (painter_.Extent(words, size).x() > room) size = TextSize::kMedium;
@@ -79,7 +81,7 @@ void PlainPanels::Hint(const std::string& words) const {
   painter_.Text(at, words, TextSize::kSmall, ink::kText);
 }
 
-void PlainPanels::Said(const std::string& words) const {
+void PlainPanels::Notice(const std::string& words) const {
   const double room = std::min<double>(0.45 * screen_.width, Px(600));  // between the panels
   const Vector2d extent = painter_.Extent(words, TextSize::kSmall, room);
   const Vector2d at(0.5 * (screen_.width - extent.x()), screen_.height - extent.y() - Px(96));

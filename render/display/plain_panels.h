@@ -1,5 +1,4 @@
-// Words, numbers and tables on dark ground around a picture. Drawing keeps nothing from one frame to the
-// next.
+// Text and tables on a dark ground around a picture. The panels have no state between frames.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,10 +17,10 @@ inline constexpr Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220,
     kCareful{255, 200, 70}, kPanel{0, 0, 0, 175};
 }
 
-// Pixels a point: the screen's, but small windows get small text rather than text over text.
+// Pixels per point: the screen's, or fewer for small windows, in which texts would overlap.
 double ScaleOf(const Surface& surface);
 
-// One of the status line's, from left to right.
+// An item of the status line; items are drawn from left to right.
 struct StatusItem {
   std::string text;
   Rgba color = ink::kText;
@@ -37,23 +36,23 @@ struct KeyHelp {
   const char *keys, *what;
 };
 
-// On one frame: `scale` pixels a point.
+// The panels of one frame. `scale`: pixels per point.
 class PlainPanels {
  public:
   PlainPanels(Painter& painter, const cv::Size& screen, double scale)
       : painter_(painter), screen_(screen), scale_(scale) {}
 
   void Status(const std::vector<StatusItem>& items) const;  // along the top
-  // `anchor`: which point of the table is at `corner`: 0,0 its upper left, 1,1 its lower right.
+  // `anchor`: the point of the table that lies at `corner`: 0,0 its upper left, 1,1 its lower right.
   void Table(const std::vector<TableRow>& rows, const Eigen::Vector2d& corner, const Eigen::Vector2d& anchor,
              double wrap_points = 0) const;
   void Instruction(const std::string& words, const Rgba& color) const;  // large, below the middle
-  void Said(const std::string& words) const;  // above it: what came of what was asked
-  void Hint(const std::string& words) const;  // in the lower right corner
-  // Where a mode says what it is and what its keys do.
+  void Notice(const std::string& words) const;  // above the instruction: the result of a request
+  void Hint(const std::string& words) const;    // in the lower right corner
+  // The name and the keys of a mode, in the lower left corner.
   void Mode(const std::vector<TableRow>& rows) const;
   void Keys(const std::vector<TableRow>& rows) const;  // over a darkened picture
-  void Flash(const Rgba& color) const;                 // the window's frame, seen without looking at it
+  void Flash(const Rgba& color) const;  // along the window's edges, visible from the corner of the eye
 
  protected:
   double Px(double points) const { return points * scale_; }

@@ -1,7 +1,7 @@
-// Plain shapes, as values: what is drawn over a picture, whoever draws it.
+// Shapes that are drawn over a picture, as values.
 //
-// Places are in a picture, pixel centres at integer + 0.5. Widths, radii and text sizes are in points: pixels
-// of a screen of ordinary density.
+// Places are pixels of the picture, with pixel centres at integer + 0.5. Widths, radii and text sizes are in
+// points: pixels of a screen of ordinary density.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ namespace ulf::render {
 
 struct Rgba {
   std::uint8_t r = 0, g = 0, b = 0, a = 255;
-  Rgba WithOpacity(double opacity) const;  // 0 to 1, times its own
+  Rgba WithOpacity(double opacity) const;  // `opacity` (0 to 1) times its own
   bool operator==(const Rgba&) const = default;
 };
 Rgba Mix(const Rgba& from, const Rgba& to, double share);
@@ -31,7 +31,7 @@ struct Polygon {
   std::vector<Eigen::Vector2d> img;
   Rgba color;
 };
-// One of many that lie side by side: its edges are not smoothed.
+// A quadrilateral of many that lie side by side: its edges are not smoothed.
 struct Patch {
   std::array<Eigen::Vector2d, 4> img;
   Rgba color;
@@ -46,8 +46,8 @@ struct Label {
   std::string text;
   double size = 20;
   Rgba color;
-  Eigen::Vector2d anchor{
-      0.5, 0.5};  // which point of the text is at `img`: 0,0 its upper left, 1,1 its lower right
+  // The point of the text that lies at `img`: 0,0 its upper left, 1,1 its lower right.
+  Eigen::Vector2d anchor{0.5, 0.5};
 };
 using OverlayShape = std::variant<Polyline, Polygon, Patch, Spot, Label>;
 using Overlay = std::vector<OverlayShape>;  // in the order of drawing

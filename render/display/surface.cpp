@@ -7,6 +7,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -17,7 +18,8 @@
 // Its macros come last.
 #include <X11/Xlib.h>
 
-// GLFW's own header for it asks for more of X11's. Not there in a GLFW that was built for Wayland alone.
+// GLFW's own header for these needs more headers of X11. A GLFW that was built for Wayland alone does not
+// have them.
 extern "C" [[gnu::weak]] Display* glfwGetX11Display();
 extern "C" [[gnu::weak]] ::Window glfwGetX11Window(GLFWwindow*);
 
@@ -31,53 +33,39 @@ std::string LastGlfwError() {
 }
 
 std::optional<Key> KeyOf(int glfw_key) {
-  switch (glfw_key) {
-    case GLFW_KEY_ESCAPE:
-      return Key::kEscape;
-    case GLFW_KEY_ENTER:
-    case GLFW_KEY_KP_ENTER:
-      return Key::kEnter;
-    case GLFW_KEY_BACKSPACE:
-      return Key::kBackspace;
-    case GLFW_KEY_DELETE:
-      return Key::kDelete;
-    case GLFW_KEY_LEFT:
-      return Key::kLeft;
-    case GLFW_KEY_RIGHT:
-      return Key::kRight;
-    case GLFW_KEY_UP:
-      return Key::kUp;
-    case GLFW_KEY_DOWN:
-      return Key::kDown;
-    case GLFW_KEY_PAGE_UP:
-      return Key::kPageUp;
-    case GLFW_KEY_PAGE_DOWN:
-      return Key::kPageDown;
-    case GLFW_KEY_HOME:
-      return Key::kHome;
-    case GLFW_KEY_F1:
-      return Key::kF1;
-    case GLFW_KEY_F11:
-      return Key::kF11;
-    default:
-      return std::nullopt;
-  }
+  static constexpr std::array<std::pair<int, Key>, 14> kKeys{{{GLFW_KEY_ESCAPE, Key::kEscape},
+                                                              {GLFW_KEY_ENTER, Key::kEnter},
+                                                              {GLFW_KEY_KP_ENTER, Key::kEnter},
+                                                              {GLFW_KEY_BACKSPACE, Key::kBackspace},
+                                                              {GLFW_KEY_DELETE, Key::kDelete},
+                                                              {GLFW_KEY_LEFT, Key::kLeft},
+                                                              {GLFW_KEY_RIGHT, Key::kRight},
+                                                              {GLFW_KEY_UP, Key::kUp},
+                                                              {GLFW_KEY_DOWN, Key::kDown},
+                                                              {GLFW_KEY_PAGE_UP, Key::kPageUp},
+                                                              {GLFW_KEY_PAGE_DOWN, Key::kPageDown},
+                                                              {GLFW_KEY_HOME, Key::kHome},
+                                                              {GLFW_KEY_F1, Key::kF1},
+                                                              {GLFW_KEY_F11, Key::kF11}}};
+  for (const auto& [glfw, key] : kKeys)
+    if (glfw == glfw_key) return key;
+  return std::nullopt;
 }
 
 class Window : public Surface {
  public:
   Window(const std::string& title, cv::Size points) {
     if (!glfwInit()) throw Error("no window: {}", LastGlfwError());
-    OutliveTheDisplayServer();
+    SurviveDisplayServer();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
-    // A thread can have no context of EGL's beside one of GLX's; the renderers' are EGL's.
-    for (const int door : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
-      glfwWindowHint(GLFW_CONTEXT_CREATION_API, door);
+    // The renderers use EGL, and a thread cannot have contexts of EGL and of GLX at the same time.
+    for (const int api : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
+      glfwWindowHint(GLFW_CONTEXT_CREATION_API, api);
       window_ = glfwCreateWindow(points.width, points.height, "", nullptr, nullptr);
       if (window_) break;
       RequireServer();
@@ -88,12 +76,12 @@ class Window : public Surface {
       throw Error("no window with OpenGL 4.5: {}", reason);
     }
     glfwMakeContextCurrent(window_);
-    // Not before: Mesa 22.3 crashes where a server ends while a window is being given its OpenGL, and by its
-    // title a window is found.
+    // The title comes after OpenGL: Mesa 22.3 crashes where a server ends while the window gets its OpenGL,
+    // and a program that ends servers finds the window by its title.
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
-    OutliveTheWindow();
-    glfwSwapInterval(0);  // whoever draws has a clock of its own
+    SurviveDestroyedWindow();
+    glfwSwapInterval(0);  // the callers have their own clocks
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
       const auto known = KeyOf(key);
@@ -128,7 +116,7 @@ class Window : public Surface {
     cv::Size size;
     glfwGetFramebufferSize(window_, &size.width, &size.height);
     RequireServer();
-    if (!destroyed) size_ = size;  // else it is anything
+    if (!destroyed) size_ = size;  // the size of a destroyed window is undefined
     return size_;
   }
   double ContentScale() const override {
@@ -169,12 +157,12 @@ class Window : public Surface {
   }
 
  private:
-  // Xlib's own way is to end the process.
-  void OutliveTheDisplayServer() {
+  // By default Xlib ends the process.
+  void SurviveDisplayServer() {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
     display_name_ = DisplayString(display);
-    XSetIOErrorHandler([](Display*) { return 0; });  // it writes about a fatal error, which it is not
+    XSetIOErrorHandler([](Display*) { return 0; });  // the default one prints a message about a fatal error
     XSetIOErrorExitHandler(
         display, [](Display*, void* window) { static_cast<Window*>(window)->gone_ = true; }, this);
   }
@@ -185,9 +173,9 @@ class Window : public Surface {
     XCloseDisplay(again);
     throw SurfaceKilled("the window was closed by force");
   }
-  // Xlib's own way is to end the process for any request that fails, and requests for a window that another
-  // program has destroyed do. Not before: GLFW puts Xlib's own way back after making a window.
-  void OutliveTheWindow() {
+  // By default Xlib ends the process for any request that fails, such as one for a window that another
+  // program has destroyed. Called after the window is made, because GLFW then restores the default.
+  void SurviveDestroyedWindow() {
     if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
     destroyed = false;
     x11_window = glfwGetX11Window(window_);
@@ -199,7 +187,7 @@ class Window : public Surface {
   }
   static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
   void Came(InputEvent event) { events_.push_back(event); }
-  // A window's own coordinates are pixels on some systems and points on others.
+  // Window coordinates are pixels on some systems and points on others.
   Eigen::Vector2d PixelsFromPoints() const {
     int width = 1, height = 1;
     glfwGetWindowSize(window_, &width, &height);
@@ -208,7 +196,7 @@ class Window : public Surface {
             static_cast<double>(pixels.height) / std::max(1, height)};
   }
 
-  // Xlib's handler knows nothing but the error. There is one window at a time.
+  // Static, because Xlib's handler gets only the error. There is one window at a time.
   inline static unsigned long x11_window = 0;
   inline static std::atomic<bool> destroyed{false};
 
@@ -216,7 +204,7 @@ class Window : public Surface {
   bool gone_ = false;
   std::string display_name_;
   mutable cv::Size size_;
-  cv::Rect windowed_;  // where it was before it filled the screen
+  cv::Rect windowed_;  // its place before it filled the screen
   std::vector<InputEvent> events_;
 };
 

@@ -1,6 +1,6 @@
-// What is drawn on and where input comes from: a window (GLFW), or a picture without one (EGL). The same
-// drawing code serves both; input is values, so that a test plays a person. OpenGL 4.5 core is current in the
-// caller's thread as long as a surface lives; one at a time.
+// The surface on which is drawn and from which input comes: a window (GLFW), or a picture without a window
+// (EGL). Both use the same drawing code. Input events are values, so that a test can play the user. While a
+// surface lives, OpenGL 4.5 core is current in the thread that made it; only one surface may live at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +35,7 @@ struct KeyPressed {
   bool shift = false;
 };
 struct Typed {
-  char32_t character;  // whatever the keyboard's layout
+  char32_t character;  // by the keyboard's layout
 };
 struct MouseMoved {
   Eigen::Vector2d at;  // pixels of the framebuffer
@@ -45,26 +45,26 @@ struct MouseButton {
   bool down = false;
 };
 struct WheelTurned {
-  double steps = 0;  // away from the person: positive
+  double steps = 0;  // positive: away from the user
   bool shift = false, control = false;
 };
 struct CloseAsked {};
 using InputEvent = std::variant<KeyPressed, Typed, MouseMoved, MouseButton, WheelTurned, CloseAsked>;
 
-// The display server has ended and took the surface with it: neither that nor anything of its OpenGL may be
-// touched again, not even to be given back.
+// The display server has ended, and the surface with it. The program must not use the surface or its OpenGL
+// objects again, not even to release them (see Abandon()).
 class SurfaceGone : public Error {
  public:
   using Error::Error;
 };
 
-// The display server lives, but has cut the connection (xkill does that): somebody wanted the window closed.
+// The display server still runs but has cut the connection, as xkill does: the user wanted the window closed.
 class SurfaceKilled : public SurfaceGone {
  public:
   using SurfaceGone::SurfaceGone;
 };
 
-// What may not even be given back is kept to the end of the process.
+// Keeps an object that must not be released until the process ends.
 template <typename Thing>
 void Abandon(std::unique_ptr<Thing> thing) {
   static auto* const abandoned = new std::vector<Thing*>;
@@ -75,18 +75,18 @@ class Surface {
  public:
   virtual ~Surface() = default;
   virtual cv::Size Size() const = 0;        // pixels
-  virtual double ContentScale() const = 0;  // pixels a point: 1 on ordinary screens
-  // What has come since the last call; waits up to `patience_s` for something to come.
+  virtual double ContentScale() const = 0;  // pixels per point: 1 on ordinary screens
+  // The events since the last call; waits up to `patience_s` for one.
   virtual std::vector<InputEvent> TakeEvents(double patience_s) = 0;
-  virtual void Bind() = 0;  // drawing goes here, into all of it
-  virtual void Present() = 0;
+  virtual void Bind() = 0;     // makes this the target of drawing
+  virtual void Present() = 0;  // shows what was drawn
   virtual void ToggleFullScreen() = 0;
-  cv::Mat Read();  // what has been drawn since Bind(), 8-bit B, G, R
+  cv::Mat Read();  // the pixels drawn since Bind(), 8-bit B, G, R
 };
 
-// Throws Error where there is no display, or no OpenGL 4.5 on it. Whatever is asked of the window throws
-// SurfaceGone once its display server has ended. A window that another program destroys asks to be closed, as
-// by its button, and goes on asking; what is drawn then is seen by nobody.
+// A window of `points` points. Throws Error where there is no display, or no OpenGL 4.5 on it. All functions
+// of the window throw SurfaceGone once its display server has ended. A window that another program has
+// destroyed sends CloseAsked with every TakeEvents() and shows nothing.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
 class OffscreenSurface : public Surface {

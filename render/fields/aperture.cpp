@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/geometry/pinhole.h"
+
 namespace ulf::render {
 
 using Eigen::Vector2d;
@@ -9,7 +11,8 @@ using Eigen::Vector3d;
 
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world) {
   const Vector3d focus_in_cam = cam_from_world * aperture.focus_in_world;
-  constexpr double kLeastShare = 1e-3, kLeastDepth = 1e-9;
+  constexpr double kLeastShare = 1e-3;  // of the distance to the focus point
+  constexpr double kLeastDepth = 1e-9;  // where the camera stands at that point
   return std::max({focus_in_cam.z(), kLeastShare * focus_in_cam.norm(), kLeastDepth});
 }
 
@@ -17,7 +20,7 @@ double ApertureRadius(double f_number, double focal_px, int width_px, double sen
   return FNumber(f_number, focal_px, width_px, sensor_width_mm);
 }
 
-// Radius and f-number take each other's place in f = 2 N R.
+// f = 2 N R, in which radius R and f-number N can be exchanged.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm) {
   const double focal_m = 1e-3 * sensor_width_mm * focal_px / width_px;
   return 0.5 * focal_m / radius_m;
@@ -26,7 +29,8 @@ double FNumber(double radius_m, double focal_px, int width_px, double sensor_wid
 PlaneInCamera FocalPlane::Background(const Rigid3& cam_from_world) const {
   PlaneInCamera plane;
   plane.offset = FocusDepth(aperture_, cam_from_world);
-  plane.far_depth = 10 * plane.offset;  // every ray of a picture meets it
+  constexpr double kFarOverDepth = 10;  // every ray of a picture meets the plane within it
+  plane.far_depth = kFarOverDepth * plane.offset;
   return plane;
 }
 
@@ -41,8 +45,7 @@ Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid
   pixel.cx += 0.5 - img.x();
   pixel.cy += 0.5 - img.y();
   const double depth = proxy.Depth(pixel, cam_from_world).at<float>(0, 0);
-  const Vector3d ray((img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1);
-  return cam_from_world.Inverse() * (depth * ray);
+  return cam_from_world.Inverse() * (depth * PinholeRay(camera, img));
 }
 
 }  // namespace ulf::render

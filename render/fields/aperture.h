@@ -1,7 +1,7 @@
-// A virtual lens that is wide open (thesis, section 5.5): rays enter through a disc about the virtual
-// camera's centre, perpendicular to its optical axis, and what lies on the focal plane, perpendicular to it
-// as well, is sharp. Recorded views are the points of the disc through which there are rays; aperture_field.h
-// has their weights.
+// A virtual lens with a wide aperture (thesis, section 5.5). Rays enter through a disc around the virtual
+// camera's centre, perpendicular to its optical axis. Points on the focal plane, which is perpendicular to
+// the axis as well, are sharp. Recorded views are sample points of the disc; aperture_field.h computes their
+// weights.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,24 +12,25 @@
 namespace ulf::render {
 
 struct Aperture {
-  // Of the disc, in world units. 0, or less than the viewpoints are apart: the smallest aperture that they
-  // allow, which is the blending field as it is without one.
+  // Of the disc, in world units. A radius below the distance between neighbouring viewpoints, or 0, gives the
+  // smallest aperture that they allow, which is the blending field without an aperture.
   double radius = 0;
-  Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();  // the focal plane goes through it
+  Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();  // a point of the focal plane
   bool operator==(const Aperture&) const = default;
 };
 
-// Of the focal plane along the optical axis; positive: a camera that has the point beside it or behind it
-// focuses close by.
+// Depth of the focal plane along the optical axis, world units. Always positive: a camera beside or in front
+// of the focus point focuses close to itself.
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
-// In metres, for a picture of `width_px` that covers a sensor of that width.
+// Radius in metres of an f-number's aperture. The picture of `width_px` pixels covers a sensor of
+// `sensor_width_mm`.
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm);
-// The other way round.
+// The f-number of a radius.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm);
 
-// Geometry would bring everything into focus: with an aperture the focal plane is the proxy, and it hides
-// nothing.
+// The focal plane as a proxy, which hides nothing. With an aperture it replaces the scene's proxy, whose
+// geometry would bring every point into focus.
 class FocalPlane : public Proxy {
  public:
   explicit FocalPlane(const Aperture& aperture) : aperture_(aperture) {}
@@ -42,7 +43,8 @@ class FocalPlane : public Proxy {
 
 std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, const Aperture& aperture);
 
-// The point of the proxy that an undistorted camera sees at `img`: what a click focuses on.
+// The point of the proxy at `img` of an undistorted camera, in the world frame: the point on which a click
+// focuses.
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 

@@ -14,15 +14,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Outlines shrink below this cosine between a view's outward direction and the way to the camera.
-constexpr double kFacingCosine = 0.2;
-// How fast rings take over from the ordinary field.
-constexpr double kShareOfStretch = 10;
-// A ring in the camera's own plane, seen edge-on, is moved off it by this share of its outline.
+// A ring in the camera's own plane, which is seen edge-on, is moved off the plane by this share of its
+// outline.
 constexpr double kOffPlaneShare = 1e-6;
 
-// How many edges from a vertex its weight is zero for good: Loop's rules reach twice as far as before and two
-// edges on at every level, the limit's one more.
+// The number of edges from a vertex at which its weight has become zero: every level doubles the reach of
+// Loop's rules and adds two edges, and the limit's rule adds one more.
 int BoundaryDistance(int level) { return level >= kLimitLevel ? 2 << kFinestLevel : (2 << level) - 1; }
 
 std::vector<std::vector<int>> Neighbours(const FieldMesh& mesh) {
@@ -36,7 +33,7 @@ std::vector<std::vector<int>> Neighbours(const FieldMesh& mesh) {
   return neighbours;
 }
 
-// In edges from `start`, of all vertices no farther than `most`.
+// Distances in edges from `start`, of all vertices no farther away than `most`.
 std::map<int, int> Distances(const std::vector<std::vector<int>>& neighbours, int start, int most) {
   std::map<int, int> distances{{start, 0}};
   std::vector<int> front{start}, next;
@@ -51,8 +48,8 @@ std::map<int, int> Distances(const std::vector<std::vector<int>>& neighbours, in
 
 // The radius of a view's outline.
 double OutlineRadius(const Vector3d& view_in_cam, const Vector3d& outward_in_cam, double focus_depth,
-                     double radius) {
-  const double facing = std::clamp(-outward_in_cam.z() / kFacingCosine, 0.0, 1.0);
+                     double radius, double facing_cosine) {
+  const double facing = std::clamp(-outward_in_cam.z() / facing_cosine, 0.0, 1.0);
   return radius * std::max(0.0, 1 - view_in_cam.z() / focus_depth) * facing;
 }
 
@@ -61,10 +58,11 @@ double OutlineRadius(const Vector3d& view_in_cam, const Vector3d& outward_in_cam
 // Relative to the camera's centre, in its axes.
 struct ApertureField::WarpedVertices {
   std::vector<Vector3d> positions;
-  double stretch = 1;  // how many times as far from the view as before, at most
+  double stretch = 1;  // the largest ratio of the distances from the view after and before
 };
 
-ApertureField::ApertureField(std::shared_ptr<const MeshField> field) : field_(std::move(field)) {
+ApertureField::ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options)
+    : field_(std::move(field)), options_(options) {
   MakeRings();
 }
 
@@ -119,7 +117,8 @@ ApertureField::WarpedVertices ApertureField::WarpVertices(std::size_t r, const P
   const Vector3d view = in_camera(static_cast<int>(r));
   const Vector3d outward =
       cam_from_world.rotation * (mesh.positions[r] - field_->center_in_world()).normalized();
-  const double outline = OutlineRadius(view, outward, FocusDepth(aperture, cam_from_world), aperture.radius);
+  const double outline = OutlineRadius(view, outward, FocusDepth(aperture, cam_from_world), aperture.radius,
+                                       options_.facing_cosine);
 
   WarpedVertices warped;
   for (std::size_t i = 0; i < ring.vertices.size(); ++i) {
@@ -129,7 +128,8 @@ ApertureField::WarpedVertices ApertureField::WarpVertices(std::size_t r, const P
     } else {
       const Vector2d away = (position - view).head<2>();
       const double distance = away.norm(), wanted = outline * ring.shares[i];
-      if (distance < wanted && distance > 1e-9 * wanted) {
+      constexpr double kLeastShare = 1e-9;  // nearer to the view a vertex has no direction to move in
+      if (distance < wanted && distance > kLeastShare * wanted) {
         const double kept = distance / wanted;
         warped.stretch = std::max(warped.stretch, 1 / kept);
         position.head<2>() = view.head<2>() + away / kept;
@@ -148,7 +148,7 @@ WarpedRings ApertureField::Warp(const PlacedMesh& placed, const Rigid3& cam_from
   WarpedRings rings;
   for (std::size_t r = 0; r < rings_.size(); ++r) {
     const WarpedVertices vertices = WarpVertices(r, placed, cam_from_world, aperture);
-    rings.share = std::max(rings.share, kShareOfStretch * (vertices.stretch - 1));
+    rings.share = std::max(rings.share, options_.share_of_stretch * (vertices.stretch - 1));
     for (const Part& part : rings_[r].parts) {
       WarpedTriangle warped{.triangle = part.triangle,
                             .vertex = static_cast<int>(r),
@@ -177,7 +177,7 @@ class ApertureFieldFromHere : public FieldFromHere {
         rings_(std::move(rings)),
         cam_from_world_(cam_from_world) {}
 
-  // Triangles of the rings; the ordinary field looks for its own.
+  // Triangles of the rings. The ordinary field finds its own.
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
     std::vector<int> candidates;
     const Vector3d axis_in_cam = cam_from_world_ * axis;

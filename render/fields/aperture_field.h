@@ -1,23 +1,26 @@
 // The blending field of a wide aperture (thesis, section 5.5).
 //
-// A view W gives the rays that go from it through the aperture, a disc of radius a about V. Seen from a point
-// of the focal plane (depth f; W at depth z, both along V's axis), they pass W's own depth within
+// V is the virtual camera's centre, a the radius of its aperture, f the depth of the focal plane. A view W at
+// depth z (both depths along V's axis) contributes the rays through W and the aperture. The rays that meet in
+// one point of the focal plane cross W's depth in a disc of radius
+//
 //   b = a (1 - z / f)
-// of W. That disc about W, parallel to the aperture, is W's outline, wherever W stands: before V, behind it,
-// or in its plane, where W contributes everywhere if |W - V| <= a, else nowhere. A view beyond the focal
-// plane has none, and outlines shrink to nothing over the last degrees before a view's part of the mesh is
-// seen from behind.
 //
-// W's ring, the triangles over which its weight falls to zero, is warped so that its boundary reaches the
-// outline. Its vertices move away from W, parallel to the image plane, each to the share of b that its
-// topological distance to W is of the boundary's; one that is as far already stays, so that nothing changes
-// while the aperture is smaller than the viewpoints' spacing. What moved comes into W's own depth, in the
-// same measure as it moved. Vertices of the mesh's extension follow their rim vertices.
+// parallel to the aperture. The disc of this radius around W is W's outline, whether W stands before V,
+// behind it or in its plane (there W contributes everywhere if |W - V| <= a, else nowhere). A view beyond the
+// focal plane has no outline. Outlines shrink to nothing over the last degrees before a view's part of the
+// mesh is seen from behind.
 //
-// Weights of all rings are added up and normalised. Where triangles of the ordinary field overlap (at a
-// ragged rim) one of them counts, of rings all do; so the ordinary field is added as well, with weight 1
-// against `share` of the rings, which grows without bounds from 0 where nothing has moved: the field is
-// continuous in the radius.
+// The ring of W is the set of triangles over which W's weight falls to zero. It is warped so that its
+// boundary reaches the outline: a vertex moves away from W, parallel to the image plane, to the distance b
+// times its topological distance from W over that of the boundary. A vertex that is already as far away
+// stays, so that an aperture smaller than the viewpoints' spacing changes nothing. A vertex that moves also
+// comes into W's depth, in the same proportion. Vertices of the mesh's extension follow their rim vertices.
+//
+// The weights of all rings are added and normalised. Where triangles of the ordinary field overlap (at a
+// ragged rim) only one counts, while all rings count. Therefore the ordinary field is added with weight 1
+// against the weight `share` of the rings. `share` is 0 where nothing has moved and grows without bound, so
+// that the field is continuous in the radius.
 #pragma once
 
 #include <array>
@@ -32,23 +35,32 @@ namespace ulf::render {
 // A triangle of one view's warped ring, in the camera's axes.
 struct WarpedTriangle {
   int triangle = 0;                        // of the field mesh
-  int vertex = 0;                          // of the viewpoint mesh: whose ring this is
+  int vertex = 0;                          // of the viewpoint mesh: the ring is this vertex's
   Eigen::Vector3d weights;                 // at the corners
   Eigen::Matrix3d corners, cone_from_ray;  // as in PlacedMesh
 };
 
 struct WarpedRings {
-  double share = 0;  // 0: nothing has moved, these are the ordinary field, cut up
+  double share = 0;  // 0: no vertex has moved, and the rings equal the ordinary field
   std::vector<WarpedTriangle> triangles;
+};
+
+struct ApertureFieldOptions {
+  // Outlines shrink where the cosine between a view's outward direction and the direction to the camera is
+  // smaller. Guessed.
+  double facing_cosine = 0.2;
+  // `share` over the largest relative growth of a ring: how fast the rings replace the ordinary field.
+  // Guessed.
+  double share_of_stretch = 10;
 };
 
 class ApertureField {
  public:
-  explicit ApertureField(std::shared_ptr<const MeshField> field);
-  // `placed` from the camera's centre.
+  explicit ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options = {});
+  // `placed`: the mesh as seen from the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
-  // Weights of all rays through the aperture that meet a point of the focal plane; the ordinary field's where
-  // nothing moved. Stands on its own.
+  // The weights of all rays through the aperture that meet a point of the focal plane; the ordinary field's
+  // weights where nothing moved. The result may outlive this object.
   std::unique_ptr<FieldFromHere> From(const Rigid3& cam_from_world, const Aperture& aperture) const;
 
  private:
@@ -59,8 +71,8 @@ class ApertureField {
   };
   struct Ring {
     std::vector<int> vertices;   // of the field mesh
-    std::vector<double> shares;  // of each: topological distance over the boundary's
-    std::vector<int> extends;    // of each vertex of the extension its rim vertex here, else -1
+    std::vector<double> shares;  // of each vertex: topological distance over the boundary's
+    std::vector<int> extends;    // of a vertex of the extension: its rim vertex here; else -1
     std::vector<Part> parts;
   };
   struct WarpedVertices;
@@ -69,6 +81,7 @@ class ApertureField {
                               const Aperture& aperture) const;
 
   std::shared_ptr<const MeshField> field_;
+  ApertureFieldOptions options_;
   std::vector<Ring> rings_;  // of each vertex of the viewpoint mesh
 };
 

@@ -1,5 +1,7 @@
 #include "render/fields/blending_field.h"
 
+#include <fmt/core.h>
+
 #include <array>
 
 #include "core/base/error.h"
@@ -36,6 +38,11 @@ FieldKind FieldFromName(const std::string& name, const std::string& option) {
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
   }
   throw UsageError("{} {}: no such blending field; there are {}", option, name, known);
+}
+
+std::string FieldText(const FieldOptions& field) {
+  if (field.kind != FieldKind::kSubdivision) return FieldName(field.kind);
+  return fmt::format("{} {}", FieldName(field.kind), LevelName(field.level));
 }
 
 std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }

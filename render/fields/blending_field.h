@@ -1,9 +1,11 @@
 // The camera blending field: for every ray of the virtual camera, the weight of each recorded view.
 //
-// One contract for all: given the virtual camera's centre V, and for a pixel the ray through V and the point
-// P where that ray meets the proxy, a list of (view, weight), non-negative and summing to one; empty where
-// the field has nothing to say. Which of these views really see P is the renderer's business.
-//   kLinear, kSubdivision  where the line through V crosses the mesh of viewpoints (thesis, 5.1 and 5.3)
+// All fields have one contract. Given the virtual camera's centre V, and for a pixel the ray through V and
+// the point P where that ray meets the proxy, a field returns a list of (view, weight). Weights are not
+// negative and sum to one; the list is empty where the field has no view. The renderer checks which of the
+// views really see P.
+//
+//   kLinear, kSubdivision  by where the line through V crosses the mesh of viewpoints (thesis, 5.1 and 5.3)
 //   kLumigraph             the k best views by angle and resolution at P (Buehler et al. 2001)
 //   kNearest               the view nearest to V that sees P
 #pragma once
@@ -26,28 +28,34 @@ enum class FieldKind {
   kNearest,
 };
 
+// Of FieldOptions::lumigraph_k: the shaders have arrays of this size.
 inline constexpr int kMostLumigraphViews = 8;
 
-bool UsesMesh(FieldKind kind);          // of viewpoints
+bool UsesMesh(FieldKind kind);          // whether the weights come from the mesh of viewpoints
 std::string FieldName(FieldKind kind);  // as on the command line
-// UsageError that lists the names; `option`: which asked.
+// Throws UsageError that names `option` and lists the names.
 FieldKind FieldFromName(const std::string& name, const std::string& option = "--field");
 std::string LevelName(int level);            // "0" to "3", "limit"
-int LevelFromName(const std::string& name);  // UsageError that lists the names
+int LevelFromName(const std::string& name);  // throws UsageError that lists the names
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
-  int level = 1;                      // of subdivision, 0 to kFinestLevel, or kLimitLevel; 0 is kLinear
-  int lumigraph_k = 0;                // views that may have weight; 0: as many as suits the viewpoints
-  double lumigraph_resolution = 0.1;  // of the penalty, in radians for a view twice as far away as V
-  int lumigraph_triangles = 2000;     // that the image is cut into where weights are at vertices
+  // Of subdivision: 0 to kFinestLevel, or kLimitLevel; 0 equals kLinear. Measured
+  // (docs/speed_and_accuracy.md: further levels bring 0.01 to 0.04 dB).
+  int level = 1;
+  int lumigraph_k = 0;                // views that get weight at a point; 0: chosen by FieldThatServes()
+  double lumigraph_resolution = 0.1;  // penalty in radians for a view twice as far away as V
+  int lumigraph_triangles = 2000;     // of the image, for weights at vertices
   bool operator==(const FieldOptions&) const = default;
 };
 
+// "subdivision 1", "lumigraph": the kind, and the level where it has one.
+std::string FieldText(const FieldOptions& field);
+
 // The field that these viewpoints allow: lumigraph weights instead of a mesh where they span no surface, the
-// nearest view where they all stand in one place. ViewpointMesh::Description() tells people. Lumigraph
-// weights that leave their number open get one view more than a simplex of the viewpoints has, which is the
-// threshold of the others: four on a surface, three on a line.
+// nearest view where they all stand in one place (ViewpointMesh::Description() tells people). Where
+// lumigraph_k is 0 it becomes the number of corners of a simplex of the viewpoints plus one, whose penalty is
+// the threshold of the others: four on a surface, three on a line (measured: docs/rendering.md, temple_ring).
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh);
 
 struct ViewWeight {
@@ -57,24 +65,25 @@ struct ViewWeight {
 
 struct FieldSample {
   std::vector<ViewWeight> weights;
-  double confidence = 0;      // 1 where views stand all around; less in wide triangles and outside the hull
-  bool extrapolated = false;  // outside the hull
-  void Add(int view, double weight);  // to what the view has; nothing of nothing
+  // 1 between views that stand close together; less in wide triangles and outside the hull.
+  double confidence = 0;
+  bool extrapolated = false;          // outside the hull
+  void Add(int view, double weight);  // to the view's weight; weights of 0 or less are ignored
 };
 
 struct RayQuery {
   Eigen::Vector3d ray_in_world;    // unit, from V through the pixel
   Eigen::Vector3d point_in_world;  // where it meets the proxy
-  const std::vector<int>* candidates =
-      nullptr;  // from CandidatesInCone for a cone that holds the ray; or all
+  // From CandidatesInCone() for a cone that contains the ray; null: all.
+  const std::vector<int>* candidates = nullptr;
 };
 
-// The field as seen from one place; stands on its own.
+// The field for one virtual camera's centre. It may outlive the BlendingField.
 class FieldFromHere {
  public:
   virtual ~FieldFromHere() = default;
-  // What need be looked at for rays within `half_angle` (less than a right angle) of `axis`; empty where the
-  // field does not use it.
+  // The field's triangles that rays within `half_angle` (radians, less than a right angle) of `axis` can
+  // meet; empty for fields that do not use candidates.
   virtual std::vector<int> CandidatesInCone(const Eigen::Vector3d& axis_in_world, double half_angle) const;
   virtual void Weights(const RayQuery& query, FieldSample& sample) const = 0;
 };
@@ -85,13 +94,13 @@ class BlendingField {
   virtual std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
 };
 
-// Keeps the scene alive.
+// The field keeps the scene alive.
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                          const FieldOptions& options);
 
-// Weights that sum to less before they are normalised count as none.
+// Where the weights sum to less before they are normalised, the field has no view. Guessed.
 inline constexpr double kLeastWeightOfField = 1e-4;
-// Confidence of what is extrapolated past the hull.
+// Confidence outside the hull of the viewpoints. Guessed.
 inline constexpr double kExtrapolatedConfidence = 0.25;
 
 }  // namespace ulf::render

@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "core/base/at.h"
-#include "render/fields/planar_delaunay.h"
+#include "core/geometry/pinhole.h"
 #include "render/fields/ray_cone.h"
+#include "render/viewpoints/planar_delaunay.h"
 
 namespace ulf::render {
 namespace {
@@ -14,8 +15,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A grid of about `count` points over the image with a margin of one pixel, and what falls inside of the
-// viewpoints.
+// The viewpoints inside the image, and a grid over the image with a margin of one pixel whose number of
+// points gives about as many triangles as wanted.
 std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera,
                              const Rigid3& cam_from_world, int triangles_wanted) {
   std::vector<Vector2d> viewpoints;
@@ -23,7 +24,9 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
     const auto img = camera.ImgFromCam(cam_from_world * view.center_in_world);
     if (img && camera.Contains(*img)) viewpoints.push_back(*img);
   }
-  const double grid_points = std::max(100.0, 0.5 * triangles_wanted - static_cast<double>(viewpoints.size()));
+  constexpr double kLeastGridPoints = 100;
+  const double grid_points =
+      std::max(kLeastGridPoints, 0.5 * triangles_wanted - static_cast<double>(viewpoints.size()));
   const double step = std::sqrt(static_cast<double>(camera.width) * camera.height / grid_points);
   const int columns = std::max(2, static_cast<int>(std::lround(camera.width / step)) + 1);
   const int rows = std::max(2, static_cast<int>(std::lround(camera.height / step)) + 1);
@@ -36,8 +39,8 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
   return points;
 }
 
-// The views' penalties at one point: a cheap ranking over all views first, then the exact penalty and the
-// visibility of only the best of it.
+// The weights at one point: a cheap ranking of all views first, then the exact penalty and the visibility of
+// the best ones only.
 class WeightsAtPoint {
  public:
   WeightsAtPoint(const RenderScene& scene, const Vector3d& virtual_center, const FieldOptions& options)
@@ -58,14 +61,14 @@ class WeightsAtPoint {
     const auto to_view = (centers_.colwise() - p).eval();
     const Eigen::ArrayXf lengths = to_view.colwise().norm().transpose().array();
     const Eigen::ArrayXf cosines = (to_view.transpose() * (-p / distance)).array() / lengths;
-    // The chord stands for the angle.
+    // The chord in place of the angle.
     rough_ = (2 * (1 - cosines)).max(0.0f).sqrt() +
              static_cast<float>(resolution_) * (lengths / distance - 1).max(0.0f);
     order_.resize(scene_.views.size());
     for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<int>(i);
 
     std::vector<ViewWeight> best;
-    const std::size_t wanted = 2 * k_ + 8;
+    const std::size_t wanted = 2 * k_ + 8;  // ranked at once: enough, usually, for k + 1 that see the point
     for (std::size_t looked_at = 0; looked_at < order_.size() && best.size() < k_ + 1;) {
       const std::size_t end = std::min(order_.size(), looked_at + wanted);
       std::partial_sort(order_.begin() + static_cast<std::ptrdiff_t>(looked_at),
@@ -99,16 +102,13 @@ class FieldOfTriangulation : public FieldFromHere {
     const Eigen::Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
     for (const Triangle& t : image_.triangles) {
       Eigen::Matrix3d corners;
-      for (int k = 0; k < 3; ++k) corners.col(k) = CornerRay(camera, image_.img[At(t[At(k)])]);
+      for (int k = 0; k < 3; ++k) corners.col(k) = PinholeRay(camera, image_.img[At(t[At(k)])]);
       cone_from_ray_.push_back(ConeFromRay(corners) * cam_from_world_r);
     }
   }
 
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
-    std::vector<int> candidates;
-    for (std::size_t t = 0; t < cone_from_ray_.size(); ++t)
-      if (MayMeet(cone_from_ray_[t], axis, half_angle)) candidates.push_back(static_cast<int>(t));
-    return candidates;
+    return ConesThatMayMeet(cone_from_ray_, axis, half_angle);
   }
 
   void Weights(const RayQuery& query, FieldSample& sample) const override {
@@ -133,10 +133,6 @@ class FieldOfTriangulation : public FieldFromHere {
 
 }  // namespace
 
-Vector3d CornerRay(const CameraModel& camera, const Vector2d& img) {
-  return {(img.x() - camera.cx) / camera.fx, (img.y() - camera.cy) / camera.fy, 1.0};
-}
-
 DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera) {
   return [=](const Vector2d& img) -> double {
     if (!drawn.empty()) {
@@ -144,7 +140,7 @@ DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const
                                           std::clamp(static_cast<int>(img.x()), 0, drawn.cols - 1));
       if (depth > 0) return depth;
     }
-    return plane.DepthOf(CornerRay(camera, img));
+    return plane.DepthOf(PinholeRay(camera, img));
   };
 }
 
@@ -164,7 +160,7 @@ WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const 
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), options);
   for (const Vector2d& img : result.img) {
-    result.weights.push_back(weights_at.At(world_from_cam * (CornerRay(camera, img) * depth_at(img))));
+    result.weights.push_back(weights_at.At(world_from_cam * (PinholeRay(camera, img) * depth_at(img))));
   }
   return result;
 }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/at.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::render {
 namespace {
@@ -32,16 +33,13 @@ SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& top
   return sum.Take();
 }
 
-double AngleAt(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2((a - corner).cross(b - corner).norm(), (a - corner).dot(b - corner));
-}
-
-// How far a Delaunay edge is from being the only choice: 0 in a regular mesh, where the angles that face it
-// sum to 120 degrees, 1 where its four corners lie on a circle (180) and the other diagonal would do as well.
+// How ambiguous a Delaunay edge is: 0 in a regular mesh, where the angles that face it sum to 120 degrees, 1
+// where its four corners lie on a circle (180 degrees) and the other diagonal is Delaunay's as well.
 double Ambiguity(const SubdividedMesh& mesh, const MeshEdge& edge) {
   const Eigen::Vector3d &from = mesh.positions[At(edge.from)], &to = mesh.positions[At(edge.to)];
   double facing = 0;
-  for (const int opposite : edge.opposite) facing += AngleAt(mesh.positions[At(opposite)], from, to);
+  for (const int opposite : edge.opposite)
+    facing += AngleBetween(from - mesh.positions[At(opposite)], to - mesh.positions[At(opposite)]);
   return std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
 }
 
@@ -54,7 +52,7 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_delaunay) {
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first) {
   const int vertex_count = static_cast<int>(coarse.positions.size());
   const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
   SubdividedMesh fine;
@@ -67,7 +65,7 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_delaunay) {
     Eigen::Vector3d outward = Eigen::Vector3d::Zero();
     if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
     fine.outward.push_back(outward);
-    const bool may_be_ambiguous = is_delaunay && !edge.OnBoundary();
+    const bool may_be_ambiguous = is_first && !edge.OnBoundary();
     fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0));
   }
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
@@ -106,13 +104,12 @@ std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
 
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
-                                const std::vector<Triangle>& triangles, int levels, Diagonals diagonals) {
+                                const std::vector<Triangle>& triangles, int levels) {
   SubdividedMesh mesh{
       .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
-  for (int level = 0; level < std::min(levels, kFinestLevel); ++level)
-    mesh = SubdivideOnce(mesh, level == 0 && diagonals == Diagonals::kDelaunay);
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) mesh = SubdivideOnce(mesh, level == 0);
   if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh);
   return mesh;
 }

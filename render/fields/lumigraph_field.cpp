@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace ulf::render {
 namespace {
 
@@ -21,7 +23,7 @@ class LumigraphFromHere : public FieldFromHere {
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample.weights.clear();
     sample.extrapolated = false;
-    std::vector<ViewWeight> best;  // weight: here the penalty
+    std::vector<ViewWeight> best;  // with penalties as weights
     for (std::size_t i = 0; i < scene_->views.size(); ++i) {
       const SceneView& view = scene_->views[i];
       if (!view.See(query.point_in_world)) continue;
@@ -86,13 +88,13 @@ std::vector<ViewWeight> LumigraphWeights(std::vector<ViewWeight> penalties, std:
 double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, const Vector3d& view_center,
                         double resolution) {
   const Vector3d to_virtual = virtual_center - point, to_view = view_center - point;
-  const double angle = std::atan2(to_virtual.cross(to_view).norm(), to_virtual.dot(to_view));
-  return angle + resolution * std::max(0.0, to_view.norm() / to_virtual.norm() - 1);
+  return AngleBetween(to_virtual, to_view) +
+         resolution * std::max(0.0, to_view.norm() / to_virtual.norm() - 1);
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
-  // Kept, not compared as they are made: compilers may round two such expressions differently, and views of
-  // one centre would come before each other.
+  // The comparison must not compute them: compilers may round two such expressions differently, and of two
+  // views with one centre each would come before the other.
   std::vector<std::pair<double, int>> distances;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),

@@ -1,10 +1,10 @@
-// Unstructured lumigraph weights (Buehler et al. 2001), the yardstick and the renderer of sparse and 1-D
-// sets; and the nearest view, the fallback of all.
+// Unstructured lumigraph weights (Buehler et al. 2001), for comparison and for few views or views on a line;
+// and the field of the nearest view, which is the last resort.
 //
-// Penalty of view i at the point P: the angle between P->V and P->C_i, plus r max(0, |P - C_i| / |P - V| - 1)
-// for resolution; views that do not see P are out. With the (k+1)-th smallest penalty as threshold T, the
-// k best weigh (1 - penalty / T) / penalty, normalised. With no more than k views that see P, T is 1.1 times
-// the largest penalty.
+// V is the virtual camera's centre. The penalty of view i at the point P is the angle between P->V and
+// P->C_i, plus r max(0, |P - C_i| / |P - V| - 1) for resolution. Views that do not see P have no weight. The
+// threshold T is the (k+1)-th smallest penalty; the k best views get (1 - penalty / T) / penalty, normalised.
+// Where no more than k views see P, T is 1.1 times the largest penalty.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace ulf::render {
 
 class LumigraphField : public BlendingField {
  public:
-  // As FieldThatServes() gives them.
+  // `options`: of FieldThatServes().
   LumigraphField(std::shared_ptr<const RenderScene> scene, const FieldOptions& options)
       : scene_(std::move(scene)), options_(options) {}
   std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
@@ -40,11 +40,14 @@ std::vector<int> ViewsByDistance(const RenderScene& scene, const Eigen::Vector3d
 double LumigraphPenalty(const Eigen::Vector3d& point, const Eigen::Vector3d& virtual_center,
                         const Eigen::Vector3d& view_center, double resolution);
 
-// Weights of the k best; `penalties` holds penalties in place of weights, of the views that see the point.
+// Weights of the k best views. `penalties`: of the views that see the point, as ViewWeight::weight.
 std::vector<ViewWeight> LumigraphWeights(std::vector<ViewWeight> penalties, std::size_t k);
 
-inline constexpr double kLumigraphZeroPenalty = 1e-6;  // takes all
-inline constexpr double kThresholdAboveTie = 1.001;    // over the k-th, where the next is as good
-inline constexpr double kThresholdAboveLargest = 1.1;  // with no next view
+// A view with a penalty up to this gets all weight: 1 / penalty would overflow. Radians.
+inline constexpr double kLumigraphZeroPenalty = 1e-6;
+// The threshold is at least this many times the k-th penalty: with an equal (k+1)-th all weights would be 0.
+inline constexpr double kThresholdAboveTie = 1.001;
+// The threshold over the largest penalty, where there is no (k+1)-th view. Guessed.
+inline constexpr double kThresholdAboveLargest = 1.1;
 
 }  // namespace ulf::render

@@ -25,10 +25,7 @@ class MeshFieldFromHere : public FieldFromHere {
       : mesh_(std::move(mesh)), placed_(std::move(placed)) {}
 
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
-    std::vector<int> candidates;
-    for (std::size_t t = 0; t < placed_.cone_from_ray.size(); ++t)
-      if (MayMeet(placed_.cone_from_ray[t], axis, half_angle)) candidates.push_back(static_cast<int>(t));
-    return candidates;
+    return ConesThatMayMeet(placed_.cone_from_ray, axis, half_angle);
   }
 
   void Weights(const RayQuery& query, FieldSample& sample) const override {
@@ -113,7 +110,7 @@ Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
     const double outside = -normal.dot(corners.col(0));
     const double slope = normal.dot(radial);
     if (std::abs(outside) >= margin || slope <= 0) return virtual_center;
-    // Exactly on a recorded viewpoint rounding decides the side; both sides show the same.
+    // Exactly on a recorded viewpoint rounding decides the side; both sides give the same picture.
     return virtual_center + radial * ((outside < 0 ? -margin : margin) - outside) / slope;
   }
   return virtual_center;

@@ -1,5 +1,6 @@
-// The rays from one place through a triangle. Corners are columns, taken from that place; the inverse of
-// their matrix, which may be scaled, times a ray gives the barycentric coordinates up to scale.
+// The cone of rays from one place through a triangle. The columns of `corners` are the triangle's corners
+// relative to that place. The inverse of this matrix (up to scale) times a ray gives the barycentric
+// coordinates up to scale.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,19 +8,21 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 namespace ulf::render {
 
-// Of badly shaped triangles, too; zero for those that are seen edge-on.
+// The inverse of `corners`, also for badly shaped triangles; zero for triangles that are seen edge-on.
 inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
+  constexpr double kLeastVolume = 1e-15;  // of the volume of a right-angled cone: rounding
   const double size = corners.col(0).norm() * corners.col(1).norm() * corners.col(2).norm();
-  if (!(std::abs(corners.determinant()) > 1e-15 * size)) return Eigen::Matrix3d::Zero();
+  if (!(std::abs(corners.determinant()) > kLeastVolume * size)) return Eigen::Matrix3d::Zero();
   return corners.inverse();
 }
 
 inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_from_ray,
                                                   const Eigen::Vector3d& ray) {
-  // A ray within rounding of an edge belongs to both triangles; none may be lost between them.
+  // A ray within rounding of an edge belongs to both triangles, so that no ray is lost between them.
   constexpr double kEdgeTolerance = 1e-9;
   const Eigen::Vector3d lambda = cone_from_ray * ray;
   const double tolerance = kEdgeTolerance * lambda.cwiseAbs().sum();
@@ -28,13 +31,23 @@ inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_fr
   return clamped / clamped.sum();
 }
 
-// Whether rays within `half_angle` of `axis` may meet the triangle: not when one side of its cone has all of
-// them on its outer side.
+// False when no ray within `half_angle` (radians) of `axis` meets the triangle, because all of them lie
+// outside one side of its cone.
 inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d& axis, double half_angle) {
-  const double limit = -std::sin(half_angle) - 1e-9;
+  constexpr double kRounding = 1e-9;
+  const double limit = -std::sin(half_angle) - kRounding;
   const Eigen::Vector3d sides = cone_from_ray * axis;
   const Eigen::Vector3d sizes = cone_from_ray.rowwise().norm();
   return sizes.x() > 0 && (sides - limit * sizes).minCoeff() >= 0;
+}
+
+// The indices of the cones for which MayMeet() is true.
+inline std::vector<int> ConesThatMayMeet(const std::vector<Eigen::Matrix3d>& cones_from_ray,
+                                         const Eigen::Vector3d& axis, double half_angle) {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < cones_from_ray.size(); ++i)
+    if (MayMeet(cones_from_ray[i], axis, half_angle)) found.push_back(static_cast<int>(i));
+  return found;
 }
 
 }  // namespace ulf::render

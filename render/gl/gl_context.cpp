@@ -13,8 +13,8 @@ namespace {
 
 bool HasExtension(EGLDisplay display, const char* name) { return epoxy_has_egl_extension(display, name); }
 
-// Displays to try, GPUs first. The core eglGetPlatformDisplay aborts in libepoxy on EGL 1.4 drivers, hence
-// EXT.
+// Displays to try, GPUs first. The function of EXT, because the core's eglGetPlatformDisplay aborts in
+// libepoxy on EGL 1.4 drivers.
 std::vector<EGLDisplay> Displays() {
   std::vector<EGLDisplay> displays;
   if (HasExtension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
@@ -58,7 +58,7 @@ GlContext::Current::Current(const GlContext& context)
       previous_context_(eglGetCurrentContext()),
       previous_draw_(eglGetCurrentSurface(EGL_DRAW)),
       previous_read_(eglGetCurrentSurface(EGL_READ)) {
-  if (!display_) return;  // others' is current already
+  if (!display_) return;  // the caller's is current already
   if (previous_context_ != context.context_ &&
       !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_))
     throw Error("OpenGL: the context cannot be made current (EGL error {:#x})", eglGetError());
@@ -72,8 +72,8 @@ GlContext::Current::~Current() {
     eglMakeCurrent(previous_display_, previous_draw_, previous_read_, previous_context_);
 }
 
-GlContext::GlContext(GlContextKind door) {
-  if (door == GlContextKind::kCurrent) {
+GlContext::GlContext(GlContextKind kind) {
+  if (kind == GlContextKind::kCurrent) {
     device_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     return;
   }
@@ -87,8 +87,9 @@ GlContext::GlContext(GlContextKind door) {
     return;
   }
   throw Error(
-      "OpenGL 4.5 without a window is not to be had from EGL (neither a GPU nor Mesa's software rasteriser "
-      "answered); install libegl-mesa0 libgl1-mesa-dri");
+      "EGL gives no OpenGL 4.5 without a window (neither a GPU nor Mesa's software rasteriser answered); "
+      "install "
+      "libegl-mesa0 libgl1-mesa-dri");
 }
 
 bool GlContext::IsSoftware() const {

@@ -1,5 +1,5 @@
-// An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that gives
-// one, else on Mesa's software rasteriser. Or the context of whoever calls, a window's.
+// An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that
+// provides one, else on Mesa's software rasteriser. Or the caller's current context, for example a window's.
 #pragma once
 
 #include <memory>
@@ -9,18 +9,18 @@ namespace ulf::render {
 
 enum class GlContextKind {
   kOwn,      // a context of its own
-  kCurrent,  // the one that is current in this thread: it stays so and belongs to others
+  kCurrent,  // the one that is current in this thread: it stays current, and belongs to the caller
 };
 
 class GlContext {
  public:
-  explicit GlContext(
-      GlContextKind door = GlContextKind::kOwn);  // throws Error that says what was tried and what to install
+  // Throws Error that says what was tried and what to install.
+  explicit GlContext(GlContextKind kind = GlContextKind::kOwn);
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  // Makes it this thread's context; what was current before is current again when the result goes.
+  // Makes it this thread's current context; the destructor makes the former one current again.
   class Current {
    public:
     explicit Current(const GlContext& context);
@@ -33,11 +33,11 @@ class GlContext {
   };
 
   const std::string& device() const { return device_; }  // GL_RENDERER
-  bool IsSoftware() const;                               // and no GPU
+  bool IsSoftware() const;                               // a software rasteriser, no GPU
 
  private:
   void* display_ = nullptr;
-  void* context_ = nullptr;  // null: others'
+  void* context_ = nullptr;  // null: the caller's
   std::string device_;
 };
 

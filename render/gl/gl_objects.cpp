@@ -21,9 +21,8 @@ unsigned CompileShader(unsigned type, const std::string& name, const std::string
     GLsizei length = 0;
     glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
     log.resize(static_cast<std::size_t>(length));
-    throw Error(
-        "OpenGL: shader {} does not compile on this driver: {}; ulf render --renderer reference does without",
-        name, log);
+    throw Error("OpenGL: shader {} does not compile on this driver: {}; use ulf render --renderer reference",
+                name, log);
   }
   return shader;
 }
@@ -31,9 +30,10 @@ unsigned CompileShader(unsigned type, const std::string& name, const std::string
 }  // namespace
 
 int MostLayers() {
-  GLint layers = 256;
+  constexpr int kMostInShaders = 4095;  // fan_batch.vert adds 4096 times one layer to another
+  GLint layers = 256;                   // what every OpenGL 4.5 has
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
-  return std::min(layers, 4095);
+  return std::min(layers, kMostInShaders);
 }
 
 void CheckGl(const char* doing) {
@@ -42,8 +42,15 @@ void CheckGl(const char* doing) {
   while (glGetError() != GL_NO_ERROR) {
   }
   if (error == GL_OUT_OF_MEMORY)
-    throw Error("OpenGL: out of memory while {}; give it less (--gpu-memory)", doing);
+    throw Error("OpenGL: out of memory while {}; limit the photographs with --gpu-memory", doing);
   throw Error("OpenGL: error {:#x} while {}", error, doing);
+}
+
+void SetSampling(unsigned texture, unsigned filter) {
+  for (const GLenum which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTextureParameteri(texture, which, static_cast<GLint>(filter));
+  for (const GLenum which : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+    glTextureParameteri(texture, which, GL_CLAMP_TO_EDGE);
 }
 
 void GlProgram::Build(const std::string& name, const std::string& vertex_source,
@@ -59,9 +66,8 @@ void GlProgram::Build(const std::string& name, const std::string& vertex_source,
   GLint ok = 0;
   glGetProgramiv(program_, GL_LINK_STATUS, &ok);
   if (!ok)
-    throw Error(
-        "OpenGL: shader {} does not link on this driver; ulf render --renderer reference does without", name);
-  // Texture units follow the array's index whatever the driver makes of a binding on an array of samplers.
+    throw Error("OpenGL: shader {} does not link on this driver; use ulf render --renderer reference", name);
+  // Drivers differ in what a binding on an array of samplers means: unit n is set for sampler n.
   for (int n = 0; n < 16; ++n) {
     const int location = glGetUniformLocation(program_, ("photographs[" + std::to_string(n) + "]").c_str());
     if (location >= 0) glProgramUniform1i(program_, location, n);
@@ -87,7 +93,7 @@ void GlProgram::Release() {
 
 void GlBuffer::UploadBytes(const void* data, std::size_t size) {
   if (!buffer_) glCreateBuffers(1, &buffer_);
-  constexpr std::size_t kLeast = 16;  // an empty buffer cannot be bound
+  constexpr std::size_t kLeast = 16;  // bytes: an empty buffer cannot be bound
   glNamedBufferData(buffer_, static_cast<GLsizeiptr>(std::max(size, kLeast)), nullptr, GL_STREAM_DRAW);
   if (size > 0) glNamedBufferSubData(buffer_, 0, static_cast<GLsizeiptr>(size), data);
 }
@@ -179,8 +185,7 @@ void GlTarget::Resize(int width, int height, const GlDepth* depth) {
   height_ = height;
   glCreateTextures(GL_TEXTURE_2D, 1, &texture_);
   glTextureStorage2D(texture_, 1, format_, width, height);
-  glTextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  SetSampling(texture_, GL_NEAREST);
   glCreateFramebuffers(1, &framebuffer_);
   glNamedFramebufferTexture(framebuffer_, GL_COLOR_ATTACHMENT0, texture_, 0);
   if (depth)

@@ -1,5 +1,5 @@
-// The few OpenGL objects that the renderer needs, as thin as can be. All need their context to be current,
-// also for Release().
+// Thin wrappers of the OpenGL objects that the renderer uses. Their context must be current whenever they are
+// used, and for Release(); they do not release anything by themselves.
 #pragma once
 
 #include <array>
@@ -12,17 +12,21 @@
 
 namespace ulf::render {
 
-// Of an array of textures: the driver's, and no more than a float tells beside another number of that size.
+// The largest number of layers of a texture array: the driver's limit, and no more than two such numbers can
+// share a float in the shaders (fan_batch.vert).
 int MostLayers();
 
-// Throws Error with OpenGL's error and what was being done.
+// Throws Error with OpenGL's error and `doing`, what was being done.
 void CheckGl(const char* doing);
+
+// A texture that is sampled with `filter` (GL_NEAREST or GL_LINEAR), and whose edges are repeated.
+void SetSampling(unsigned texture, unsigned filter);
 
 class GlProgram {
  public:
   void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
   void Use() const;
-  // Names that the compiler dropped are passed over.
+  // Ignores names that the compiler dropped.
   void Set(const char* name, int value) const;
   void Set(const char* name, float value) const;
   void Set(const char* name, const std::array<float, 4>& value) const;
@@ -40,7 +44,7 @@ class GlBuffer {
   }
   void BindStorage(unsigned binding) const;
   unsigned name() const { return buffer_; }
-  // What shaders wrote into it; waits for them.
+  // What shaders wrote into the buffer; waits for them.
   std::vector<std::int32_t> Read(std::size_t count) const;
   void Release();
 
@@ -49,10 +53,10 @@ class GlBuffer {
   unsigned buffer_ = 0;
 };
 
-// Integers, or structs of vectors of four floats, that shaders fetch as texels.
+// Integers, or structs of vectors of four floats, which shaders read as texels.
 class GlTexelBuffer {
  public:
-  // Throws Error where they are more than the driver can address.
+  // Throws Error for more than the driver can address.
   template <typename T>
   void Upload(const std::vector<T>& values) {
     buffer_.Upload(values);
@@ -68,7 +72,7 @@ class GlTexelBuffer {
   GlBuffer buffer_;
 };
 
-// No attributes: every vertex is made up by its shader.
+// Without attributes: the shader computes every vertex.
 class GlEmptyVertexArray {
  public:
   void Bind();
@@ -78,12 +82,12 @@ class GlEmptyVertexArray {
   unsigned array_ = 0;
 };
 
-// Counts the pixels of what is drawn between Begin() and End() that reach the target.
+// Counts the pixels that reach the target between Begin() and End().
 class GlPixelCounter {
  public:
   void Begin();
   void End() const;
-  std::uint64_t Count() const;  // waits for them
+  std::uint64_t Count() const;  // waits for the drawing
   void Release();
 
  private:

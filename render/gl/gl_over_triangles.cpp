@@ -8,6 +8,7 @@
 
 #include "core/base/at.h"
 #include "core/base/error.h"
+#include "core/geometry/pinhole.h"
 #include "render/gl/gl_renderer_state.h"
 
 namespace ulf::render {
@@ -25,7 +26,7 @@ int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
   });
 }
 
-// How many of the views, from the first on, can be drawn from now; whoever draws asks again for the rest.
+// Returns how many of the views, from the first on, can be drawn now; the caller asks again for the rest.
 std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
@@ -34,11 +35,12 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
     if (there < level_requests.size() && !std::exchange(said_several_passes, true))
       spdlog::info(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
-          "is drawn in several passes, which takes longer",
+          "is drawn in "
+          "several passes, which takes longer",
           photographs.limit_bytes() / 1000000);
     return there;
   }
-  std::vector<std::optional<int>> drawn_levels;  // by the passes before
+  std::vector<std::optional<int>> drawn_levels;  // in the passes before
   for (const GlPhotographs::LevelRequest& level_request : offered)
     drawn_levels.push_back(photographs.LevelOf(level_request.view));
   offered.insert(offered.end(), level_requests.begin(), level_requests.end());
@@ -47,22 +49,22 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
       std::none_of(offered.begin(), offered.end(), [&](const GlPhotographs::LevelRequest& level_request) {
         return photographs.PlaceOf(level_request.view).has_value();
       });
-  if (lacks && nothing_serves) {  // one photograph is worth waiting for
+  if (lacks && nothing_serves) {  // waits for one photograph, so that the picture shows something
     try {
       photographs.Require(views.LevelRequests(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
-      // It is said when it is offered.
+      // Offer() warns of it.
     }
     lacks = !photographs.Offer(offered);
   }
-  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a better one came too late for them
+  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a finer level came too late for those passes
     const auto level = photographs.LevelOf(offered[i].view);
     outdated = outdated || (level && (!drawn_levels[i] || *level < *drawn_levels[i]));
   }
   return of_views.size();
 }
 
-// Calls draw() for the fans whose photographs are there together, until all have had their turn.
+// Calls draw() for the fans whose photographs are resident at the same time, until all fans are drawn.
 void GlRenderer::State::OverFanBatches(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
   const std::vector<int> of_views = ViewsOf(of_fans);
   ProvideShadowMaps(of_views);
@@ -92,15 +94,15 @@ void GlRenderer::State::Upload(const FanBatches& some) {
   batches.BindStorage(3);
 }
 
-// Neighbours are drawn together: of one array, and of about as many views; those that are none cost as much
-// as others.
+// Consecutive batches of one array and of about as many views are one draw. Unused views of a program cost as
+// much as used ones, so there are programs for different numbers.
 void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
                                        const PlaneInCamera& plane) {
   const auto kind_of = [&](const GpuFanBatch& batch) {
     const int views = static_cast<int>(batch.count | 1);
     return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
   };
-  std::set<int> are_set;
+  std::set<int> are_set;  // programs whose uniforms are set
   for (std::size_t first = 0, end = 0; first < some.batches.size(); first = end) {
     const auto kind = kind_of(some.batches[first]);
     while (end < some.batches.size() && kind_of(some.batches[end]) == kind) ++end;
@@ -121,9 +123,9 @@ void GlRenderer::State::BindToAdd() {
   glBlendFunc(GL_ONE, GL_ONE);
 }
 
-// Of triangles that overlap the last one counts. Where each has all its views in one batch, the picture is
-// done as they are drawn in their order, but for what is left open; else batches are added up over the
-// triangle whose turn it is.
+// Of overlapping triangles the last one counts. Where each triangle has all its views in one batch, drawing
+// the batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up
+// at the pixels where the depth test says that their triangle counts.
 void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
                                   const PlaneInCamera& plane, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
@@ -193,7 +195,7 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
   if (!rings.fans.empty()) AddRings(rings, camera, plane);
 }
 
-// The field that the processor computes; of the picture that has just been drawn.
+// The field on the processor, for the picture that has just been drawn.
 std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
                                                             const Rigid3& cam_from_world) const {
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
@@ -204,7 +206,8 @@ std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& c
   return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
 }
 
-// Those of a wide aperture, in no order, their weights times the rings' share; none where it is not wide.
+// The rings of a wide aperture, in no order, with weights times the rings' share; none where no ring has
+// grown.
 TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                                                const Rigid3& cam_from_world) const {
   TriangleBatch batch;
@@ -255,7 +258,7 @@ TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, c
   TriangleBatch batch;
   for (std::size_t t = 0; t < image.triangles.size(); ++t) {
     Matrix3d corners;
-    for (int k = 0; k < 3; ++k) corners.col(k) = CornerRay(camera, image.img[At(image.triangles[t][At(k)])]);
+    for (int k = 0; k < 3; ++k) corners.col(k) = PinholeRay(camera, image.img[At(image.triangles[t][At(k)])]);
     AddTriangle(corners, corners.inverse(), camera, 1.0, static_cast<double>(t) / count, table, t, {}, batch);
   }
   return batch;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 
 #include "core/base/at.h"
+#include "core/base/parallel_for.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer_state.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
 
-// Whether a level has pixels without light.
+// Whether a level of half floats has pixels without light.
 bool HasGaps(const cv::Mat& halves) {
   for (int y = 0; y < halves.rows; ++y)
     for (int x = 0; x < halves.cols; ++x)
@@ -23,7 +23,7 @@ bool HasGaps(const cv::Mat& halves) {
   return false;
 }
 
-// Those that are listed, each once, in their order.
+// The views that are listed, each once, in the order of `in_order`.
 std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::int32_t>& listed,
                        std::size_t view_count) {
   std::vector<bool> is_listed(view_count, false);
@@ -34,14 +34,22 @@ std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::
   return among;
 }
 
+// Of LumigraphPenalty() and LumigraphWeights().
+void SetPenalties(const GlProgram& program, double resolution) {
+  program.Set("resolution_penalty", static_cast<float>(resolution));
+  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
+  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+}
+
 void DrawTiles(std::size_t count) {
   if (count > 0) glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
 }
 
 }  // namespace
 
-// Calls draw(first, end, arrays) for stretches of the views whose photographs are there and bound together,
-// until all have had their turn; once for no views.
+// Calls draw(first, end, arrays) for ranges of the views whose photographs are resident and bound at the same
+// time, until all views are drawn; once for no views.
 void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw) {
   std::vector<unsigned> arrays;
   std::size_t done = 0;
@@ -57,13 +65,13 @@ void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const 
   } while (done < of_views.size());
 }
 
-// Photographs, and what the proxy hides from them.
+// Whether the views' photographs and shadow maps are resident.
 bool GlRenderer::State::AreThere(const std::vector<int>& of_views) const {
   return (options.show_field || photographs.HasAll(views.LevelRequests(of_views))) &&
          shadow_maps.HasAll(of_views);
 }
 
-// Of the candidates those that the shader marks over what is bound, in their order.
+// The candidates that the shader marks over the bound target, in their order.
 std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates,
                                            const std::function<void()>& draw) {
   needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
@@ -86,10 +94,7 @@ void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel
   program.Set("depth", 0.0f);
   program.Set("view_count", static_cast<int>(scene->views.size()));
   program.Set("k_best", options.field.lumigraph_k);
-  program.Set("resolution_penalty", static_cast<float>(options.field.lumigraph_resolution));
-  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
-  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
-  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+  SetPenalties(program, options.field.lumigraph_resolution);
 }
 
 void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
@@ -98,8 +103,8 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   no_vertices.Bind();
   std::vector<int> of_views(scene->views.size());
   std::iota(of_views.begin(), of_views.end(), 0);
-  // Which are needed has to be found out for each picture anew, which takes as long as to draw it: where a
-  // second picture follows a first, all are taken. What the proxy hides from all of them takes longer.
+  // Finding the views that a picture needs takes as long as drawing it. From the second picture on all views
+  // are used instead, unless they need shadow maps, which take longer.
   const bool takes_all = std::exchange(drew_lumigraph_pixels, true) && !scene->proxy->Occluder() &&
                          photographs.HasRoomFor(views.LevelRequests(of_views));
   if (!takes_all && !AreThere(of_views)) {
@@ -120,17 +125,15 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   });
 }
 
-// Looks through those that were not looked through yet; whether that brought any news.
+// Searches the photographs of these views for pixels without light; returns whether there are new ones.
 bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
   std::vector<int> unknown;
   std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
                [&](int view) { return !gaps_known[At(view)]; });
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(unknown);
   std::vector<char> has_gaps(unknown.size(), 0);
-  cv::parallel_for_({0, static_cast<int>(unknown.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i)
-      has_gaps[At(i)] =
-          HasGaps(scene->views[At(unknown[At(i)])].photograph->Level(level_requests[At(i)].level));
+  ParallelFor(unknown.size(), [&](std::size_t i) {
+    has_gaps[i] = HasGaps(scene->views[At(unknown[i])].photograph->Level(level_requests[i].level));
   });
   bool news = false;
   for (std::size_t i = 0; i < unknown.size(); ++i) {
@@ -143,7 +146,7 @@ bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
 
 Filling GlRenderer::State::filling() const { return FillingOf(options); }
 
-// Of a pixel that is filled: one more than weigh, for the least penalty of those that do not.
+// Views that a filled pixel needs: one more than get weight, because its penalty is the threshold.
 int GlRenderer::State::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
 
 void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& camera,
@@ -151,16 +154,13 @@ void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& cam
   SetCommon(program, camera, plane);
   program.Set("depth", 0.0f);
   program.Set("asked", ViewsAsked());
-  program.Set("resolution_penalty", static_cast<float>(FieldOptions{}.lumigraph_resolution));
-  program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
-  program.Set("above_tie", static_cast<float>(kThresholdAboveTie));
-  program.Set("above_largest", static_cast<float>(kThresholdAboveLargest));
+  SetPenalties(program, FieldOptions{}.lumigraph_resolution);
 }
 
-// Which views the fill's shaders are to look through where.
+// The views that the fill's shaders go through in each part of the picture.
 ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const CameraModel& camera,
                                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
-  // Views that nothing hides anything from, with light all over their photographs, end the search.
+  // A view ends the search where the proxy hides nothing and photographs have light everywhere.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
       scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles},
@@ -170,7 +170,7 @@ ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const Cam
       ViewsAsked());
 }
 
-// Tells them; in how many tiles.
+// Gives the tiles to the shaders; returns how many they are.
 std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
   struct GpuTile {
     Vec4 clip;
@@ -190,8 +190,7 @@ std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraM
   return gpu_tiles.size();
 }
 
-// Of all views, nearest first, those that pixels which nothing covered may need; the target is bound and its
-// depth is set.
+// The views that uncovered pixels may need, nearest first. The target must be bound, with its depth set.
 std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
                                                   const PlaneInCamera& plane) {
   if (filling().views == 0) return {};
@@ -201,7 +200,7 @@ std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, con
     if (looks_for_gaps && photographs.array_count() > GlViews::kMostArrays) LearnGaps(order);
     return order;
   }
-  if (!options.complete && lacks) {  // first what covers
+  if (!options.complete && lacks) {  // the field's own views come first
     std::erase_if(order,
                   [&](int view) { return !photographs.PlaceOf(view) || shadow_maps.LayerOf(view) < 0; });
     return order;
@@ -226,7 +225,7 @@ void GlRenderer::State::SetResolve(const GlProgram& program) const {
   program.Set("whole_weight", static_cast<float>(filling().whole));
 }
 
-// Pixels that their own views cover get depth 1, so that filling does not even start on them.
+// Pixels that their own views cover get depth 1, so that the depth test skips them when others are filled.
 void GlRenderer::State::Normalise() {
   glDepthFunc(GL_ALWAYS);
   confidence.BindTexture(kConfidenceUnit);
@@ -243,7 +242,7 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
   const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
   std::optional<std::size_t> count;
   OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
-    if (!count)  // what is there is known now
+    if (!count)  // it is known now which photographs are resident
       count = SetTiles(TilesOf(of_views, camera, cam_from_world, plane, false), camera);
     const GlProgram& program = programs.Fill(arrays);
     SetFill(program, camera, plane);
@@ -252,7 +251,7 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
     SetResolve(program);
     program.Set("goes_on", first > 0 ? 1 : 0);
     program.Set("last", end == of_views.size() ? 1 : 0);
-    if (first == 0 && end < of_views.size()) resolved.CopyTo(drawn);  // passes go over it
+    if (first == 0 && end < of_views.size()) resolved.CopyTo(drawn);  // the passes overwrite it
     (end < of_views.size() || first > 0 ? drawn : resolved).BindTexture(kDrawnUnit);
     resolved.BindTexture(kBeforeUnit);
     glTextureBarrier();
@@ -260,13 +259,13 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
   });
 }
 
-// What nothing covers, depth 0.
+// Every pixel is empty, with depth 0.
 void GlRenderer::State::ClearResolved() {
-  resolved.Clear({0, 0, 0, -2});  // where no view has anything
+  resolved.Clear({0, 0, 0, -2});  // alpha of an empty pixel (resolve.glsl)
   resolved.ClearDepth(0);
 }
 
-// Whether pixels are left that are not covered; waits.
+// Whether there are uncovered pixels; waits for the drawing.
 bool GlRenderer::State::IsAnyOpen() {
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   programs.open().Use();

@@ -13,9 +13,12 @@
 namespace ulf::render {
 namespace {
 
-constexpr std::size_t kMostArrayBytes = 1000000000;  // an array of 1.26 GB has worked, one of 2.3 GB has not
-constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;  // copied in one picture that must come at once
-constexpr int kGlanceLevels = 3;  // a first glance is by so much coarser: a hundredth of the bytes
+// Of one texture array. Tried on llvmpipe: one of 1.26 GB worked, one of 2.3 GB did not.
+constexpr std::size_t kMostArrayBytes = 1000000000;
+// That Offer() copies in one call: more would delay the picture. Guessed.
+constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;
+// The loader first reads a level that is coarser by this, where a view has none: 1/64 of the bytes.
+constexpr int kGlanceLevels = 3;
 
 }  // namespace
 
@@ -35,7 +38,7 @@ void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photogr
                           std::size_t limit_bytes) {
   photographs_ = std::move(photographs);
   linear_ = photographs_.front()->linear();
-  limit_bytes_ = limit_bytes;  // but one of any size always fits, as coarse as it is to be had
+  limit_bytes_ = limit_bytes;  // at least the coarsest level of every photograph
   for (const auto& photograph : photographs_)
     limit_bytes_ = std::max(limit_bytes_, LayerBytes(photograph->LevelSize(photograph->LevelCount() - 1)));
   unreadable_.assign(photographs_.size(), false);
@@ -43,8 +46,8 @@ void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photogr
 }
 
 std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
-  return static_cast<std::size_t>(size.area()) *
-         (linear_ ? 8 : 4);  // as drivers hold three channels of 8 bits
+  const std::size_t pixel_bytes = linear_ ? 8 : 4;  // drivers hold three channels of 8 bits as four
+  return static_cast<std::size_t>(size.area()) * pixel_bytes;
 }
 
 GlPhotographs::LevelRequest GlPhotographs::WithinLimit(LevelRequest level_request) const {
@@ -63,10 +66,7 @@ GlPhotographs::Array GlPhotographs::MakeArray(const cv::Size& size, std::size_t 
   counts_.bytes += layers * LayerBytes(size);
   counts_.most_bytes = std::max(counts_.most_bytes, counts_.bytes);
   CheckGl("making room for photographs");
-  glTextureParameteri(array.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(array.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(array.texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(array.texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  SetSampling(array.texture, GL_LINEAR);
   return array;
 }
 
@@ -92,11 +92,11 @@ void GlPhotographs::Grow(Array& array, std::size_t layers) {
   glDeleteTextures(1, &array.texture);
   counts_.bytes -= array.slots.size() * LayerBytes(array.size);
   array.texture = larger.texture;
-  array.slots.resize(layers);  // what they hold stays where it is
+  array.slots.resize(layers);  // the first layers keep their contents
 }
 
-// A layer that holds nothing, in a new array or a larger one where there is still room. `wanted`: how many
-// are going to be asked for.
+// An empty layer, in a new array or a larger one where there is room. `wanted`: how many layers the caller
+// needs.
 std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size, std::size_t wanted) {
   Array* largest = nullptr;
   for (const auto& array : arrays_) {
@@ -110,7 +110,7 @@ std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size
   const std::size_t most =
       std::max<std::size_t>(1, std::min(kMostArrayBytes / layer_bytes, At(MostLayers())));
   if (largest) {
-    // One array is quicker to draw from than several; while it is copied there are both.
+    // One array is faster to draw from than several. While it is copied both take memory.
     const std::size_t before = largest->slots.size();
     const std::size_t layers = std::min(std::max(2 * before, before + wanted), photographs_.size());
     if (layers > before && layers <= std::min(room, most)) {
@@ -124,7 +124,7 @@ std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size
   return Found{arrays_.back().get(), 0};
 }
 
-// None where all of this size are in use.
+// None where all layers of this size are in use.
 std::optional<GlPhotographs::Found> GlPhotographs::LeastUsedSlot(const cv::Size& size) {
   std::optional<Found> least;
   for (const auto& array : arrays_) {
@@ -144,7 +144,7 @@ std::uint64_t GlPhotographs::LastUse(const Array& array) {
   return last;
 }
 
-// Of those of another size.
+// Among the arrays of another size.
 GlPhotographs::Array* GlPhotographs::LeastUsedArray(const cv::Size& other_than) const {
   Array* least = nullptr;
   for (const auto& array : arrays_)
@@ -210,7 +210,8 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
     level_requests.push_back(WithinLimit(level_request));
     if (level_requests.back().level != level_request.level && !std::exchange(said_too_large_, true))
       spdlog::warn(
-          "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): it is read coarser",
+          "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): a coarser level is "
+          "used",
           limit_bytes_ / 1000000);
     if (const Key key = KeyOf(level_requests.back()); where_.contains(key))
       Use(key);
@@ -218,7 +219,7 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
       missing.push_back(level_requests.back());
   }
   Ask(missing, false);
-  // What is there stays, but for the last of it, where otherwise the first would find no room.
+  // Resident levels stay, except for the last requests, where otherwise the first ones would find no room.
   std::size_t left = missing.size(), done = 0, staying = level_requests.size();
   for (; done < staying; ++done) {
     const Key key = KeyOf(level_requests[done]);
@@ -255,14 +256,15 @@ bool GlPhotographs::HasRoomFor(std::span<const LevelRequest> level_requests) con
 std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const {
   std::optional<Key> closest;
   const auto distance = [&](int level) {
-    return level >= key.second ? level - key.second : 100 + key.second - level;
+    constexpr int kFiner = 100;  // any coarser level before any finer one, which would flicker
+    return level >= key.second ? level - key.second : kFiner + key.second - level;
   };
   for (auto at = where_.lower_bound({key.first, 0}); at != where_.end() && at->first.first == key.first; ++at)
     if (!closest || distance(at->first.second) < distance(closest->second)) closest = at->first;
   return closest;
 }
 
-// All by so much coarser that they fit together.
+// The requests, all coarser by the same number of levels, so that they fit at the same time.
 std::vector<GlPhotographs::LevelRequest> GlPhotographs::ThatFit(std::span<const LevelRequest> asked_for) {
   std::vector<LevelRequest> level_requests;
   for (int coarser = 0;; ++coarser) {
@@ -278,14 +280,15 @@ std::vector<GlPhotographs::LevelRequest> GlPhotographs::ThatFit(std::span<const 
     }
     if (coarser > 0 && !std::exchange(said_too_large_, true))
       spdlog::warn(
-          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): they are "
-          "read coarser",
+          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): coarser "
+          "levels are "
+          "used",
           limit_bytes_ / 1000000);
     if (bytes <= limit_bytes_ || !any_finer) return level_requests;
   }
 }
 
-// A level, or else a glance, that the loader has read meanwhile. False: there is none, or no room.
+// Takes the level from the loader, or else a glance at it. False where the level is not resident then.
 bool GlPhotographs::TakeOffered(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted) {
   const int glance =
       std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
@@ -296,7 +299,7 @@ bool GlPhotographs::TakeOffered(const LevelRequest& level_request, std::size_t& 
     if (!pixels) continue;
     auto room = MakeRoomFor(pixels->size(), wanted);
     if (Array* const other = LeastUsedArray(pixels->size()); !room && other) {
-      // Another level of many views stands in its way: they are to come at this one, too.
+      // Another level of many views takes the room: they will be read at this size as well.
       Remove(*other);
       room = MakeRoomFor(pixels->size(), wanted);
     }

@@ -1,12 +1,13 @@
-// The cache of photographs on the graphics side: of each view the one level that a picture reads, as many of
-// them as a limit allows, in texture arrays of one size each. What was drawn from longest ago makes room.
+// The cache of photographs in graphics memory. It holds the one level of each view that a picture reads, up
+// to a limit of memory, in texture arrays that each have one size. The least recently used level makes room
+// for others.
 //
-// Require() is for pictures that must be exact: it reads what is missing and waits; where not all of it fits
-// at once the caller draws what there is and asks for the rest. Offer() is for pictures that must come at
-// once: it waits for nothing, takes what the loader has read meanwhile, makes do with other levels, and asks
-// for the missing ones.
+// Require() is for pictures that must be exact: it waits for levels that are missing. Where they do not all
+// fit at once, the caller draws with those that are there and requires the rest afterwards. Offer() is for
+// pictures that must not wait: it takes the levels that the loader has read meanwhile, uses other levels in
+// place of missing ones, and lets the loader read these.
 //
-// As GlContext's objects, all need their context to be current, also for Release().
+// The context must be current for all functions, and for Release().
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,8 @@
 #include <span>
 #include <vector>
 
-#include "render/scene/photograph.h"
-#include "render/scene/photograph_loader.h"
+#include "render/photographs/photograph.h"
+#include "render/photographs/photograph_loader.h"
 
 namespace ulf::render {
 
@@ -33,30 +34,31 @@ class GlPhotographs {
     bool operator==(const Place&) const = default;
   };
 
-  // What there is for photographs: `asked_mb`, or where that is 0 three quarters of what the driver says is
-  // free, or 2048 MB where it says nothing.
+  // The memory for photographs: `asked_mb`, or where that is 0 three quarters of what the driver says is
+  // free, or 2048 MB where it does not say.
   static std::size_t LimitBytes(double asked_mb);
 
-  // Of the scene's views, in their order. Textures never take more than `limit_bytes` all together.
+  // `photographs`: of the scene's views, in their order. All textures together never take more than
+  // `limit_bytes`.
   void Build(std::vector<std::shared_ptr<const Photograph>> photographs, std::size_t limit_bytes);
 
-  // Makes the first so many of `level_requests` resident, at least one, and says how many. A level that alone
-  // is over the limit is replaced by a coarser one. Throws what reading them throws.
+  // Makes as many of the first `level_requests` resident as fit, at least one, and returns how many. A level
+  // that is larger than the limit is replaced by a coarser one. Throws what reading them throws.
   std::size_t Require(std::span<const LevelRequest> level_requests);
-  // Whether all requested levels are there; otherwise others serve, or nothing does. May be called again
-  // with more level_requests for the same picture. A photograph that cannot be read is said once and never
-  // asked for again.
+  // Returns whether all requested levels are resident; for the others it uses other levels, or none. May be
+  // called again with more requests for the same picture. It warns once of a photograph that cannot be read,
+  // and skips it then.
   bool Offer(std::span<const LevelRequest> level_requests);
-  // Of the loader, for the next picture: what the last Offer() lacked, then what is expected.
+  // Requests from the loader what the last Offer() lacked, then what is expected.
   void AskForMissing() { Ask(missing_, true); }
-  // What is asked of the loader after what is missing.
+  // Sets what AskForMissing() requests last.
   void Expect(std::vector<LevelRequest> level_requests) { expected_ = std::move(level_requests); }
 
-  // Of the last Require() or Offer(); none where nothing serves.
+  // Where the last Require() or Offer() has put the view's photograph; none where it has no level.
   std::optional<Place> PlaceOf(int view) const;
   std::optional<int> LevelOf(int view) const;
   bool HasAll(std::span<const LevelRequest> level_requests) const;
-  // Whether they fit into graphics memory together.
+  // Whether they fit into graphics memory at the same time.
   bool HasRoomFor(std::span<const LevelRequest> level_requests) const;
 
   struct Counts {
@@ -73,7 +75,7 @@ class GlPhotographs {
   using Key = PhotographLoader::Key;
   struct Slot {
     std::optional<Key> key;
-    std::uint64_t used = 0;  // the last time, by clock_
+    std::uint64_t used = 0;  // clock_ at the last use
   };
   struct Array {
     unsigned texture = 0;
@@ -110,7 +112,7 @@ class GlPhotographs {
   bool linear_ = false;
   std::vector<std::unique_ptr<Array>> arrays_;
   std::map<Key, Found> where_;
-  std::map<int, Key> serving_;  // views of the last Require() or Offer()
+  std::map<int, Key> serving_;  // of each view of the last Require() or Offer()
   std::uint64_t clock_ = 0;     // counts Require() and Offer()
   std::vector<LevelRequest> missing_, expected_;
   std::vector<bool> unreadable_;  // views

@@ -12,11 +12,12 @@
 namespace ulf::render {
 namespace {
 
-// One more than meet at a vertex weigh in a triangle that was subdivided once.
+// In a triangle that was subdivided once, one view more has weight than has edges at a vertex: enough for
+// eight edges.
 constexpr int kMostViewsOfFanBatch = 9;
 
 int MostVaryingVectors() {
-  GLint most = 15;
+  GLint most = 15;  // what every OpenGL 4.5 has
   glGetIntegerv(GL_MAX_VARYING_VECTORS, &most);
   return most;
 }
@@ -49,14 +50,15 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                             });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
-  // Vectors that travel to the fragments: of each view, one for each four, and one for all.
+  // Vectors that the vertex shader passes to the fragments: some for each view, one for each four views, one
+  // for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;
   if (show_field) ++vectors;
-  const auto travel = [&](int views) { return views * vectors + (views + 3) / 4 + 1; };
+  const auto passed = [&](int views) { return views * vectors + (views + 3) / 4 + 1; };
   most_views_of_fan_batch_ = kMostViewsOfFanBatch;
-  while (most_views_of_fan_batch_ > 1 && travel(most_views_of_fan_batch_) > MostVaryingVectors())
+  while (most_views_of_fan_batch_ > 1 && passed(most_views_of_fan_batch_) > MostVaryingVectors())
     --most_views_of_fan_batch_;
 
   const std::string head = Head(1), view = head + shaders::k_view_glsl;

@@ -1,34 +1,34 @@
-// The renderer's shaders, built for the photographs and the proxy that there are.
+// The renderer's shaders, built for the scene's photographs and proxy. The context must be current.
 #pragma once
 
 #include <map>
 #include <string>
 
 #include "render/gl/gl_objects.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
 class GlPrograms {
  public:
-  // `has_triangles`: the proxy's depth is drawn first. What the scene does not need is left out.
+  // `has_triangles`: the proxy has triangles, whose depth is drawn first. Leaves out code that the scene does
+  // not need.
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
   const GlProgram& cover() const { return cover_; }
-  // For up to so many views of a triangle, `direct` where they are all that it has; built when it is first
-  // needed.
+  // For up to `views` views of a triangle; `direct`: these are all views of the triangle. Built at the first
+  // call.
   const GlProgram& FanBatch(int views, bool direct);
   int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
-  // What the uniforms of a batch tell of all views at once, where they agree.
+  // Whether all views have the same camera, which then is a uniform.
   bool one_camera() const { return one_camera_; }
-  // Of a wide aperture's rings what FanBatch() multiplies light with; built when it is first needed.
+  // The weights of a wide aperture's rings, by which FanBatch() multiplies light. Built at the first call.
   const GlProgram& RingWeight();
   const GlProgram& open() const { return open_; }
   const GlProgram& normalise() const { return normalise_; }
   const GlProgram& mark_lumigraph() const { return mark_lumigraph_; }
   const GlProgram& mark_fill() const { return mark_fill_; }
-  // Those that read many photographs at a pixel, by how many texture arrays these lie in: built when they are
-  // first needed.
+  // These read many photographs at a pixel, from `arrays` texture arrays. Built at the first call.
   const GlProgram& Lumigraph(int arrays) { return Over(arrays).lumigraph; }
   const GlProgram& Fill(int arrays) { return Over(arrays).fill; }
 

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_triangles.h"
+#include "render/proxy/depth_raster.h"
 
 namespace ulf::render {
 
@@ -46,8 +47,8 @@ void GlProxy::Draw(const std::shared_ptr<const TriangleMesh>& mesh, const Camera
   program_.Set("row2", MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z()));
   program_.Set("clip_x", MakeVec4(2 * camera.fx / camera.width, 2 * camera.cx / camera.width - 1, 0, 0));
   program_.Set("clip_y", MakeVec4(2 * camera.fy / camera.height, 2 * camera.cy / camera.height - 1, 0, 0));
-  // The depth buffer holds near / depth: as exact far away as close by.
-  program_.Set("near", static_cast<float>(1e-4 * usual_depth));
+  // The depth buffer holds near / depth, which is equally exact far away and close by.
+  program_.Set("near", static_cast<float>(kNearShare * usual_depth));
   vertices_.BindStorage(6);
   corners_.BindStorage(7);
   no_vertices_.Bind();
@@ -87,7 +88,7 @@ void GlProxy::FillHoles() {
     level(n).BindTexture(kFilledUnit);
     level(n).Bind();
     glTextureBarrier();  // each pixel reads itself before it writes itself
-    if (n == 0) {        // where nothing was drawn the depth buffer is as it was cleared
+    if (n == 0) {        // the depth buffer still has its cleared value where nothing was drawn
       glEnable(GL_DEPTH_TEST);
       glDepthMask(GL_FALSE);
       glDepthFunc(GL_EQUAL);

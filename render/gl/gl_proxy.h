@@ -1,5 +1,5 @@
-// The proxy's triangles on the graphics side: a pass that draws how deep every pixel is, before anything is
-// blended. As GlContext's objects, all need their context to be current.
+// The proxy's triangles in OpenGL: a pass that draws the depth of every pixel, before anything is blended.
+// The context must be current for all functions.
 #pragma once
 
 #include <memory>
@@ -12,11 +12,12 @@ namespace ulf::render {
 
 class GlProxy {
  public:
-  // Compiles its shader; Error where the driver does not.
+  // Compiles the shaders; throws Error where the driver cannot.
   void Build();
 
-  // Draws `mesh` into a picture of depths along the optical axis, its holes as deep as what is around them
-  // (FillHoles()), 0 where there is none of it at all; of what is much nearer than `usual_depth` nothing.
+  // Draws `mesh` into an image of depths along the optical axis, world units; fills its holes from the depths
+  // around them (as FillHoles() of depth_raster.h); 0 everywhere where nothing of the mesh is drawn. Points
+  // nearer than kNearShare times `usual_depth` are not drawn.
   void Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
             const Rigid3& cam_from_world, double usual_depth);
   void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }
@@ -33,7 +34,7 @@ class GlProxy {
   std::shared_ptr<const TriangleMesh> uploaded_;
   GlDepth nearness_;
   GlTarget depth_{kDepthFormat};
-  std::vector<GlTarget> coarser_;  // inverse depths, each half the size of the one before
+  std::vector<GlTarget> coarser_;  // inverse depths, each half the size of the previous one
   cv::Size size_;
 
   static const unsigned kDepthFormat;

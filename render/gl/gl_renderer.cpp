@@ -12,7 +12,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
-#include "render/scene/reference_renderer.h"
+#include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
 namespace {
@@ -44,7 +44,7 @@ void GlRenderer::State::Build() {
   show.Build("show", version + shaders::k_fullscreen_vert, version + shaders::k_show_frag);
 }
 
-// Whether that brought any news.
+// Returns whether there are new maps.
 bool GlRenderer::State::ProvideShadowMaps(std::span<const int> of_views) {
   if (!shadow_maps.Provide(of_views)) return false;
   views.SetShadowMaps(shadow_maps);
@@ -59,8 +59,8 @@ cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_fr
 }
 
 GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
-                       GlContextKind door)
-    : state_(std::make_unique<State>(std::move(scene), options, door)) {
+                       GlContextKind kind)
+    : state_(std::make_unique<State>(std::move(scene), options, kind)) {
   const GlContext::Current current(state_->context);
   state_->Build();
   state_->shadow_maps.Reset(state_->scene->views);
@@ -134,7 +134,7 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
     TriangleBatch batch = rings.fans.empty() ? s.MeshTriangles(placed, camera, cam_from_world) : rings;
     of_views = ViewsOf(batch.fans);
   } else {
-    constexpr std::size_t kNearest = 12;
+    constexpr std::size_t kNearest = 12;  // views that a lumigraph picture mostly needs. Guessed.
     of_views = ViewsByDistance(*s.scene, virtual_center);
     of_views.resize(std::min(of_views.size(), kNearest));
   }
@@ -201,7 +201,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
       s.DrawLumigraphPixels(camera, plane);
       break;
     case FieldKind::kNearest:
-      break;  // Resolve() is the nearest view
+      break;  // Resolve() draws the nearest view
   }
   s.Resolve(camera, cam_from_world, plane);
   if (!s.options.complete) s.photographs.AskForMissing();
@@ -226,7 +226,7 @@ void GlRenderer::Show(const DisplayTransform& transform) const {
   const cv::Size drawn(s.last_camera.width, s.last_camera.height);
   if (drawn == cv::Size(viewport[2], viewport[3])) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
-  } else {  // the fewer pixels are converted, and spread over the screen
+  } else {  // converts the drawn pixels, which are fewer, and stretches them over the screen
     GLint screen = 0;
     glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &screen);
     s.shown.Resize(drawn.width, drawn.height);

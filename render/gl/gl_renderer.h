@@ -1,46 +1,46 @@
-// The fast renderer: OpenGL 4.5 without a window, the same contract as the reference.
+// The fast renderer: OpenGL 4.5 without a window, with the same contract as the reference renderer.
 //
-// Where the proxy has triangles their depth is drawn first, and every later pass reads it.
+// Where the proxy has triangles, their depth is drawn first, and every later pass reads it.
 //
-// Of each photograph that a picture needs the one level that it reads lies in a texture array
-// (render/gl/gl_photographs). Triangles that meet the frame are drawn as batches: the fans of the thesis, a
-// triangle and a view that weighs in it, of up to nine views together whose photographs lie in one array.
-// What fragments need of the views is constant over a triangle and travels with it, so they read no buffers;
-// on a software rasteriser this is many times faster. Where every triangle is one batch, which is the rule
-// with one camera, one level of subdivision and no viewpoint of more than eight neighbours, their pixels are
-// finished at once, in the triangles' order (of overlapping ones the last counts). Else triangles are drawn
-// for their order and confidence first, then their batches are added up in 32-bit float, and a pass divides
-// by the sum of weights.
+// For each photograph that a picture needs, the level that it reads lies in a texture array
+// (render/gl/gl_photographs). Triangles that meet the image are drawn in batches. A fan (the thesis's word)
+// is a triangle with one of the views that have weight in it; a batch is up to nine fans of a triangle whose
+// photographs lie in one array. The data of the views is constant over a triangle and passed with its
+// vertices, so that fragments read no buffers; on a software rasteriser this is many times faster. Usually
+// every triangle has one batch: with one camera, one level of subdivision and no viewpoint with more than
+// eight neighbours. Then its pixels are finished at once, in the order of the triangles (of overlapping
+// triangles the last one counts). Otherwise a first pass draws the triangles' order and confidence, a second
+// adds up their batches in 32-bit float, and a third divides by the sum of weights.
 //
-// The lumigraph field evaluates weights at the vertices of an image triangulation (about 2,000 triangles: a
-// grid and the projected viewpoints) on the CPU and draws its triangles the same way, or evaluates them at
-// every pixel over all views. Rings of a wide aperture are added to the field. A last pass fills what nothing
-// covered, looking in each tile of the picture through the views that have it in their images
-// (render/scene/view_tiles).
+// The lumigraph field computes weights on the processor at the vertices of an image triangulation (about
+// 2,000 triangles: a grid and the projected viewpoints) and draws its triangles in the same way, or computes
+// them at every pixel over all views. The rings of a wide aperture are added to the field. The last pass
+// fills pixels that nothing covered: in each tile of the picture it goes through the views that have the tile
+// in their images (render/scene/view_tiles).
 //
-// A picture whose photographs are not there all at once is drawn in several passes, and is the same but for
-// the rounding of sums. Passes over all views first let the graphics side mark those that pixels are going to
+// A picture whose photographs do not fit into memory at the same time is drawn in several passes; it differs
+// only by the rounding of sums. Before passes over all views, a marking pass finds the views that the pixels
 // need.
 #pragma once
 
 #include "render/gl/gl_context.h"
 #include "render/gl/gl_photographs.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
-// How what was drawn is shown on a screen.
+// How a picture is shown on a screen.
 struct DisplayTransform {
   double exposure_stops = 0;
-  bool hatches_doubt = false;  // stripes, the stronger the less the confidence
+  bool hatches_doubt = false;  // stripes, stronger where the confidence is lower
 };
 
 class GlRenderer : public Renderer {
  public:
-  // Throws Error without OpenGL 4.5. With kCurrent it draws in its caller's context, which is current
-  // whenever it is called and when it goes.
+  // Throws Error without OpenGL 4.5. With kCurrent it draws in the caller's context, which must be current at
+  // every call and in the destructor.
   GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
-             GlContextKind door = GlContextKind::kOwn);
+             GlContextKind kind = GlContextKind::kOwn);
   ~GlRenderer() override;
 
   Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
@@ -50,18 +50,18 @@ class GlRenderer : public Renderer {
   void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
   bool loading() const override;
   GlPhotographs::Counts photograph_counts() const;
-  // Of the last picture: triangles were finished as they were drawn, not added up.
+  // Whether the triangles of the last picture were finished at once, not added up.
   bool drew_at_once() const;
   FieldOptions field() const override;
   std::string Name() const override;
   const RenderScene& scene() const override;
 
-  // Draws and waits, without reading back: what an interactive viewer pays for a frame. Milliseconds.
+  // Draws and waits, without reading the picture back, as an interactive viewer does. Returns milliseconds.
   double Draw(const CameraModel& camera, const Rigid3& cam_from_world);
-  // What Draw() drew, in sRGB, onto the framebuffer that is bound in the caller's context, filling its
-  // viewport. Every pixel is written.
+  // Writes the picture of the last Draw(), in sRGB, to every pixel of the viewport of the framebuffer that is
+  // bound in the caller's context.
   void Show(const DisplayTransform& transform) const;
-  // A colour for each view in place of its photograph, or not.
+  // RenderOptions::show_field.
   void ShowField(bool show);
 
  private:

@@ -1,5 +1,6 @@
-// What a GlRenderer owns, and its passes. Internal to gl_renderer.cpp (the order of passes),
-// gl_over_triangles.cpp (those over triangles) and gl_over_views.cpp (those whose pixels look at all views).
+// The data of a GlRenderer and its passes. Private to gl_renderer.cpp (the order of passes),
+// gl_over_triangles.cpp (passes over triangles) and gl_over_views.cpp (passes whose pixels go through all
+// views).
 #pragma once
 
 #include <functional>
@@ -45,28 +46,28 @@ struct GlRenderer::State {
   GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F}, shown{GL_RGBA8};
   bool has_triangles = false;  // of the proxy
   bool programs_stale = false;
-  std::vector<bool> gaps_known;  // views whose photographs were looked through for pixels without light
+  std::vector<bool> gaps_known;  // views whose photographs were searched for pixels without light
 
-  // Of the picture that is being drawn: all that was to be offered, whether some of it is missing, and
-  // whether a pass was drawn from worse photographs than are there now.
+  // Of the picture that is being drawn: all levels that were offered, whether some are missing, and whether a
+  // pass used coarser levels than are there now.
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::LevelRequest> offered;
   bool lacks = false, outdated = false;
-  bool is_resolved = false;  // but for what others fill
+  bool is_resolved = false;  // except for pixels that other views fill
   bool said_several_passes = false;
   bool drew_lumigraph_pixels = false;  // once at least
 
   std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;
-  std::unique_ptr<ApertureField> aperture_field;  // while there is an aperture, and a mesh
+  std::unique_ptr<ApertureField> aperture_field;  // null without an aperture or a mesh
 
   CameraModel last_camera;  // of the last frame
 
-  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlContextKind door)
+  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlContextKind kind)
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
         options(the_options),
-        context(door),
+        context(kind),
         tiler(plain->views) {}
 
   void Build();

@@ -3,10 +3,10 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
 #include "core/base/at.h"
 #include "core/base/error.h"
+#include "core/base/parallel_for.h"
 #include "render/gl/gl_objects.h"
 
 namespace ulf::render {
@@ -29,12 +29,7 @@ bool GlShadowMaps::Provide(std::span<const int> of_views) {
                [&](int view) { return LayerOf(view) < 0; });
   if (missing.empty()) return false;
   const int count = static_cast<int>(missing.size());
-  cv::parallel_for_(
-      {0, count},
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) (*views_)[At(missing[At(i)])].shadow_map->Get();
-      },
-      count);
+  ParallelFor(missing.size(), [&](std::size_t i) { (*views_)[At(missing[i])].shadow_map->Get(); });
   if (used_ + count > layers_) Grow(used_ + count);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   cv::Mat scaled;
@@ -44,7 +39,7 @@ bool GlShadowMaps::Provide(std::span<const int> of_views) {
     glTextureSubImage3D(texture_, 0, 0, 0, LayerOf(view), kShadowMapPx, kShadowMapPx, 1, GL_DEPTH_COMPONENT,
                         GL_FLOAT, scaled.data);
   }
-  CheckGl("copying what the proxy hides");
+  CheckGl("copying shadow maps");
   return true;
 }
 
@@ -53,17 +48,15 @@ void GlShadowMaps::Grow(int least) {
   const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   if (layers < least)
     throw Error(
-        "OpenGL: this driver can say for {} views what the proxy hides from them, not for more; take "
-        "--proxy plane, or ulf render --renderer reference",
+        "OpenGL: this driver has room for the shadow maps of {} views, not for more; use --proxy plane, or "
+        "ulf render "
+        "--renderer reference",
         most_layers);
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);
   glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kShadowMapPx, kShadowMapPx, layers);
-  CheckGl("making room for what the proxy hides");
-  glTextureParameteri(larger, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(larger, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(larger, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(larger, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  CheckGl("making room for shadow maps");
+  SetSampling(larger, GL_LINEAR);
   glTextureParameteri(larger, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   glTextureParameteri(larger, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
   if (used_ > 0)

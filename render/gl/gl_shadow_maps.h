@@ -1,5 +1,5 @@
-// What the proxy hides from the views, on the graphics side: a layer of a texture array for each view that
-// was asked for so far. As GlContext's objects, all need their context to be current.
+// The views' shadow maps in graphics memory: a layer of a texture array for each view that was requested so
+// far. The context must be current for all functions.
 #pragma once
 
 #include <span>
@@ -9,17 +9,19 @@
 
 namespace ulf::render {
 
-// Depth textures hold 0 to 1, while inverse depths are as large as the scene's unit makes them: the maps keep
-// them times this, a power of two, so that not a bit is lost.
+// Depth textures hold 0 to 1, while the size of inverse depths depends on the scene's unit. The maps hold
+// them times this factor; a power of two loses no bit.
 inline constexpr float kShadowMapScale = 0x1p-64f;
 
 class GlShadowMaps {
  public:
-  // Forgets all: the scene has another proxy. The views must stay as they are until then.
+  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until the next
+  // Reset().
   void Reset(const std::vector<SceneView>& views);
-  // Makes those that are missing (all processors); whether there were any. Error when there are too many.
+  // Makes the maps that are missing, on all processors; returns whether there were any. Throws Error for too
+  // many.
   bool Provide(std::span<const int> of_views);
-  // -1: not there. Where nothing hides anything all are there, in a layer that nobody reads.
+  // -1: no map yet. Where the proxy hides nothing all views have layer 0, which no shader reads.
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
   bool HasAll(std::span<const int> of_views) const;
   void Bind(unsigned unit) const;

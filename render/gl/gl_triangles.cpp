@@ -9,6 +9,7 @@ using Eigen::Vector3d;
 
 std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along) {
+  constexpr double kNearest = 0.9;  // depths go from this down to its negative, well inside the clip space
   GpuTriangle triangle;
   std::array<int, 5> outside{};
   for (int k = 0; k < 3; ++k) {
@@ -20,7 +21,7 @@ std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Ma
     outside[2] += -x > c.z();
     outside[3] += y > c.z();
     outside[4] += -y > c.z();
-    triangle.corner[static_cast<std::size_t>(k)] = MakeVec4(x, y, 0.9 - 1.8 * along, c.z());
+    triangle.corner[static_cast<std::size_t>(k)] = MakeVec4(x, y, kNearest - 2 * kNearest * along, c.z());
     triangle.row[static_cast<std::size_t>(k)] = MakeVec4(
         cone_from_ray_in_cam(k, 0), cone_from_ray_in_cam(k, 1), cone_from_ray_in_cam(k, 2), confidence);
   }
@@ -76,7 +77,7 @@ FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
     }
     made.one_each = made.one_each && made.batches.size() <= before + 1;
   }
-  if (!made.one_each)  // they are added up, in whatever order
+  if (!made.one_each)  // batches are added up, so that their order is free
     std::stable_sort(made.batches.begin(), made.batches.end(),
                      [](const GpuFanBatch& a, const GpuFanBatch& b) {
                        return std::pair(a.array, a.count) < std::pair(b.array, b.count);

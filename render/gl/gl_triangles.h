@@ -1,6 +1,6 @@
-// What one draw of triangles needs, whatever they are triangles of: the mesh of viewpoints, or the image.
-// Each triangle once for its order and confidence, then for the views that weigh in it (its fans, in the
-// thesis's word), of which several are drawn together as a batch.
+// The data of one draw of triangles of the viewpoint mesh or of the image. Each triangle has an order and a
+// confidence, and a fan (the thesis's word) for each view that has weight in it; several fans are drawn
+// together as a batch.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/geometry/camera_model.h"
-#include "render/fields/triangle_topology.h"
+#include "render/viewpoints/triangle_topology.h"
 
 namespace ulf::render {
 
@@ -34,35 +34,36 @@ struct GpuFan {
 
 struct GpuFanBatch {
   std::uint32_t triangle, first, count;  // of its fans
-  std::uint32_t array;                   // not for the shaders: the texture that has their photographs
+  std::uint32_t array;                   // the texture of their photographs; the shaders do not read it
 };
 
 struct TriangleBatch {
   std::vector<GpuTriangle> triangles;
-  std::vector<GpuFan> fans;  // those of a triangle one behind the other
+  std::vector<GpuFan> fans;  // fans of one triangle are consecutive
 };
 
-// Each once, in their order.
+// The views of the fans, each once, ascending.
 std::vector<int> ViewsOf(const std::vector<GpuFan>& fans);
 
 struct FanBatches {
   std::vector<GpuFan> fans;
   std::vector<GpuFanBatch> batches;
-  bool one_each = true;  // no triangle has two; they are in the order of triangles
+  bool one_each = true;  // no triangle has two batches; the batches are in the order of the triangles
 };
-// Of fans whose photographs are there (`array_of` their view tells in which texture), at most so many in one.
+// Batches of up to `most` fans. `array_of`: the texture of a view's photograph; fans of views without one are
+// left out.
 FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
                           const std::function<std::optional<unsigned>(int view)>& array_of, int most);
 
-// For each triangle the views that weigh in it.
+// For each triangle the views that have weight in it.
 struct EntryTable {
   // A view's weights at the corners of a triangle.
   struct Entry {
-    int key;  // vertex of the viewpoint mesh, or view
+    int key;  // a vertex of the viewpoint mesh, or a view
     std::array<double, 3> weights;
   };
   std::vector<Entry> entries;
-  std::vector<std::size_t> first;  // one more than there are triangles
+  std::vector<std::size_t> first;  // of each triangle, and the end
 };
 
 // `weights_of_corner(corner, add)` calls add(key, weight).
@@ -80,14 +81,14 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
   return table;
 }
 
-// None when it does not meet the frame. Corners are in the camera's axes; `along` (0 to 1) grows with the
-// triangles, so that of those that overlap the last one counts.
+// None where the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1) grows
+// with the triangles' order, so that of overlapping triangles the last one counts.
 std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
                                         const Eigen::Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along);
 
-// Adds triangle `index` of `table`, in front of all added before; nothing when it does not meet the frame.
-// `view_of_key` by key of the table; empty: keys are views.
+// Adds triangle `index` of `table` in front of all triangles before, unless it does not meet the image.
+// `view_of_key`: the view of each key of the table; empty: keys are views.
 void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);

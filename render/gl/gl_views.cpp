@@ -11,8 +11,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// How far out a distortion polynomial still grows: r squared, or the fisheye's angle.
-// (CameraModel::ImgFromCam refuses points beyond.)
+// The limit up to which a distortion polynomial grows: r squared, or the fisheye's angle.
+// CameraModel::ImgFromCam returns none for points beyond it.
 double TrustedExtent(const CameraModel& camera) {
   const auto& c = camera.coefficients;
   const bool fisheye = camera.distortion == Distortion::kFisheye;
@@ -21,7 +21,7 @@ double TrustedExtent(const CameraModel& camera) {
     const double t2 = s * s;
     return 1 + t2 * (3 * c[0] + t2 * (5 * c[1] + t2 * (7 * c[2] + t2 * 9 * c[3])));
   };
-  const double most = fisheye ? M_PI : 100.0;
+  const double most = fisheye ? M_PI : 100.0;  // r = 10: 84 degrees from the axis
   constexpr int kSteps = 10000;
   for (int i = 1; i <= kSteps; ++i)
     if (slope(most * i / kSteps) <= 0) return most * (i - 1) / kSteps;
@@ -36,7 +36,7 @@ Vec4 OfSizeOne(const CameraModel& camera) {
 }  // namespace
 
 void GlViews::Build(const RenderScene& scene) {
-  // Most views have their camera in common with the one before.
+  // Most views have the same camera as the view before.
   const CameraModel* before = nullptr;
   for (const SceneView& view : scene.views) {
     const bool is_as_before = before && *before == view.camera;

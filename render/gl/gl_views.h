@@ -1,5 +1,5 @@
-// The recorded views as shaders know them for one picture: where they stand as seen from the virtual camera,
-// and where on the graphics side their photographs are.
+// The recorded views as the shaders see them for one picture: their poses relative to the virtual camera, and
+// the texture layers of their photographs. The context must be current.
 #pragma once
 
 #include <array>
@@ -17,36 +17,36 @@ namespace ulf::render {
 
 class GlViews {
  public:
-  // Texture units 0 to kMostArrays - 1 are the photographs'.
+  // The photographs use the texture units 0 to kMostArrays - 1.
   static constexpr int kMostArrays = 9;
   static constexpr unsigned kUnit = 9;
 
   void Build(const RenderScene& scene);
-  // For a picture's camera; photographs and shadow maps are nowhere yet.
+  // For a picture's camera; photographs and shadow maps have no layers yet.
   void Place(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world);
-  // Of the last Place(): what is to be read of each view.
+  // The levels of these views that the picture of the last Place() reads.
   std::vector<GlPhotographs::LevelRequest> LevelRequests(std::span<const int> views) const;
 
-  // Tells the shaders where the photographs of `views` are and that all others are nowhere. Together they lie
-  // in no more than kMostArrays arrays: told are the first so many views, and how many is said. Of `arrays`
-  // the n-th is what the shaders call array n.
+  // Sets the layers of the photographs of the first views in `views` whose textures fit into kMostArrays
+  // arrays, and returns how many views these are; all other views have none. `arrays`: the n-th texture is
+  // the shaders' array n.
   std::size_t SetPlaces(std::span<const int> views, const GlPhotographs& photographs,
                         std::vector<unsigned>& arrays);
-  // For shaders that read no photograph, and those that read one array at a time.
+  // For shaders that read no photograph, or one array at a time.
   void SetPlaces(const GlPhotographs& photographs);
 
-  // Tells the shaders where the views' shadow maps are; without one nothing is hidden from a view.
+  // Sets the layers of the views' shadow maps; nothing is hidden from a view without a map.
   void SetShadowMaps(const GlShadowMaps& shadow_maps);
-  // Where all views have one camera: what a program needs to know of it, and of the exposure of the first.
+  // Where all views have one camera: sets its uniforms, and those of the first view's exposure.
   void SetOneCamera(const GlProgram& program) const;
 
-  // Its photograph has pixels without light. Told to the shaders with the next that is told.
+  // Marks that the view's photograph has pixels without light. The shaders see it after the next Set...().
   void SetGaps(int view);
 
   void Release();
 
  private:
-  // As in the shaders, a texel each.
+  // The shaders' struct View, a texel for each member.
   struct GpuView {
     Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place;
   };

@@ -6,15 +6,24 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "render/output/path_files.h"
-#include "render/scene/subject_center.h"
+#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWidest = 0.9;  // share of the viewpoints' range that a path takes
+// Guessed thresholds of the named paths.
+constexpr double kWidest = 0.9;      // share of the viewpoints' range that a path uses, at most
+constexpr double kShareStep = 0.05;  // by which that share shrinks until the path is inside the hull
+constexpr double kNearPole = 0.95;   // cosine: with the directions' mean nearer to up, up is not used
+constexpr double kTogether = 0.3;    // mean length of the directions: a smaller one has no clear middle
+constexpr double kOutermost = 0.03;  // share of the views at either end that do not count for the range
+constexpr double kGapOfRing = Radians(75);  // with a larger gap in azimuth, views do not stand all around
+constexpr std::size_t kFewestOfRing = 6;    // fewer views do not stand all around
 
 // Azimuth and elevation about `up`, azimuth from `front`.
 struct Sphere {
@@ -32,11 +41,6 @@ struct Sphere {
   }
 };
 
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
-}
-
 double LargestGap(std::vector<double> azimuths) {
   std::sort(azimuths.begin(), azimuths.end());
   double gap = 2 * M_PI - (azimuths.back() - azimuths.front());
@@ -44,20 +48,18 @@ double LargestGap(std::vector<double> azimuths) {
   return gap;
 }
 
-// Where the viewpoints' directions lie, as a path sees it.
+// The distribution of the viewpoints' directions.
 struct Spread {
   Sphere sphere;
   double azimuth = 0, elevation = 0;            // middle
-  double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost
-  double ring_elevation = 0;                    // where they stand all around
+  double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost views
+  double ring_elevation = 0;                    // of a path all around
   double distance = 0;
   bool all_around = false;
 };
 
-// A pole amid the directions would tear azimuth apart: then the picture's own up serves no more, and any
-// does.
+// Near a pole azimuth has no meaning: there up is any direction perpendicular to the mean.
 Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
-  constexpr double kNearPole = 0.95;
   const Vector3d up = scene.up_in_world.normalized();
   return std::abs(up.dot(mean)) < kNearPole ? up : mean.unitOrthogonal();
 }
@@ -78,25 +80,23 @@ Spread SpreadOf(const RenderScene& scene) {
         "camera path: every view stands at the subject's centre; give another subject with --subject");
   const double concentration = sum.norm() / static_cast<double>(directions.size());
   const Vector3d mean = concentration > 1e-3 ? Vector3d(sum.normalized()) : directions.front();
-  Spread spread{Sphere(concentration > 0.3 ? UsableUp(scene, mean) : scene.up_in_world, mean)};
+  Spread spread{Sphere(concentration > kTogether ? UsableUp(scene, mean) : scene.up_in_world, mean)};
   std::vector<double> azimuths, elevations;
   for (const Vector3d& d : directions) {
     azimuths.push_back(spread.sphere.Azimuth(d));
     elevations.push_back(spread.sphere.Elevation(d));
   }
-  constexpr double kTrim = 0.03;
-  constexpr double kGapOfRingRad = 75 * M_PI / 180;
-  spread.distance = Quantile(distances, 0.5);
-  spread.all_around = directions.size() >= 6 && LargestGap(azimuths) < kGapOfRingRad;
+  spread.distance = Median(distances);
+  spread.all_around = directions.size() >= kFewestOfRing && LargestGap(azimuths) < kGapOfRing;
   const auto middle_and_half = [](const std::vector<double>& values, double& middle, double& half) {
-    const double low = Quantile(values, kTrim), high = Quantile(values, 1 - kTrim);
+    const double low = Quantile(values, kOutermost), high = Quantile(values, 1 - kOutermost);
     middle = 0.5 * (low + high);
     half = 0.5 * (high - low);
   };
   middle_and_half(azimuths, spread.azimuth, spread.azimuth_half);
   middle_and_half(elevations, spread.elevation, spread.elevation_half);
   if (spread.all_around) spread.azimuth = 0;
-  spread.ring_elevation = spread.all_around ? Quantile(elevations, 0.5) : spread.elevation;
+  spread.ring_elevation = spread.all_around ? Median(elevations) : spread.elevation;
   return spread;
 }
 
@@ -118,12 +118,11 @@ std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
   return directions;
 }
 
-// `directions(share)` for the largest share of the viewpoints' range at which all of them meet their mesh.
+// `directions(share)` for the largest share of the viewpoints' range at which all directions meet the mesh.
 template <typename Directions>
 std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&& directions) {
-  constexpr double kStep = 0.05;
   std::vector<Vector3d> tried;
-  for (double share = kWidest; share > 0; share -= kStep) {
+  for (double share = kWidest; share > 0; share -= kShareStep) {
     tried = directions(share);
     if (scene.mesh.span != Span::kSurface ||
         std::all_of(tried.begin(), tried.end(), [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
@@ -157,7 +156,7 @@ CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share)
   CameraPath path;
   for (int i = 0; i < frames; ++i) {
     const double along = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
-    // Constant zoom on the screen: distances in geometric progression.
+    // Distances in geometric progression look like a constant zoom.
     path.cam_from_world.push_back(
         AimedPose(scene, direction, spread.distance * std::pow(nearest_share, along)));
   }
@@ -203,18 +202,16 @@ CameraPath SpiralPath(const RenderScene& scene, int frames) {
   return path;
 }
 
-double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
-  constexpr double kMost = 1.6, kStep = 1.06;
-  constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
-  constexpr int kWidth = 120;
-  constexpr std::size_t kPoses = 12;
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
+                   const ZoomOptions& options) {
   const std::size_t poses = path.cam_from_world.size();
-  const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
+  const std::size_t stride = std::max<std::size_t>(1, poses / options.poses);
   const auto is_filled = [&](double zoom) {
     double sum = 0, worst = 0, count = 0;
     for (std::size_t i = 0; i < poses; i += stride, ++count) {
       const CameraModel& full = path.CameraOf(i, camera);
-      CameraModel small = full.ScaledTo(kWidth, std::max(1, kWidth * full.height / full.width));
+      CameraModel small =
+          full.ScaledTo(options.width_px, std::max(1, options.width_px * full.height / full.width));
       small.fx *= zoom;
       small.fy *= zoom;
       const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
@@ -223,10 +220,10 @@ double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraMod
       sum += uncovered;
       worst = std::max(worst, uncovered);
     }
-    return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
+    return sum <= options.uncovered * count && worst <= options.uncovered_at_worst;
   };
   double zoom = 1;
-  while (zoom * kStep <= kMost && !is_filled(zoom)) zoom *= kStep;
+  while (zoom * options.step <= options.most && !is_filled(zoom)) zoom *= options.step;
   return zoom;
 }
 
@@ -238,8 +235,9 @@ void RequireFrames(const CameraPath& path, int asked, const std::string& option)
   const std::size_t poses = path.cam_from_world.size();
   if (asked > 0 && static_cast<std::size_t>(asked) != poses)
     throw UsageError(
-        "--frames {}: the path gives {}, a picture each; only named paths and keyframes have as many as they "
-        "are asked for. Leave the number out, or give a part, A:B",
+        "--frames {}: the path has {}, one for each picture; only named paths and keyframes can have another "
+        "number. "
+        "Leave the number out, or give a part, A:B",
         option, Counted(poses, "pose"));
 }
 

@@ -1,4 +1,5 @@
-// Ways of the virtual camera: named ones around the subject, and those that a file gives (path_files.h).
+// Camera paths: named ones around the subject, and those in files (path_files.h). Poses in the light field's
+// world.
 #pragma once
 
 #include <filesystem>
@@ -7,15 +8,15 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 
 namespace ulf::render {
 
 struct CameraPath {
   std::vector<Rigid3> cam_from_world;
-  std::vector<CameraModel> cameras;  // one for each pose where the path gives them, else empty
-  std::vector<Aperture> apertures;   // the same
+  std::vector<CameraModel> cameras;  // one for each pose, or empty where the path has none
+  std::vector<Aperture> apertures;   // one for each pose, or empty where the path has none
 
   const CameraModel& CameraOf(std::size_t index, const CameraModel& otherwise) const {
     return cameras.empty() ? otherwise : cameras[index];
@@ -23,39 +24,51 @@ struct CameraPath {
 };
 
 // An ellipse through the viewpoints' directions, shrunk until it stays inside their hull, at their median
-// distance, aimed at the subject; a full circle where the views stand all around it; to and fro along a row.
-// One frame: the middle.
+// distance, aimed at the subject; a full circle where the views stand all around the subject; to and fro
+// along a row of views. One frame: the middle.
 CameraPath OrbitPath(const RenderScene& scene, int frames);
 
-// From the viewpoints' median distance straight towards the subject, to `nearest_share` of it.
+// From the viewpoints' median distance straight towards the subject, down to `nearest_share` of that
+// distance.
 CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share = 0.5);
 
-// The same way while the lens zooms out, so that the plane through the subject's centre keeps its size and
-// what lies behind it seems to move away (Hitchcock's Vertigo). `camera` takes the first picture.
+// The dolly while the lens zooms out, so that the plane through the subject's centre keeps its size and the
+// background seems to move away (Hitchcock's Vertigo). `camera`: of the first picture.
 CameraPath VertigoPath(const RenderScene& scene, int frames, const CameraModel& camera,
                        double nearest_share = 0.5);
 
-// Out from the middle of the viewpoints to their rim and back, three times round, shrunk until it stays
-// inside their hull; where the views stand all around, from the lowest to the highest while going round.
+// Three turns from the middle of the viewpoints to their rim and back, shrunk until the path stays inside
+// their hull; where the views stand all around, three turns from the lowest to the highest view and back.
 CameraPath SpiralPath(const RenderScene& scene, int frames);
 
-// The least zoom, 1 to 1.6, at which the photographs fill the pictures along the path: cameras held askew
-// leave their corners uncovered from elsewhere. Tried on small pictures of a dozen poses; half a percent of
-// them all may stay uncovered, and two of a single one: more zoom would cut off what the path is to show.
-double ZoomThatFills(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
+struct ZoomOptions {
+  // The zoom grows by this factor until the photographs fill the pictures, and not beyond `most`: more zoom
+  // would cut off what the path shows. Guessed.
+  double step = 1.06, most = 1.6;
+  // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
+  double uncovered = 0.005, uncovered_at_worst = 0.02;
+  // Pictures of this width are rendered at about this many poses of the path. Guessed.
+  int width_px = 120;
+  std::size_t poses = 12;
+};
+
+// The smallest zoom, from 1 on, at which the photographs fill the pictures along the path. Cameras that were
+// not held level leave the corners of pictures from other places uncovered.
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
+                   const ZoomOptions& options = {});
 
 struct PathRequest {
-  std::string path = "orbit";  // a name, or a file's
-  int frames = 0;              // of a named or keyframed path; 0: 120, or what the keyframes' times come to
-  CameraModel camera = {};     // where the path gives none
-  double fps = 30;
-  std::filesystem::path light_field =
-      {};  // that is rendered: what nerfstudio's files leave out stands beside it
+  std::string path = "orbit";  // a name, or a file
+  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times
+  CameraModel camera = {};     // for paths without cameras
+  double fps = 30;             // of keyframed paths
+  // That is rendered: its transforms.json completes nerfstudio's files.
+  std::filesystem::path light_field = {};
 };
 
 bool IsNamedPath(const std::string& path);
-// UsageError where a number of pictures was asked for (0: it was not) that the path has not: it gives as many
-// poses as it gives. `option`: as it stood on the command line.
+// Throws UsageError where `asked` pictures (0: any number) differ from the path's number of poses. `option`:
+// the option's text on the command line.
 void RequireFrames(const CameraPath& path, int asked, const std::string& option);
 // Throws PathFromFile()'s errors.
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene);

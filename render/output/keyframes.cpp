@@ -86,12 +86,14 @@ std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>&
     if (all_aim) {
       const Vector3d aim = target.At(time), upwards = up.At(time);
       if (!((aim - center).norm() > 0)) fail("the camera meets its target");
-      if (!(upwards.norm() > 1e-3)) fail("up turns over");
+      constexpr double kLeastUp = 1e-3;  // of unit vectors' mean: nearly opposite ones
+      if (!(upwards.norm() > kLeastUp)) fail("up turns over");
       pose.cam_from_world = LookAt(center, aim, upwards);
       continue;
     }
     const VectorXd q = turn.At(time);
-    if (!(q.norm() > 0.1)) fail("the camera turns too far");
+    constexpr double kLeastQuaternion = 0.1;  // of unit quaternions' mean: nearly opposite ones
+    if (!(q.norm() > kLeastQuaternion)) fail("the camera turns too far");
     pose.cam_from_world = Rigid3{Quaterniond(q(3), q(0), q(1), q(2)).normalized(), center}.Inverse();
   }
   return poses;

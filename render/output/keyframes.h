@@ -1,10 +1,10 @@
-// A camera's way through keyframes.
+// A camera path through keyframes.
 //
-// Positions follow a natural cubic spline over time, which is twice continuously differentiable; so do the
-// targets where every keyframe names one, and then the camera looks at the target all along. Else rotations
-// follow a cubic spline through their quaternions, of q and -q always the one nearer to the keyframe before,
-// made unit again: as smooth as the spline. Focal lengths and distances of focus are interpolated in their
-// logarithm, so that a zoom goes at an even speed on the screen.
+// Positions follow a natural cubic spline over time, which is twice continuously differentiable. Where every
+// keyframe has a target, the targets follow such a spline as well, and the camera always looks at the target.
+// Otherwise rotations follow a cubic spline through their quaternions, normalised; of q and -q the one nearer
+// to the previous keyframe is used. Focal lengths and focus depths are interpolated in their logarithm, so
+// that a zoom has an even speed on the screen.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ namespace ulf::render {
 struct PathKeyframe {
   double time_s = 0;
   Eigen::Vector3d eye_in_world = Eigen::Vector3d::Zero();
-  // One of the two: what the camera looks at with `up_in_world` upwards, or its turn.
+  // Either the point at which the camera looks, with `up_in_world` upwards, or its rotation.
   std::optional<Eigen::Vector3d> target_in_world = {};
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   Eigen::Quaterniond world_from_cam = Eigen::Quaterniond::Identity();
@@ -35,11 +35,13 @@ struct KeyframedPose {
   double focus_depth = 1;
 };
 
-// At evenly spaced times from the first keyframe to the last; times must grow from keyframe to keyframe. One
-// frame: the first. Throws Error that names the keyframe where the way between two is not determined.
+// Poses at evenly spaced times from the first keyframe to the last. Times must grow from keyframe to
+// keyframe. One frame: the first keyframe. Throws Error that names the two keyframes between which the path
+// is not determined.
 std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames);
 
-// Natural: no bend at both ends. Rows of `values` belong to `times`, which grow.
+// A natural cubic spline: its second derivative is 0 at both ends. Row i of `values` belongs to `times[i]`;
+// times grow.
 class CubicSpline {
  public:
   CubicSpline(std::vector<double> times, Eigen::MatrixXd values);

@@ -10,6 +10,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/geometry/angles.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "render/output/keyframes.h"
@@ -22,7 +23,10 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using nlohmann::json;
 
-constexpr double kUnitTolerance = 1e-2;
+constexpr double kUnitTolerance = 1e-2;  // of a unit quaternion's length: rounding of short decimals
+
+// Focal length in pixels of a field of view over `size_px` pixels.
+double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(0.5 * fov_deg * M_PI / 180); }
 
 CameraPath FromTum(const fs::path& path) {
   std::ifstream file(path);
@@ -90,10 +94,10 @@ Eigen::MatrixXd MatrixOf(const JsonPlace& place, const char* key, Eigen::Index r
   return Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>>(numbers.data(), rows, 4);
 }
 
-// nerfstudio trains in a world of its own: turned, moved and scaled from that of the set.
+// nerfstudio trains in a world that is rotated, moved and scaled relative to that of the data set.
 struct NerfstudioWorld {
-  Rigid3 data_from_trained;  // after the scale
-  double scale = 1;          // trained length of a unit of the set
+  Rigid3 data_from_trained;  // after dividing by the scale
+  double scale = 1;          // the length of one unit of the data set in the trained world
 
   Rigid3 CamFromWorld(const Rigid3& cam_from_trained) const {
     Rigid3 trained_from_cam = cam_from_trained.Inverse();
@@ -114,9 +118,9 @@ NerfstudioWorld WorldOf(const fs::path& file, const fs::path& light_field) {
   const fs::path transforms = file.parent_path() / "dataparser_transforms.json";
   if (!fs::is_regular_file(transforms)) {
     spdlog::warn(
-        "{}: its poses are taken to be in the light field's world. nerfstudio turns and scales the world "
-        "that "
-        "it trains in: put the run's dataparser_transforms.json beside the path and that is undone",
+        "{}: its poses are used as poses in the light field's world. nerfstudio rotates and scales the world "
+        "in which "
+        "it trains: to undo that, put the run's dataparser_transforms.json beside the path",
         file.string());
     return world;
   }
@@ -124,7 +128,8 @@ NerfstudioWorld WorldOf(const fs::path& file, const fs::path& light_field) {
   const JsonPlace place{document, transforms.string()};
   world.scale = place.Positive("scale");
   const Rigid3 trained_from_original = RigidOf(MatrixOf(place, "transform", 3), place, "transform");
-  // It starts from the world before what ns-process-data applied to the set; the set's poses are after it.
+  // "transform" starts from the world before ns-process-data changed the set; the set's poses are in the
+  // changed world.
   Rigid3 data_from_original;
   const fs::path set = fs::is_directory(light_field) ? light_field / "transforms.json" : light_field;
   if (fs::is_regular_file(set)) {
@@ -147,7 +152,7 @@ CameraPath FromNerfstudio(const json& document, const fs::path& file, const Path
   const JsonPlace top{document, file.string()};
   const std::string type = top.Text("camera_type", "perspective");
   if (type != "perspective")
-    throw Error("{}: 'camera_type' is {}; only perspective can be rendered: export the path with it",
+    throw Error("{}: 'camera_type' is {}; only perspective can be rendered: export the path with that type",
                 top.where, type);
   const int width = top.Integer("render_width"), height = top.Integer("render_height");
   if (width < 1 || height < 1)
@@ -165,8 +170,7 @@ CameraPath FromNerfstudio(const json& document, const fs::path& file, const Path
     const double fov_deg = place.Number("fov");
     if (!(fov_deg > 0 && fov_deg < 180))
       throw Error("{}: 'fov' must lie between 0 and 180 degrees, not {}", place.where, fov_deg);
-    path.cameras.push_back(
-        CameraModel::Pinhole(width, height, 0.5 * height / std::tan(0.5 * fov_deg * M_PI / 180)));
+    path.cameras.push_back(CameraModel::Pinhole(width, height, FocalPx(fov_deg, height)));
   }
   return path;
 }
@@ -192,7 +196,8 @@ PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const
     if (!((*key.target_in_world - key.eye_in_world).norm() > 0))
       throw Error("{}: 'eye' and 'target' are the same point; move one of them", place.where);
     const Vector3d forward = (*key.target_in_world - key.eye_in_world).normalized();
-    if (place.Has("up") && !(forward.cross(key.up_in_world.normalized()).norm() > 1e-6))
+    constexpr double kLeastSine = 1e-6;
+    if (place.Has("up") && !(forward.cross(key.up_in_world.normalized()).norm() > kLeastSine))
       throw Error("{}: 'up' points along the view, from 'eye' to 'target'; give another one", place.where);
   } else {
     const std::vector<double> q = place.Numbers("rotation", 4);
@@ -209,12 +214,12 @@ PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const
     const double fov_deg = place.Number("fov_deg");
     if (!(fov_deg > 0 && fov_deg < 180))
       throw Error("{}: 'fov_deg' must lie between 0 and 180, not {}", place.where, fov_deg);
-    key.focal_px = 0.5 * camera.width / std::tan(0.5 * fov_deg * M_PI / 180);
+    key.focal_px = FocalPx(fov_deg, camera.width);
   }
   return key;
 }
 
-// Focused on the target, or the subject's centre, unless the keyframe says how far.
+// Without "focus" the lens is focused on the target, or else on the subject's centre.
 void ReadAperture(const JsonPlace& place, const Vector3d& subject_center, PathKeyframe& key) {
   key.aperture_radius = place.Number("aperture");
   if (!(key.aperture_radius >= 0))
@@ -249,7 +254,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
     const JsonPlace place{entries[i], fmt::format("{}, keyframe {}", file.string(), i)};
     if (place.Has("focal_px") && !top.Has("width"))
       throw Error(
-          "{}: 'focal_px' are pixels of a picture: give 'width' and 'height' at the top, or 'fov_deg'",
+          "{}: 'focal_px' counts pixels of a picture: give 'width' and 'height' at the top, or 'fov_deg'",
           place.where);
     keyframes.push_back(KeyframeOf(place, camera, scene.up_in_world));
     if (place.Has("aperture") != with_apertures)
@@ -263,7 +268,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
   }
   CameraPath path;
   if (keyframes.empty()) return path;
-  constexpr double kMostFrames = 1e6;
+  constexpr double kMostFrames = 1e6;  // more are a mistake in the times' unit
   const double spanned = std::round((keyframes.back().time_s - keyframes.front().time_s) * request.fps) + 1;
   if (request.frames == 0 && spanned > kMostFrames)
     throw Error("{}: the keyframes' times come to {:.0f} pictures at {} a second; 'time' is in seconds",

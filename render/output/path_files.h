@@ -1,10 +1,11 @@
-// Camera paths out of files.
+// Camera paths in files.
 //
 //   TUM lines        time tx ty tz qx qy qz qw, world_from_cam
 //   a light field    its folder or transforms.json: its views' poses and cameras, undistorted
-//   keyframes        ours, JSON: {"keyframes": [{"time", "eye" and "target" or "rotation", ...}]}
-//   camera path      nerfstudio's viewer's export, JSON: {"camera_path": [{"camera_to_world", "fov"}], ...}
-// docs/rendering.md describes the JSON files key by key.
+//   keyframes        JSON of this program: {"keyframes": [{"time", "eye" and "target" or "rotation", ...}]}
+//   camera path      JSON of nerfstudio's viewer: {"camera_path": [{"camera_to_world", "fov"}], ...}
+//
+// docs/rendering.md describes the keys of the JSON files.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +14,8 @@
 
 namespace ulf::render {
 
-// Throws Error naming the file and the line, frame or key for whatever is missing, not finite, not a rotation
-// or not supported, and for a path without a pose.
+// Throws Error that names the file and the line, frame or key of a value that is missing, not finite, not a
+// rotation or not supported, and for a path without a pose.
 CameraPath PathFromFile(const std::filesystem::path& file, const PathRequest& request,
                         const RenderScene& scene);
 

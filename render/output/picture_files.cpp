@@ -62,7 +62,7 @@ std::map<std::string, std::string> ReadSettings(const fs::path& file) {
   try {
     return nlohmann::json::parse(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::exception&) {
-    return {};  // a render of another version: its settings are not ours
+    return {};  // of another version of the program: treated as other settings
   }
 }
 
@@ -85,7 +85,8 @@ std::vector<fs::path> PicturesIn(const fs::path& folder) {
   return pictures;
 }
 
-// Before the new settings are written: whoever is killed in between has made nothing wrong.
+// Called before the new settings are written, so that the folder is consistent if the program is killed in
+// between.
 void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
                   const std::string& difference) {
   for (const fs::path& picture : pictures) fs::remove(picture);
@@ -93,7 +94,8 @@ void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
                Counted(pictures.size(), "picture"), difference);
 }
 
-// Of a process that was killed while it wrote this picture; whoever else writes it now has just begun.
+// Removes the temporary files of a process that was killed while it wrote this picture. Younger ones may
+// belong to a process that is writing it now.
 void RemoveLeftovers(const fs::path& picture) {
   constexpr auto kSurelyOver = std::chrono::minutes(5);
   const std::string begins = picture.filename().string() + ".";
@@ -153,8 +155,9 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
   const std::vector<fs::path> pictures = PicturesIn(out_);
   if (!known && !pictures.empty())
     throw UsageError(
-        "-o {}: holds pictures (frame_...) but no render.json, so that nobody knows what they are of, and "
-        "they are not replaced; choose another folder, or remove them yourself",
+        "-o {}: holds pictures (frame_...) but no render.json that tells what they show, and they are not "
+        "replaced; "
+        "choose another folder, or remove them yourself",
         out_.string());
   const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
   if (!difference.empty() && !pictures.empty()) {

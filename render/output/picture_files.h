@@ -1,9 +1,10 @@
-// Rendered pictures as files: one (OUT.png, OUT.exr), or a folder of numbered ones.
+// Rendered pictures as files: one picture (OUT.png, OUT.exr), or a folder of numbered pictures.
 //
-// A picture is written under a temporary name and renamed: one that is there is whole. So a render that was
-// killed goes on where it stopped when it is started again, and several can fill one folder, each with its
-// part of the path. What all pictures of a folder have in common stands in its render.json: a render with
-// other settings is refused, or one would get pictures of two.
+// A picture is written under a temporary name and renamed, so that every picture in the folder is complete. A
+// render that was killed therefore continues when it is started again, and several renders can fill one
+// folder, each with a part of the path. The folder's render.json holds the settings that all its pictures
+// have in common. A render with other settings is refused, because the folder would mix the pictures of two
+// renders.
 #pragma once
 
 #include <filesystem>
@@ -11,23 +12,24 @@
 #include <string>
 
 #include "core/image/exr_file.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
 enum class PictureFormat {
   kPng,    // 8 bits, sRGB
   kPng16,  // 16 bits, sRGB
-  kExr,  // linear light: R G B A as halves, Z as float where there is depth, layers confidence and weight.ID
+  // Linear light: R G B A as half floats, Z as float where there is depth, layers confidence and weight.ID.
+  kExr,
 };
 
 struct PictureEncoding {
   PictureFormat format = PictureFormat::kPng;
-  double exposure_stops = 0;  // brighter by this, for a display: PNG and video
+  double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
   ExrCompression exr_compression = ExrCompression::kZip;
 };
 
-// The form that a file's or folder's name and `format` ("", "png", "png16" or "exr") ask for; UsageError
+// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws UsageError
 // where they contradict each other.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
@@ -35,19 +37,20 @@ bool IsSinglePicture(const std::filesystem::path& out);
 bool IsVideo(const std::filesystem::path& out);
 
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
-// 8-bit display encoding, brighter by `exposure_stops`.
+// 8-bit sRGB, brighter by `exposure_stops`.
 cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops);
 
 class PictureFiles {
  public:
-  // Makes the folder. Throws UsageError when it holds pictures that were rendered with other `settings` (name
-  // and value); `overwrite`: all of them are removed, which is said, for render.json speaks for every picture
-  // of its folder. UsageError, too, for pictures without a render.json: they are not ours to remove.
+  // Makes the folder. `settings`: names and values for render.json. Throws UsageError where the folder holds
+  // pictures of other settings; with `overwrite` it removes all of them instead, with a warning, because
+  // render.json is valid for every picture of the folder. Throws UsageError also for pictures without a
+  // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
-  // Whether the picture is there already and is to stay.
+  // Whether the picture exists and is kept.
   bool Has(int number) const;
-  // Throws DiskFullError or Error; then nothing of this picture stays, and those before do.
+  // Throws DiskFullError or Error; then nothing of this picture remains, and all other pictures do.
   void Write(int number, const Rendering& picture);
 
  private:

@@ -9,7 +9,7 @@ namespace ulf::render {
 
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding) {
   constexpr std::uint64_t kRendered = 12 + 4 + 1, kDepth = 4;  // light, confidence, whether drawn
-  constexpr std::uint64_t kTargets = 60;                       // OpenGL's, and what is read back of them
+  constexpr std::uint64_t kTargets = 60;                       // OpenGL's images and their copies in memory
   const auto encoded = [&]() -> std::uint64_t {
     switch (encoding.format) {
       case PictureFormat::kPng:
@@ -17,7 +17,8 @@ std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& enc
       case PictureFormat::kPng16:
         return 3 * 6;
       default:
-        return kDepth + 10 + 4 + 2 * 14;  // halves; the file, at worst as large, while it grows
+        return kDepth + 10 + 4 +
+               2 * 14;  // half floats; the file, at worst as large, and its copy while it grows
     }
   }();
   const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);

@@ -1,4 +1,4 @@
-// Whether a picture fits into memory, asked before it is begun.
+// Whether a picture fits into memory, checked before rendering.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace ulf::render {
 
-// What rendering and encoding a picture takes, about.
+// The bytes that rendering and encoding a picture take, estimated.
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding);
 
-// Throws Error that says how much is needed and how much there is.
+// Throws Error that says how much memory is needed and how much is available.
 void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available);
 
 }  // namespace ulf::render

@@ -12,13 +12,13 @@ void Place(const cv::Mat& tile, const cv::Rect& at, const cv::Size& size, cv::Ma
   tile.copyTo(whole(at));
 }
 
-// Triangles that the whole picture's camera sees, whatever camera asks.
-class OfWholePicture : public Proxy {
+// A proxy whose triangles are always those for the camera of the whole picture.
+class WholePictureProxy : public Proxy {
  public:
-  OfWholePicture(std::shared_ptr<const Proxy> proxy, std::shared_ptr<const TriangleMesh> triangles)
+  WholePictureProxy(std::shared_ptr<const Proxy> proxy, std::shared_ptr<const TriangleMesh> triangles)
       : proxy_(std::move(proxy)), triangles_(std::move(triangles)) {}
   std::string Name() const override { return proxy_->Name(); }
-  void AddTo(Fingerprint& fingerprint) const override { proxy_->AddTo(fingerprint); }
+  std::uint64_t Fingerprint() const override { return proxy_->Fingerprint(); }
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
     return proxy_->Background(cam_from_world);
   }
@@ -32,20 +32,21 @@ class OfWholePicture : public Proxy {
   std::shared_ptr<const TriangleMesh> triangles_;
 };
 
-// Lends the renderer triangles that are made anew for each camera: tiles would have others each.
-class WholePicturesTriangles {
+// Some proxies make other triangles for each camera, and so for each tile. While this object lives, the
+// renderer uses those of the whole picture.
+class WholePictureTriangles {
  public:
-  WholePicturesTriangles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world)
+  WholePictureTriangles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world)
       : renderer_(renderer), proxy_(renderer.scene().proxy) {
     auto triangles = proxy_->Triangles(camera, cam_from_world);
     differ_ = triangles && triangles != proxy_->Occluder();
-    if (differ_) renderer_.SetProxy(std::make_shared<OfWholePicture>(proxy_, std::move(triangles)));
+    if (differ_) renderer_.SetProxy(std::make_shared<WholePictureProxy>(proxy_, std::move(triangles)));
   }
-  ~WholePicturesTriangles() {
+  ~WholePictureTriangles() {
     if (differ_) renderer_.SetProxy(proxy_);
   }
-  WholePicturesTriangles(const WholePicturesTriangles&) = delete;
-  WholePicturesTriangles& operator=(const WholePicturesTriangles&) = delete;
+  WholePictureTriangles(const WholePictureTriangles&) = delete;
+  WholePictureTriangles& operator=(const WholePictureTriangles&) = delete;
 
  private:
   Renderer& renderer_;
@@ -58,7 +59,7 @@ class WholePicturesTriangles {
 Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world,
                         int tile_px) {
   if (camera.width <= tile_px && camera.height <= tile_px) return renderer.Render(camera, cam_from_world);
-  const WholePicturesTriangles lent(renderer, camera, cam_from_world);
+  const WholePictureTriangles lent(renderer, camera, cam_from_world);
   Rendering whole;
   const cv::Size size(camera.width, camera.height);
   for (int top = 0; top < camera.height; top += tile_px)

@@ -1,12 +1,12 @@
-// Pictures larger than graphics hardware draws at once, or than its memory holds: in tiles, by cameras whose
-// principal points are moved.
+// Renders pictures that are larger than the graphics hardware or its memory allows: in tiles, with cameras
+// whose principal points are shifted.
 #pragma once
 
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
-// Width and height of a tile: what every OpenGL 4.5 can draw into fits easily.
+// Width and height of a tile: a quarter of what every OpenGL 4.5 can draw into.
 inline constexpr int kTilePx = 4096;
 
 Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world,

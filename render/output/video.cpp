@@ -9,12 +9,12 @@
 #include <cstring>
 #include <fstream>
 #include <opencv2/core/utils/logger.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/image/image.h"
 #include "render/output/picture_files.h"
 
 namespace ulf::render {
@@ -28,10 +28,7 @@ class Pictures : public PictureSink {
     MakeFolder(IsSinglePicture(out_) ? fs::absolute(out_).parent_path() : out_);
   }
   void Add(const cv::Mat& srgb8) override {
-    std::vector<unsigned char> bytes;
-    cv::imencode(".png", srgb8, bytes);
-    WriteFileAtomically(IsSinglePicture(out_) ? out_ : out_ / fmt::format("frame_{:05}.png", count_++),
-                        {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    WritePictureFile(IsSinglePicture(out_) ? out_ : out_ / fmt::format("frame_{:05}.png", count_++), srgb8);
   }
   void Close() override {}
 
@@ -49,7 +46,7 @@ class Video : public PictureSink {
   ~Video() override {
     std::error_code ignored;
     writer_.release();
-    fs::remove(unfinished_, ignored);  // not closed: a file that no player opens
+    fs::remove(unfinished_, ignored);  // no player opens a video that was not closed
   }
 
   void Add(const cv::Mat& srgb8) override {
@@ -82,7 +79,7 @@ class Video : public PictureSink {
   }
 
  private:
-  // The encoder holds pictures back and writes without looking whether there was room.
+  // The encoder buffers pictures and does not check whether writing them succeeds.
   void RequireRoom(const cv::Size& size) {
     if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) >=
         kReserve + Bytes(size))
@@ -108,7 +105,7 @@ class Video : public PictureSink {
                 path_.string());
   }
 
-  // A codec that is not there is tried and passed over without OpenCV's own messages.
+  // Tries the codecs; OpenCV's messages about missing ones are switched off.
   bool Opens(double fps) {
     const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     for (const char* codec : {"avc1", "mp4v"}) {
@@ -119,8 +116,8 @@ class Video : public PictureSink {
     return writer_.isOpened();
   }
 
-  static constexpr std::uint64_t kReserve = 1 << 20;
-  // What the encoder may still hold back: about as much as a few pictures without compression.
+  static constexpr std::uint64_t kReserve = 1 << 20;  // for the file's index
+  // That the encoder may still hold: as much as four pictures without compression. Guessed.
   static std::uint64_t Bytes(const cv::Size& size) {
     return 4ull * 3 * static_cast<std::uint64_t>(size.area());
   }
@@ -136,7 +133,7 @@ class Video : public PictureSink {
 
 std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
   if (out.extension() == ".mp4") {
-    // Past these OpenCV rounds the rate to none, or codecs have no number for it.
+    // Outside these OpenCV rounds the rate to 0, or the codecs cannot store it.
     constexpr double kLeast = 0.01, kMost = 1000;
     if (!(fps >= kLeast && fps <= kMost))
       throw UsageError(

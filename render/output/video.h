@@ -1,4 +1,4 @@
-// Where pictures for people go: a video (.mp4), one picture (.png), or a folder of numbered ones.
+// Writes 8-bit pictures to a video (.mp4), one picture (.png), or a folder of numbered pictures.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@ class PictureSink {
  public:
   virtual ~PictureSink() = default;
   virtual void Add(const cv::Mat& srgb8) = 0;  // all of one size
-  virtual void Close() = 0;                    // throws Error when what was written is not whole
+  virtual void Close() = 0;                    // throws Error where the file is not complete
 };
 
-// OUT.mp4: H.264 where the libraries have it, else MPEG-4; an odd last row or column is cut off. It gets its
-// name when it is whole; when the disk is nearly full it is closed with the pictures there are, and
-// DiskFullError says how many. OUT.png: one picture only. Anything else: a folder, made if need be, with
+// OUT.mp4: H.264 where the libraries have it, else MPEG-4; an odd last row or column is cut off. The video
+// gets its name when it is complete. When the disk is nearly full it is closed with the pictures so far, and
+// DiskFullError says how many these are. OUT.png: one picture. Anything else: a folder, made if needed, with
 // frame_00000.png and so on. Throws Error or UsageError.
 std::unique_ptr<PictureSink> OpenPictureSink(const std::filesystem::path& out, double fps);
 

@@ -6,13 +6,12 @@
 #include <array>
 #include <cmath>
 
+#include "core/geometry/pinhole.h"
+
 namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
-
-// A triangle reaches up to this share of its farthest corner's depth towards the camera; the rest is cut off.
-constexpr double kNearShare = 1e-4;
 
 struct CutPolygon {
   std::array<Vector3d, 4> corners;
@@ -30,14 +29,14 @@ CutPolygon CutNear(const std::array<Vector3d, 3>& corners, double near) {
   return cut;
 }
 
-// Corners are before the camera.
+// All corners lie in front of the camera.
 void DrawTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const CameraModel& camera,
                   cv::Mat& inverse_depth) {
   std::array<Vector3d, 3> at;  // pixels, inverse depth
   const std::array<const Vector3d*, 3> corners{&a, &b, &c};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3d& p = *corners[k];
-    at[k] = {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy, 1 / p.z()};
+    at[k].head<2>() = PinholeImg(camera, *corners[k]);
+    at[k].z() = 1 / corners[k]->z();
   }
   const double left = std::min({at[0].x(), at[1].x(), at[2].x()});
   const double right = std::max({at[0].x(), at[1].x(), at[2].x()});

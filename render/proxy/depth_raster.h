@@ -1,5 +1,5 @@
-// Triangles drawn into a depth map, plainly: what the graphics pipeline does for a pinhole camera, at pixel
-// centres, both sides of every triangle.
+// Triangles drawn into a depth map on the processor, as the graphics pipeline does it: a pinhole camera,
+// depths at pixel centres, both sides of every triangle.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -10,12 +10,17 @@
 
 namespace ulf::render {
 
+// A triangle is cut off where it is nearer to the camera than this share of its farthest corner's depth:
+// projections of points at depth 0 are infinite. Guessed.
+inline constexpr double kNearShare = 1e-4;
+
 // CV_32F, 1 / (depth along the optical axis), which is linear in the image over a triangle; 0 where there is
-// none. `camera` is without distortion.
+// no triangle. `camera` must be without distortion.
 cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world);
 
-// What is 0 takes what is around it, by a pyramid of halved pictures (Gortler et al. 1996, pull and push):
-// each level is the mean of what is known of the finer one, and fills it where it knows nothing. In place.
+// Fills pixels of 0 from the pixels around them, in place: pull and push over a pyramid of halved images
+// (Gortler et al. 1996). Each level is the mean of the known pixels of the finer one, and fills its unknown
+// ones.
 void FillHoles(cv::Mat& inverse_depth);
 
 }  // namespace ulf::render

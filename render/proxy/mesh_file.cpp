@@ -25,7 +25,7 @@ PolygonSoup PolygonsOf(const std::filesystem::path& file) {
   throw Error("{}: neither a PLY file nor an OBJ file; convert the mesh to one of them", name);
 }
 
-// The number of each vertex that is kept; kDropped for the others.
+// In place of a vertex's new number, for vertices that are dropped.
 constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace

@@ -1,8 +1,9 @@
-// Meshes on disk. Written: binary little-endian PLY with vertex normals. Read: PLY (ASCII, binary of either
-// byte order) and Wavefront OBJ from whatever made them; polygons are cut into triangles, colours, normals
-// and texture coordinates are not read.
+// Triangle meshes on disk. Written: binary little-endian PLY with vertex normals. Read: PLY (ASCII, or binary
+// of either byte order) and Wavefront OBJ of other programs; polygons are cut into triangles, and colours,
+// normals and texture coordinates are ignored.
 //
-// CGAL's readers were tried: they stop at a "nan" in a text file, and say no more than that reading failed.
+// CGAL's readers were tried: they stop at a "nan" in a text file, and their error says only that reading
+// failed.
 #pragma once
 
 #include <cstddef>
@@ -15,21 +16,21 @@ namespace ulf::render {
 
 struct MeshReading {
   TriangleMesh mesh;
-  // What was left out.
+  // What the reader left out.
   std::size_t vertices_not_finite = 0;
   std::size_t faces_at_them = 0;       // faces with such a corner
   std::size_t faces_without_area = 0;  // fewer than three different corners
 
-  // "dropped 2 vertices that are not finite and 5 faces at them"; empty when nothing was.
+  // "dropped 2 vertices that are not finite and 5 faces at them"; empty when nothing was left out.
   std::string Dropped() const;
 };
 
-// Throws Error naming the file and what is wrong: missing, neither PLY nor OBJ, truncated, a corner that is
-// no vertex, nothing to show in it.
+// Throws Error that names the file and what is wrong: missing, neither PLY nor OBJ, truncated, a corner that
+// is not a vertex, no triangle.
 MeshReading ReadMeshFile(const std::filesystem::path& file);
 
 std::string MeshPlyBytes(const TriangleMesh& mesh);
-// Whole or not at all.
+// Writes the whole file or nothing. Throws DiskFullError or Error.
 void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh);
 
 }  // namespace ulf::render

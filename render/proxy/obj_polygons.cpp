@@ -1,4 +1,4 @@
-// Wavefront OBJ: "v x y z" and "f 1/2/3 -1 ..." count, everything else is passed over.
+// Wavefront OBJ: reads "v x y z" and "f 1/2/3 -1 ..." and ignores everything else.
 #include "core/base/error.h"
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/polygon_soup.h"
@@ -40,14 +40,14 @@ PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name) {
       Eigen::Vector3d position;
       for (int i = 0; i < 3; ++i)
         if (!ParseNumber(NextWord(line), position[i]))
-          throw Error("{}: line {}: a vertex wants three numbers", name, line_number);
+          throw Error("{}: line {}: a vertex needs three numbers", name, line_number);
       soup.vertices.push_back(position.cast<float>());
     } else if (key == "f") {
       std::uint32_t size = 0;
       for (std::string_view word = NextWord(line); !word.empty(); word = NextWord(line), ++size) {
         double number = 0;
         if (!ParseNumber(word.substr(0, word.find('/')), number))
-          throw Error("{}: line {}: '{}' is no corner of a face", name, line_number, word);
+          throw Error("{}: line {}: '{}' is not a corner of a face", name, line_number, word);
         const double count = static_cast<double>(soup.vertices.size());
         const double index = number < 0 ? count + number : number - 1;
         if (!(index >= 0 && index < count))

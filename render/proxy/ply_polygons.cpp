@@ -1,6 +1,7 @@
-// Meshes in Stanford PLY: of "vertex" the properties x y z, of "face" the list vertex_indices (or
-// vertex_index) count, everything else is passed over.
+// Meshes in Stanford PLY: reads the properties x y z of "vertex" and the list vertex_indices (or
+// vertex_index) of "face", and ignores everything else.
 #include <cmath>
+#include <limits>
 
 #include "core/base/error.h"
 #include "core/light_field/points/ply_reader.h"
@@ -8,6 +9,9 @@
 
 namespace ulf::render {
 namespace {
+
+// In place of an index that no vertex can have.
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 void ReadVertices(const ply::Element& element, ply::Body& body, PolygonSoup& soup) {
   soup.vertices.reserve(element.count);
@@ -39,10 +43,8 @@ void ReadFaces(const ply::Element& element, const std::string& name, ply::Body& 
       for (double k = 0; k < count; ++k) {
         const double index = body.Next(property.type);
         if (!corners) continue;
-        if (!(index >= 0 && index < 4294967295.0))
-          soup.corners.push_back(4294967295u);
-        else
-          soup.corners.push_back(static_cast<std::uint32_t>(index));
+        const bool fits = index >= 0 && index < kNoVertex;
+        soup.corners.push_back(fits ? static_cast<std::uint32_t>(index) : kNoVertex);
       }
       if (corners) soup.sizes.push_back(static_cast<std::uint32_t>(count));
     }

@@ -1,6 +1,6 @@
-// Tracked points as geometry, for each camera anew: those that it sees are triangulated in its image
-// (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). Up to
-// the frame's rim and a little beyond, where depth is extrapolated, so that the frame is covered.
+// Tracked points as geometry. For each camera the points that it sees are triangulated in its image
+// (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). Points
+// around the image, whose depths are extrapolated, extend the triangles past its edges.
 #pragma once
 
 #include <vector>
@@ -10,24 +10,36 @@
 
 namespace ulf::render {
 
+struct PointsProxyOptions {
+  // Triangles reach past the image by this share of its longer side: points there still count. Guessed.
+  double margin = 0.15;
+  // Extrapolated points on each side of the image. Guessed.
+  int rim_points_per_side = 6;
+  // A point whose inverse depth differs by more than this share from that of every neighbour gets their
+  // median. Guessed.
+  double wrong_by = 0.3;
+};
+
 class PointsProxy : public Proxy {
  public:
   static constexpr std::size_t kFewest = 4;
-  // World points; those that are not finite are left out. Error for fewer than kFewest.
-  PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points);
+  // World points; those that are not finite are left out. Throws Error for fewer than kFewest.
+  PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points,
+              const PointsProxyOptions& options = {});
   std::string Name() const override { return "points"; }
-  void AddTo(Fingerprint& fingerprint) const override;
+  std::uint64_t Fingerprint() const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
     return PlaneThroughSubject(subject_, cam_from_world);
   }
-  // Null where fewer than four points are seen. May be called by several threads.
+  // Null where the camera sees fewer than kFewest points. Several threads may call it.
   std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
                                                 const Rigid3& cam_from_world) const override;
 
  private:
   Subject subject_;
+  PointsProxyOptions options_;
   std::vector<Eigen::Vector3d> points_;
-  // Of the camera that asked last.
+  // The result for the last camera.
   mutable Mutex mutex_;
   mutable CameraModel last_camera_ ULF_GUARDED_BY(mutex_);
   mutable std::optional<Eigen::Matrix4d> last_cam_from_world_ ULF_GUARDED_BY(mutex_);

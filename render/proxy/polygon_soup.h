@@ -1,4 +1,4 @@
-// What a mesh file says before anybody has judged it: positions and polygons of any size.
+// The contents of a mesh file before they are checked: positions and polygons of any size.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,15 +13,15 @@ namespace ulf::render {
 struct PolygonSoup {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<std::uint32_t> corners;  // of all polygons, one after another
-  std::vector<std::uint32_t> sizes;    // corners of each polygon
+  std::vector<std::uint32_t> sizes;    // number of corners of each polygon
 };
 
-// Both throw Error that begins with `name`; indices are below vertices.size().
+// Both return indices below vertices.size(), and throw Error whose text begins with `name`.
 PolygonSoup PolygonsFromPly(const std::string& bytes, const std::string& name);
 PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name);
 
-// Corner indices into `vertices`, three a triangle, by cutting ears: right for any simple polygon that is
-// about plane; the way round is kept.
+// Cuts a polygon into triangles by clipping ears; returns indices into `vertices`. Right for any simple
+// polygon that is nearly plane; the orientation is kept.
 std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::Vector3f>& vertices,
                                                       std::vector<std::uint32_t> polygon);
 

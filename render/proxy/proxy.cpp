@@ -5,19 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/digest.h"
+#include "core/geometry/pinhole.h"
 #include "render/proxy/depth_raster.h"
-#include "render/scene/fingerprint.h"
-#include "render/scene/subject_center.h"
+#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 
 using Eigen::Vector3d;
-
-namespace {
-
-constexpr double kFarOverDistance = 1000;
-
-}  // namespace
 
 double PlaneInCamera::DepthOf(const Vector3d& ray_with_unit_z) const {
   const double slope = normal.dot(ray_with_unit_z);
@@ -29,8 +24,7 @@ void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Ma
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x)
       if (float& at = depth.at<float>(y, x); !(at > 0))
-        at = static_cast<float>(
-            plane.DepthOf({(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1.0}));
+        at = static_cast<float>(plane.DepthOf(PinholeRay(camera, x, y)));
 }
 
 PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world) {
@@ -41,13 +35,13 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
     plane.normal = center_in_cam / distance;
     plane.offset = distance;
   } else {
-    plane.offset = std::max(subject.radius, 1e-6);  // inside the very centre: the sphere's far side
+    plane.offset = std::max(subject.radius, 1e-6);  // at the centre itself: the sphere's far side
   }
   plane.far_depth = kFarOverDistance * plane.offset;
   return plane;
 }
 
-void Proxy::AddTo(Fingerprint& /*fingerprint*/) const {}
+std::uint64_t Proxy::Fingerprint() const { return Digest().Value(); }
 
 std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
                                                      const Rigid3& /*cam_from_world*/) const {
@@ -75,25 +69,32 @@ std::string PlaneProxy::Name() const {
   return fmt::format("plane:{:.4g},{:.4g},{:.4g},{:.4g}", normal.x(), normal.y(), normal.z(), plane_->offset);
 }
 
-void PlaneProxy::AddTo(Fingerprint& fingerprint) const {
-  if (!plane_) return;
-  for (const double value : plane_->normal) fingerprint.Add(value);
-  fingerprint.Add(plane_->offset);
+std::uint64_t PlaneProxy::Fingerprint() const {
+  Digest digest;
+  if (!plane_) return digest.Value();
+  for (const double value : plane_->normal) digest.Add(value);
+  digest.Add(plane_->offset);
+  return digest.Value();
 }
 
-void MeshProxy::AddTo(Fingerprint& fingerprint) const {
-  fingerprint.AddAll(mesh_->vertices);
-  fingerprint.AddAll(mesh_->triangles);
+std::uint64_t MeshProxy::Fingerprint() const {
+  const auto with = [](const auto& values, std::uint64_t seed) {
+    return FastChecksumOf({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0])},
+                          seed);
+  };
+  return with(mesh_->triangles, with(mesh_->vertices, Proxy::Fingerprint()));
 }
 
 PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
   const PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
   if (!plane_) return facing;
-  // A camera in the plane sees it edge-on: it is kept off by a hair.
+  // A camera in the plane would see it edge-on: the plane is moved off by this share of the subject's
+  // distance.
+  constexpr double kLeastOffset = 1e-6;
   PlaneInCamera plane{.normal = cam_from_world.rotation * plane_->normal, .far_depth = facing.far_depth};
   plane.offset = plane_->offset + plane.normal.dot(cam_from_world.translation);
   if (plane.offset < 0) plane = {-plane.normal, -plane.offset, plane.far_depth};
-  plane.offset = std::max(plane.offset, 1e-6 * facing.offset);
+  plane.offset = std::max(plane.offset, kLeastOffset * facing.offset);
   return plane;
 }
 

@@ -1,9 +1,10 @@
-// The geometry that photographs are projected onto: triangles, or a plane. One question: how deep is each
-// pixel, for any camera. Where triangles leave holes in a picture, these are as deep as what is around them;
-// where a picture shows none at all, it shows the plane.
+// The geometry onto which photographs are projected: triangles, or a plane. A proxy answers one question: how
+// deep is each pixel, for any camera. Holes between the triangles of a picture are filled from the depths
+// around them; a picture that shows no triangle shows the plane.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -19,40 +20,41 @@ namespace ulf::render {
 // Points x of the camera frame with normal . x = offset; the normal points away from the camera, offset > 0.
 struct PlaneInCamera {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double offset = 1;
-  double far_depth = 1e6;  // depth of pixels whose rays do not meet the plane, and the most there is
+  double offset = 1;       // world units
+  double far_depth = 1e6;  // the largest depth, and the depth of pixels whose rays do not meet the plane
 
   // Depth along the optical axis of the ray (x, y, 1).
   double DepthOf(const Eigen::Vector3d& ray_with_unit_z) const;
 };
 
-// Depths of 0 become the plane's.
+// Replaces depths of 0 by the plane's.
 void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth);
 
-// The plane through the subject's centre that faces the camera.
+// The plane through the subject's centre that faces the camera. Its far_depth is kFarOverDistance times the
+// distance to the subject.
 PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world);
-
-class Fingerprint;
+inline constexpr double kFarOverDistance = 1000;
 
 class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
-  // What distinguishes it from others of its name; nothing where the subject says all.
-  virtual void AddTo(Fingerprint& fingerprint) const;
-  // What pictures show that show no triangle.
+  // A number that differs between proxies of the same name; the same for all where the subject defines them.
+  virtual std::uint64_t Fingerprint() const;
+  // The plane of pictures that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
-  // World triangles for this camera, both of their sides; null: none. The same pointer is the same mesh.
+  // World triangles for this camera, seen from both sides; null: none. The same pointer is the same mesh.
   virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
                                                         const Rigid3& cam_from_world) const;
-  // What hides points from the recorded views; null: nothing does.
+  // The triangles that hide points from the recorded views; null: nothing is hidden.
   virtual std::shared_ptr<const TriangleMesh> Occluder() const;
 
   // CV_32F depth along the optical axis, positive everywhere, at the pixel centres of an undistorted camera.
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;
 };
 
-// The plane through the subject's centre that faces the virtual camera; or one that stands in the world.
+// The plane through the subject's centre that faces the virtual camera, or a plane that is fixed in the
+// world.
 class PlaneProxy : public Proxy {
  public:
   struct InWorld {
@@ -62,7 +64,7 @@ class PlaneProxy : public Proxy {
   explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
       : subject_(subject), plane_(plane) {}
   std::string Name() const override;
-  void AddTo(Fingerprint& fingerprint) const override;
+  std::uint64_t Fingerprint() const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override;
 
  private:
@@ -70,13 +72,13 @@ class PlaneProxy : public Proxy {
   std::optional<InWorld> plane_;
 };
 
-// A surface in the world; where nothing of it is in the picture, the plane through the subject.
+// A mesh in the world; where a picture shows nothing of it, the plane through the subject.
 class MeshProxy : public Proxy {
  public:
   MeshProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, std::string name = "mesh")
       : subject_(subject), mesh_(std::move(mesh)), name_(std::move(name)) {}
   std::string Name() const override { return name_; }
-  void AddTo(Fingerprint& fingerprint) const override;
+  std::uint64_t Fingerprint() const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
     return PlaneThroughSubject(subject_, cam_from_world);
   }

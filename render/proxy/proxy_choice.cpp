@@ -23,7 +23,7 @@ PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   const double length = plane.normal.norm();
   if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
       !std::isfinite(plane.offset) || !(length > 0))
-    throw UsageError("--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point", text);
+    throw UsageError("--proxy plane:{}: a plane is x,y,z,d: its normal (not zero) and normal . point", text);
   plane.normal /= length;
   plane.offset /= length;
   return plane;
@@ -42,7 +42,7 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
-  // Whatever their file is called, and whether it holds any.
+  // Asked of the light field, because the points may be in one of several files, or none.
   if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
   if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
   return names;
@@ -63,7 +63,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     try {
       return MeshFrom(file, name, subject);
     } catch (const Error& error) {
-      throw Error("{}; make it anew with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
+      throw Error("{}; make it again with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
                   error.what(), ShellWord(light_field.string()));
     }
   }

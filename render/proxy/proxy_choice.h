@@ -1,9 +1,10 @@
 // Proxies by name, as on the command line.
+//
 //   plane            through the subject, facing the virtual camera
 //   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
 //   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
-//   FILE.ply, .obj   a mesh made elsewhere, in the light field's frame
+//   FILE.ply, .obj   a mesh of another program, in the light field's frame
 #pragma once
 
 #include <filesystem>
@@ -17,15 +18,15 @@ namespace ulf::render {
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
-// What geometry the light field brings itself, simplest first: points, mesh, both or none.
+// The names of the geometry that the light field itself has, simplest first: points, mesh, both or none.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
-// Says on the log what a mesh file holds. UsageError for a name that is none, Error for a file that is not to
-// be had.
+// Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot
+// be read.
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
-// The plane and what the light field brings itself, simplest first. Throws as ProxyFromName().
+// The plane and OwnProxies(), simplest first. Throws as ProxyFromName().
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject);
 

@@ -9,30 +9,30 @@
 namespace ulf::render {
 namespace {
 
-// Of the changes to both sides the larger, as long as both are a surface's, which may be rough; at its edge,
-// where one is more than kEdge of the nearness, that of the side that belongs to it.
-float Slope(float before, float here, float behind) {
-  constexpr float kEdge = 0.1f;
+// How much inverse depth changes to the texels on both sides: the larger change on a surface, which may be
+// rough; at its edge, where a change is larger than `edge` of the inverse depth, the smaller one, which is
+// the surface's.
+float Slope(float before, float here, float behind, float edge) {
   const float back = before > 0 ? std::abs(here - before) : -1,
               on = behind > 0 ? std::abs(behind - here) : -1;
   if (back < 0 || on < 0) return std::max({back, on, 0.0f});
-  return std::max(back, on) < kEdge * here ? std::max(back, on) : std::min(back, on);
+  return std::max(back, on) < edge * here ? std::max(back, on) : std::min(back, on);
 }
 
 }  // namespace
 
-// Rays through its rim, up to a slope that one map can hold.
-CameraModel ShadowMapCamera(const CameraModel& view) {
-  constexpr double kMostSlope = 3;
-  constexpr int kSteps = 16;
+// From the rays through the edge of the view's image.
+CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options) {
+  constexpr int kSteps = 16;         // on each side of the image
+  constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by most_slope
   Eigen::Vector2d low(0, 0), high(0, 0);
   const auto meet = [&](double x, double y) {
     const auto ray = view.RayFromImg({x, y});
     if (!ray) return;
-    const Eigen::Vector2d slope =
-        ray->z() > 0 ? Eigen::Vector2d(ray->head<2>() / ray->z()) : Eigen::Vector2d(ray->head<2>() * 1e9);
-    low = low.cwiseMin(slope.cwiseMax(-kMostSlope));
-    high = high.cwiseMax(slope.cwiseMin(kMostSlope));
+    const Eigen::Vector2d slope = ray->z() > 0 ? Eigen::Vector2d(ray->head<2>() / ray->z())
+                                               : Eigen::Vector2d(ray->head<2>() * kSideways);
+    low = low.cwiseMin(slope.cwiseMax(-options.most_slope));
+    high = high.cwiseMax(slope.cwiseMin(options.most_slope));
   };
   for (int i = 0; i <= kSteps; ++i) {
     const double x = view.width * i / double{kSteps}, y = view.height * i / double{kSteps};
@@ -65,8 +65,8 @@ double ShadowMap::Visibility(const Eigen::Vector3d& point_in_view) const {
 }
 
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
-                        const Rigid3& view_from_world) {
-  ShadowMap map{.camera = ShadowMapCamera(view_camera), .least_inverse_depth = {}};
+                        const Rigid3& view_from_world, const ShadowMapOptions& options) {
+  ShadowMap map{.camera = ShadowMapCamera(view_camera, options), .least_inverse_depth = {}};
   const cv::Mat inverse = DrawInverseDepth(occluder, map.camera, view_from_world);
   cv::Mat least(inverse.size(), CV_32F);
   for (int y = 0; y < inverse.rows; ++y)
@@ -77,12 +77,13 @@ ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_ca
                    : inverse.at<float>(row, column);
       };
       const float here = at(x, y);
-      const float slope = Slope(at(x - 1, y), here, at(x + 1, y)) + Slope(at(x, y - 1), here, at(x, y + 1));
-      // A point is compared with texels up to one away, and what is there came from up to one farther.
+      const float slope = Slope(at(x - 1, y), here, at(x + 1, y), options.edge) +
+                          Slope(at(x, y - 1), here, at(x, y + 1), options.edge);
+      // A point is compared with texels up to one away, and their depths come from up to one texel farther.
       least.at<float>(y, x) =
-          here > 0 ? std::max(0.0f, static_cast<float>((1 - kShadowMapTolerance) * here) - 2 * slope) : 0.0f;
+          here > 0 ? std::max(0.0f, static_cast<float>((1 - options.tolerance) * here) - 2 * slope) : 0.0f;
     }
-  // The colours of an edge spill over it by a texel, and so does what it hides.
+  // The colours of an edge spill over it by a texel, and so must what it hides.
   cv::dilate(least, map.least_inverse_depth, cv::Mat::ones(3, 3, CV_8U));
   return map;
 }

@@ -1,10 +1,10 @@
-// How far a recorded view sees: what lies behind the proxy is hidden from it.
+// What the proxy hides from a recorded view: a shadow map, a small depth map of the proxy from the view's
+// place.
 //
-// A small depth map of the proxy from the view's own place, as a shadow map. A point is compared with the
-// four texels around it (percentage closer filtering, Reeves et al. 1987), so that visibility fades over a
-// texel instead of breaking off; it does so a texel before an edge, whose colours a photograph mixes.
-// Distances are compared as inverse depths, which are linear in the image over a plane: what a surface that
-// is seen at a slant changes over a texel is allowed for exactly.
+// A point is compared with the four texels around it (percentage closer filtering, Reeves et al. 1987), so
+// that visibility fades over one texel. It fades one texel before an edge, where a photograph mixes the
+// colours of both sides. Compared are inverse depths, which are linear in the image over a plane, so that the
+// tolerance for a slanted surface is exactly what its inverse depth changes over a texel.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,23 +21,32 @@ namespace ulf::render {
 
 struct ShadowMap {
   CameraModel camera;           // without distortion, and wide enough for the view's own
-  cv::Mat least_inverse_depth;  // CV_32F: points with a smaller one are hidden
+  cv::Mat least_inverse_depth;  // CV_32F: points with a smaller inverse depth are hidden
 
-  // 0 hidden to 1 seen. Points that fall outside the map are seen.
+  // 0 hidden to 1 visible. Points outside the map are visible.
   double Visibility(const Eigen::Vector3d& point_in_view) const;
 };
 
-// Width and height of the maps of all views, whatever the shape of their images.
+// Width and height of all maps, whatever the shape of the photographs. Guessed.
 inline constexpr int kShadowMapPx = 256;
-// A point may lie behind the proxy by this share of its depth: proxies are rough.
-inline constexpr double kShadowMapTolerance = 0.01;
 
-// Of the map of a view with this camera: what it sees, without its distortion.
-CameraModel ShadowMapCamera(const CameraModel& view);
+struct ShadowMapOptions {
+  // A point behind the proxy by less than this share of its depth is visible: proxies are rough. Guessed.
+  double tolerance = 0.01;
+  // Of the inverse depth. Where it changes by more from texel to texel there is an edge, and the change to
+  // the other side does not count; below that the surface is rough, and the larger change counts. Measured
+  // (docs/rendering.md, Quality: the smaller change cost 0.1 to 0.7 dB).
+  float edge = 0.1f;
+  // Tangent of the widest angle between a ray of the map and its axis: one map cannot hold more. Guessed.
+  double most_slope = 3;
+};
+
+// The camera of a view's map: it covers what the view sees, without the view's distortion.
+CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options = {});
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
-                        const Rigid3& view_from_world);
+                        const Rigid3& view_from_world, const ShadowMapOptions& options = {});
 
-// Made when it is first asked for, by whichever thread: of many views a picture needs few.
+// Makes the map at the first Get(), in that thread: a picture needs the maps of a few of many views.
 class LazyShadowMap {
  public:
   LazyShadowMap(std::shared_ptr<const TriangleMesh> occluder, const CameraModel& view_camera,

@@ -1,5 +1,5 @@
-// Triangles in the world frame: the geometry of a mesh proxy. A triangle's corners run counter-clockwise as
-// seen from outside.
+// Triangles in the world frame: the geometry of a mesh proxy. Corners are counter-clockwise as seen from
+// outside.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,11 +10,12 @@
 namespace ulf::render {
 
 struct TriangleMesh {
-  std::vector<Eigen::Vector3f> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Eigen::Vector3f> vertices;                // world units
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices
 };
 
-// Unit normals at the vertices, each the mean of its triangles' normals by area; zero where there is none.
+// Unit normals at the vertices: the mean of the triangles' normals by area; zero for a vertex without
+// triangles.
 std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh);
 
 }  // namespace ulf::render

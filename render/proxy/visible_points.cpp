@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/quantile.h"
+
 namespace ulf::render {
 
 using Eigen::Vector3d;
@@ -17,17 +19,14 @@ std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, doub
   std::vector<std::size_t> indices(in_cam.size());
   std::iota(indices.begin(), indices.end(), std::size_t{0});
   if (in_cam.size() < 4) return indices;  // no hull
-  constexpr double kHiddenBehind = 0.15;  // of the distance
   std::vector<double> distances;
   for (const Vector3d& point : in_cam) distances.push_back(point.norm());
-  std::vector<double> sorted = distances;
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[sorted.size() / 2];
-  // Neighbours at an angle t to either side leave 2 R (1 - cos t) = R t^2 between their chord and the sphere
-  // 2 R that flipped points lie on.
+  // Flipped points lie on a sphere of radius 2 R. Between it and the chord of two neighbours at an angle t
+  // there is 2 R (1 - cos t) = R t^2.
   const double between_points_sr = view_sr / static_cast<double>(in_cam.size());
-  const double radius = std::max(kHiddenBehind * median / between_points_sr,
-                                 1.01 * *std::max_element(distances.begin(), distances.end()));
+  constexpr double kBeyondAll = 1.01;  // the sphere contains all points
+  const double radius = std::max(kHiddenBehind * Median(distances) / between_points_sr,
+                                 kBeyondAll * *std::max_element(distances.begin(), distances.end()));
   std::vector<Kernel::Point_3> flipped;
   for (std::size_t i = 0; i < in_cam.size(); ++i) {
     const Vector3d at = in_cam[i] * (2 * radius / distances[i] - 1);

@@ -1,8 +1,8 @@
-// Which points of a cloud a camera sees (CGAL's convex hull; GPL). A cloud hides nothing by itself: points
-// are flipped over a large sphere about the camera, and hidden is what the flipped points' convex hull has
-// inside (Katz, Tal, Basri: Direct Visibility of Point Sets, 2007). The sphere's radius follows from how
-// densely points stand in the image: hidden is what lies a seventh of its distance or more behind its
-// neighbours. Sole includer of CGAL's hull.
+// Which points of a cloud a camera sees (CGAL's convex hull; GPL). Points have no surface that hides others.
+// They are flipped over a large sphere about the camera; a point is hidden when its flipped point lies inside
+// the convex hull of all flipped points (Katz, Tal, Basri: Direct Visibility of Point Sets, 2007). The
+// sphere's radius follows from the density of the points in the image. The only file that includes CGAL's
+// convex hull.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,11 @@
 
 namespace ulf::render {
 
-// Indices of the points, in the camera's frame, that a camera with so many square radians of view sees from
-// the origin; none of them lies there.
+// A point is hidden when it lies farther behind its neighbours than this share of its distance. Guessed.
+inline constexpr double kHiddenBehind = 0.15;
+
+// `in_cam`: points in the camera's frame, none of them at the origin. `view_sr`: the camera's field of view
+// in square radians. Returns the indices of the points that are visible from the origin, ascending.
 std::vector<std::size_t> VisiblePoints(const std::vector<Eigen::Vector3d>& in_cam, double view_sr);
 
 }  // namespace ulf::render

@@ -13,13 +13,8 @@
 namespace ulf::render {
 namespace {
 
-std::string NameOf(const FieldOptions& field) {
-  return field.kind == FieldKind::kSubdivision ? "subdivision " + LevelName(field.level)
-                                               : FieldName(field.kind);
-}
-
-// The same views with their first pyramid levels left off.
-RenderScene Small(const RenderScene& scene) {
+// The same views without their first pyramid levels.
+RenderScene Small(const RenderScene& scene, int size_px) {
   RenderScene small = scene;
   for (SceneView& view : small.views) {
     int skip = 0;
@@ -27,7 +22,7 @@ RenderScene Small(const RenderScene& scene) {
       const cv::Size size = view.photograph->LevelSize(skip);
       return std::max(size.width, size.height);
     };
-    while (longer() > kChoiceSizePx) ++skip;
+    while (longer() > size_px) ++skip;
     view.photograph = FromLevel(view.photograph, skip);
     view.camera = view.camera.ScaledTo(view.photograph->size().width, view.photograph->size().height);
   }
@@ -35,18 +30,18 @@ RenderScene Small(const RenderScene& scene) {
 }
 
 std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
-                              const std::vector<std::shared_ptr<const Proxy>>& proxies,
-                              RendererKind renderer) {
-  const int every = std::max(2, static_cast<int>(scene.views.size()) / kChoiceViews);
+                              const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
+                              int views_left_out) {
+  const int every = std::max(2, static_cast<int>(scene.views.size()) / views_left_out);
   const EvaluateSummary summary =
       Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
     const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
-    // Where views span no surface several fields come to the same one.
+    // Where the viewpoints span no surface, several fields become the same one.
     const bool again = std::any_of(candidates.begin(), candidates.end(), [&](const ScoredChoice& other) {
-      return other.proxy == proxy && NameOf(other.field) == NameOf(result.used);
+      return other.proxy == proxy && FieldText(other.field) == FieldText(result.used);
     });
     if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
   }
@@ -57,19 +52,18 @@ std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
   std::string text;
   for (const ScoredChoice& candidate : candidates)
     text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ",
-                        by_proxy ? candidate.proxy->Name() : NameOf(candidate.field), candidate.psnr_db);
+                        by_proxy ? candidate.proxy->Name() : FieldText(candidate.field), candidate.psnr_db);
   return text;
 }
 
 ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
-                      const ScoredChoice& chosen, bool by_proxy) {
+                      const ScoredChoice& chosen, bool by_proxy, double within_db) {
   ModelChoice explained{
       question,
-      fmt::format("the first within {} dB of the best on views that were left out, in this order",
-                  kPreferredWithinDb),
+      fmt::format("the first within {} dB of the best on views that were left out, in this order", within_db),
       {}};
   for (const ScoredChoice& candidate : tried)
-    explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : NameOf(candidate.field),
+    explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : FieldText(candidate.field),
                                     fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
   return explained;
 }
@@ -78,7 +72,7 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
   return {question, "nothing was compared", {{model, why, true}}};
 }
 
-// What shows few views, or views on a line, best.
+// The field for few views, or for views on a line.
 std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
   const auto found = std::find_if(fields.begin(), fields.end(), [](const FieldOptions& field) {
     return field.kind == FieldKind::kLumigraph;
@@ -86,45 +80,46 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
   return found == fields.end() ? std::nullopt : std::optional(*found);
 }
 
-// A mesh that was asked for may be another scene's, or in other coordinates.
-void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer) {
+// A mesh that the user names may be of another scene, or in other coordinates.
+void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
+                       const ChoiceOptions& options) {
   if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
-  const double by_plane =
-      Try(Small(scene), {choice.field}, {std::make_shared<PlaneProxy>(scene.subject)}, renderer)
-          .front()
-          .psnr_db;
+  const double by_plane = Try(Small(scene, options.size_px), {choice.field},
+                              {std::make_shared<PlaneProxy>(scene.subject)}, renderer, options.views_left_out)
+                              .front()
+                              .psnr_db;
   double by_mesh = 0;
   for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
   if (by_mesh < by_plane)
     spdlog::warn(
         "over {} left-out views come out worse than over the plane through the subject ({:.1f} dB, {:.1f}): "
-        "is "
-        "it a mesh of this scene, in the light field's world?",
+        "is it a "
+        "mesh of this scene, in the light field's world?",
         choice.proxy->Name(), by_mesh, by_plane);
 }
 
 }  // namespace
 
-const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates) {
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
   const auto best = std::max_element(candidates.begin(), candidates.end(),
                                      [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
   return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
-    return candidate.psnr_db >= best->psnr_db - kPreferredWithinDb;
+    return candidate.psnr_db >= best->psnr_db - within_db;
   });
 }
 
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
-                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer) {
+                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
+                        const ChoiceOptions& options) {
   Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}, {}};
-  const bool few = static_cast<int>(scene.views.size()) < kLeastViewsToCompare;
+  const bool few = static_cast<int>(scene.views.size()) < options.fewest_views;
   const auto untried = [&](const std::string& why) {
     choice.explained = {Untried("proxy", choice.proxy->Name(), why),
-                        Untried("blending field", NameOf(choice.field), why)};
+                        Untried("blending field", FieldText(choice.field), why)};
     return choice;
   };
   if (choice.field.kind != fields.front().kind) {
-    choice.why = FieldName(choice.field.kind) +
-                 " weights are used, the others are not to be had from these viewpoints";
+    choice.why = FieldName(choice.field.kind) + " weights are used: these viewpoints allow no others";
     if (proxies.size() == 1) return untried("the viewpoints span no surface");
   }
   const bool open = fields.size() > 1 || proxies.size() > 1;
@@ -132,33 +127,35 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     if (const auto lumigraph = LumigraphAmong(fields)) choice.field = FieldThatServes(*lumigraph, scene.mesh);
     choice.proxy = proxies.back();
     choice.why += fmt::format("{}{} with the {} proxy: {}, too few to leave some out and compare",
-                              choice.why.empty() ? "" : "; ", NameOf(choice.field), choice.proxy->Name(),
+                              choice.why.empty() ? "" : "; ", FieldText(choice.field), choice.proxy->Name(),
                               Counted(scene.views.size(), "view"));
     return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
-                               kLeastViewsToCompare));
+                               options.fewest_views));
   }
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
 
-  const RenderScene small = Small(scene);
+  const RenderScene small = Small(scene, options.size_px);
   if (proxies.size() > 1) {
-    const auto tried = Try(small, {fields.front()}, proxies, renderer);
-    choice.proxy = FirstWithinTolerance(tried).proxy;
-    choice.explained.push_back(Explained("proxy", tried, FirstWithinTolerance(tried), true));
+    const auto tried = Try(small, {fields.front()}, proxies, renderer, options.views_left_out);
+    const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
+    choice.proxy = chosen.proxy;
+    choice.explained.push_back(Explained("proxy", tried, chosen, true, options.within_db));
     choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
                               Listed(tried, true));
     choice.candidates = tried;
   }
   if (fields_differ) {
-    const auto tried = Try(small, fields, {choice.proxy}, renderer);
-    choice.field = FirstWithinTolerance(tried).field;
-    choice.explained.push_back(Explained("blending field", tried, FirstWithinTolerance(tried), false));
-    choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", NameOf(choice.field),
+    const auto tried = Try(small, fields, {choice.proxy}, renderer, options.views_left_out);
+    const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
+    choice.field = chosen.field;
+    choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
+    choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", FieldText(choice.field),
                               Listed(tried, false));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
   }
-  choice.why += fmt::format(" on left-out views; the first within {} dB of the best, in this order",
-                            kPreferredWithinDb);
+  choice.why +=
+      fmt::format(" on left-out views; the first within {} dB of the best, in this order", options.within_db);
   return choice;
 }
 
@@ -176,14 +173,11 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
     fields[3].kind = FieldKind::kLumigraph;
     if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it is the first
   }
-  std::vector<std::shared_ptr<const Proxy>> proxies;
-  if (proxy != kAuto) {
-    proxies = {ProxyFromName(proxy, scene.subject, light_field)};
-  } else {
-    proxies = EveryProxyOf(light_field, scene.subject);
-  }
+  const std::vector<std::shared_ptr<const Proxy>> proxies =
+      proxy == kAuto ? EveryProxyOf(light_field, scene.subject)
+                     : std::vector{ProxyFromName(proxy, scene.subject, light_field)};
   Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
-  if (proxy != kAuto) WarnOfStrangeMesh(scene, choice, renderer);
+  if (proxy != kAuto) WarnOfStrangeMesh(scene, choice, renderer, {});
   return choice;
 }
 

@@ -1,7 +1,7 @@
-// Which blending field and which proxy a light field deserves, by evidence: a few views are left out,
-// rendered small from the others, and compared with their photographs. The first, in an order of preference,
-// that is within a margin of the best is taken. A mesh that was built from all views knows the left-out ones,
-// too, and scores a little too well.
+// Chooses the blending field and the proxy of a light field by evidence: a few views are left out, rendered
+// small from the others, and compared with their photographs. The choice is the first candidate, in an order
+// of preference, that is within a margin of the best. A mesh that was made from all views knows the left-out
+// ones as well and scores a little too well.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 #include "core/base/model_choice.h"
 #include "render/fields/blending_field.h"
 #include "render/proxy/proxy.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 
 namespace ulf::render {
@@ -26,32 +26,39 @@ struct ScoredChoice {
 struct Choice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
-  std::vector<ScoredChoice> candidates;  // none where there was nothing to choose
+  std::vector<ScoredChoice> candidates;  // empty where nothing was compared
   std::string why;                       // one line for people
   std::vector<ModelChoice> explained;    // of the proxy, and of the field
 };
 
 inline constexpr char kAuto[] = "auto";
-inline constexpr double kPreferredWithinDb = 0.3;
-inline constexpr int kLeastViewsToCompare = 10;
-inline constexpr int kChoiceViews = 8;     // left out, evenly through the light field
-inline constexpr int kChoiceSizePx = 320;  // longer side of the pictures
 
-// The first of the candidates, of which there is one at least, that is within kPreferredWithinDb of the best.
-const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates);
+struct ChoiceOptions {
+  // The first candidate that is at most this much worse than the best is chosen. Guessed.
+  double within_db = 0.3;
+  // With fewer views nothing is left out and compared. Guessed.
+  int fewest_views = 10;
+  int views_left_out = 8;  // about, evenly through the light field. Guessed.
+  int size_px = 320;       // longer side of the pictures, at most. Guessed.
+};
 
-// `fields` and `proxies`: in order of preference, proxies the simplest first. Every proxy is tried with the
-// first field, then every field with the proxy that was chosen: what geometry brings is more than what
-// weights bring. Fewer than ten views are too few to leave some out: then it is lumigraph weights, where they
-// are among the fields, which do not smooth over the little there is, and the last proxy, the one that knows
-// most. Lumigraph weights serve as well where the viewpoints span no surface.
+// The first of the candidates (at least one) that is within `within_db` of the best.
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates,
+                                         double within_db = ChoiceOptions().within_db);
+
+// `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
+// the first field, then every field with the chosen proxy, because geometry matters more than weights. With
+// too few views to leave some out, the choice is lumigraph weights, if they are among the fields, because
+// they smooth the least, and the last proxy, which has the most geometry. Lumigraph weights are also used
+// where the viewpoints span no surface.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
-                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer);
+                        const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
+                        const ChoiceOptions& options = {});
 
-// What a command line asks for: "auto" leaves the choice of subdivision (with `level`), linear, subdivision
-// in the limit, and lumigraph weights to the evidence, and that of the plane and of the light field's own
-// points and mesh where it has them. Subdivision comes first for being the calmest in motion, which views
-// that stand still do not tell; then what costs less.
+// The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
+// `details`' level), linear, subdivision in the limit, and lumigraph weights; the proxy among the plane and
+// the light field's own points and mesh. Subdivision comes first because it is the calmest in motion, which
+// left-out views do not show; then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer);

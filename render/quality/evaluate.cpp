@@ -5,12 +5,15 @@
 
 #include "core/base/at.h"
 #include "core/base/error.h"
-#include "render/scene/reference_renderer.h"
+#include "core/base/quantile.h"
+#include "core/geometry/pinhole.h"
+#include "render/gl/make_renderer.h"
+#include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
 namespace {
 
-// Views whose vertex lies on the rim, or that have none.
+// Views whose vertex lies on the rim, or that have no vertex.
 std::vector<bool> OnRim(const RenderScene& scene) {
   std::vector<bool> rim(scene.views.size(), scene.mesh.span == Span::kSurface);
   for (std::size_t v = 0; v < scene.mesh.vertices.size(); ++v)
@@ -45,7 +48,7 @@ struct Truth {
 
 ViewScore Score(Renderer& renderer, const Truth& truth) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
-  // The photograph's own exposure.
+  // Back to the photograph's own exposure.
   const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
   const cv::Mat rendered = Srgb8FromLinear(exposed);
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
@@ -67,8 +70,7 @@ UndistortedPhotograph Undistort(const SceneView& view) {
   cv::Mat linear = cv::Mat::zeros(pinhole.height, pinhole.width, CV_32FC3);
   for (int y = 0; y < pinhole.height; ++y)
     for (int x = 0; x < pinhole.width; ++x) {
-      const auto img = view.camera.ImgFromCam(
-          {(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
+      const auto img = view.camera.ImgFromCam(PinholeRay(pinhole, x, y));
       const cv::Vec4f light =
           img && view.camera.Contains(*img) ? SampleLevel(pixels, view.camera, *img) : cv::Vec4f::all(0);
       linear.at<cv::Vec3f>(y, x) = {light[0], light[1], light[2]};
@@ -126,8 +128,8 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   for (const auto& [proxy, field] : combinations) {
     if (renderer->scene().proxy != proxy) renderer->SetProxy(proxy);
     renderer->SetField(field);
-    renderer->Render(truths.front().camera,
-                     truths.front().view->cam_from_world);  // drivers compile at the first frame
+    // Drivers compile at the first picture, which therefore is not timed.
+    renderer->Render(truths.front().camera, truths.front().view->cam_from_world);
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;
     for (const Truth& truth : truths) {
@@ -140,9 +142,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
         progress->Show(static_cast<double>(++done) / static_cast<double>(truths.size() * combinations.size()),
                        proxy->Name() + ", " + FieldName(field.kind));
     }
-    std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
-                     times.end());
-    result.ms_per_frame = times[times.size() / 2];
+    result.ms_per_frame = Median(times);
     result.inside = MeanOf(result.views, true, false);
     result.rim = MeanOf(result.views, false, true);
     result.all = MeanOf(result.views, true, true);

@@ -1,10 +1,10 @@
 // Held-out evaluation: every k-th view is left out, rendered from the others, and compared with its
 // photograph.
 //
-// Compared is the pinhole rendering with the undistorted photograph, in 8-bit sRGB, on the full frame and
-// inside the silhouette of the subject's sphere. Pixels that nothing covers are filled from the nearest view
-// and count like all others; only pixels for which undistortion has no photograph are left out. Views on the
-// rim of the hull of all viewpoints, which must be extrapolated, are reported apart.
+// The pinhole rendering is compared with the undistorted photograph, in 8-bit sRGB, on the full image and
+// inside the silhouette of the subject's sphere (the disc). Pixels that other views fill count like all
+// others; only pixels where the undistorted photograph is empty are left out. Views on the rim of the hull of
+// all viewpoints, which must be extrapolated, are reported separately.
 #pragma once
 
 #include <string>
@@ -12,14 +12,15 @@
 
 #include "core/base/progress.h"
 #include "render/quality/quality.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
 struct EvaluateOptions {
   int every = 8;
   std::vector<FieldOptions> fields = {};
-  // Each of them with each field; empty: the scene's own. Their geometry should not know the left-out views.
+  // Each proxy is combined with each field; empty: the scene's own proxy. Their geometry should not come from
+  // the left-out views.
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
@@ -39,14 +40,14 @@ struct MeanScore {
 };
 
 struct FieldScore {
-  FieldOptions asked, used;  // they differ where the viewpoints do not allow what was asked
+  FieldOptions asked, used;  // they differ where the viewpoints do not allow the field that was asked for
   std::string proxy;
   MeanScore inside = {}, rim = {}, all = {};
   double ms_per_frame = 0;  // median
   long filled_px = 0, empty_px = 0;
   std::vector<ViewScore> views = {};
 
-  // The figures that count: of the views inside the hull, of all where none is inside.
+  // The mean of the views inside the hull; of all views where none is inside.
   const MeanScore& Main() const { return inside.views > 0 ? inside : all; }
 };
 
@@ -59,15 +60,14 @@ struct EvaluateSummary {
   std::vector<FieldScore> results = {};
 };
 
-// `scene` with all views. Throws UsageError when nothing is left in or out.
+// `scene`: with all views. Throws UsageError for an `every` below 2, Error for fewer than two views.
 EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options,
                          Progress* progress = nullptr);
 
-// The photograph as a pinhole camera would have taken it (CameraModel::WithoutDistortion, same size), and
-// where there is one (CV_8U).
+// The photograph as a pinhole camera would have taken it (CameraModel::WithoutDistortion, same size).
 struct UndistortedPhotograph {
   cv::Mat srgb8;
-  cv::Mat valid;
+  cv::Mat valid;  // CV_8U, 0 where the photograph has no light for a pixel
 };
 UndistortedPhotograph Undistort(const SceneView& view);
 

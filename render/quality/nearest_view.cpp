@@ -4,13 +4,14 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/geometry/pinhole.h"
 #include "render/quality/evaluate.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 namespace {
 
-// Display values of the common exposure, by a view's own.
+// Display values with the common exposure, for each display value of a view.
 cv::Mat ExposureTable(const SceneView& view) {
   cv::Mat table(1, 256, CV_8UC1);
   for (int i = 0; i < 256; ++i) {
@@ -21,17 +22,11 @@ cv::Mat ExposureTable(const SceneView& view) {
   return table;
 }
 
-Eigen::Matrix3d Intrinsics(const CameraModel& camera) {
-  Eigen::Matrix3d k;
-  k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  return k;
-}
-
 }  // namespace
 
 NearestViewRenderer::NearestViewRenderer(const RenderScene& scene, Progress* progress)
     : subject_(scene.subject) {
-  if (scene.views.empty()) throw Error("there are no views to look at");
+  if (scene.views.empty()) throw Error("there are no views to show");
   for (const SceneView& view : scene.views) {
     Flat flat{view.camera.WithoutDistortion(), view.cam_from_world,
               (view.center_in_world - subject_.center_in_world).normalized(), Undistort(view).srgb8};
@@ -59,9 +54,9 @@ int NearestViewRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_
   const Rigid3 view_from_cam = view.cam_from_world * cam_from_world.Inverse();
   // On the plane n.x = d: x' = R x + t = (R + t n^T / d) x.
   Eigen::Matrix3d homography =
-      Intrinsics(view.camera) *
+      PinholeMatrix(view.camera) *
       (view_from_cam.RotationMatrix() + view_from_cam.translation * plane.normal.transpose() / plane.offset) *
-      Intrinsics(camera).inverse();
+      PinholeMatrix(camera).inverse();
   // OpenCV counts pixel centres as integers.
   Eigen::Matrix3d up = Eigen::Matrix3d::Identity(), down = Eigen::Matrix3d::Identity();
   up(0, 2) = up(1, 2) = 0.5;

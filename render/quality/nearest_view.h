@@ -1,7 +1,7 @@
-// The cheapest way to look at a light field (thesis, section 4, the phone prototype): of all photographs the
-// one whose direction from the subject is nearest to the virtual camera's, shown as the plane through the
-// subject that faces the camera would show it. One homography a picture, no OpenGL; a step, not a blend,
-// where the nearest photograph changes. FieldKind::kNearest chooses by pixel, and costs accordingly.
+// The cheapest renderer of a light field (thesis, section 4, the phone prototype): it shows the photograph
+// whose direction from the subject is nearest to the virtual camera's, projected onto the plane through the
+// subject that faces the camera. A picture is one homography, without OpenGL; where the nearest photograph
+// changes there is a jump. FieldKind::kNearest chooses a view for each pixel, which costs more.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@ namespace ulf::render {
 
 class NearestViewRenderer {
  public:
-  // Removes every photograph's distortion and brings them to one exposure: a copy of the first pyramid level
-  // (SceneOptions::size_limit_px keeps it small).
+  // Copies the finest level of every photograph, without distortion and with a common exposure
+  // (SceneOptions::size_limit_px keeps the copies small).
   explicit NearestViewRenderer(const RenderScene& scene, Progress* progress = nullptr);
 
   // Index into the scene's views.

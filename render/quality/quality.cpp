@@ -6,17 +6,19 @@
 namespace ulf::render {
 namespace {
 
+// Of Wang et al. 2004, section III B.
 constexpr int kWindow = 11;
+constexpr double kSigma = 1.5, kLuminance = 0.01, kContrast = 0.03;
 
 cv::Mat Blurred(const cv::Mat& image) {
   cv::Mat result;
-  cv::GaussianBlur(image, result, {kWindow, kWindow}, 1.5, 1.5, cv::BORDER_REFLECT_101);
+  cv::GaussianBlur(image, result, {kWindow, kWindow}, kSigma, kSigma, cv::BORDER_REFLECT_101);
   return result;
 }
 
 // Per pixel and channel, CV_64FC3.
 cv::Mat SsimMap(const cv::Mat& a8, const cv::Mat& b8) {
-  const double c1 = std::pow(0.01 * 255, 2), c2 = std::pow(0.03 * 255, 2);
+  const double c1 = std::pow(kLuminance * 255, 2), c2 = std::pow(kContrast * 255, 2);
   cv::Mat a, b;
   a8.convertTo(a, CV_64F);
   b8.convertTo(b, CV_64F);

@@ -8,10 +8,7 @@ namespace ulf::render {
 namespace {
 
 std::string NameOf(const FieldScore& score) {
-  const std::string level = score.used.kind == FieldKind::kSubdivision
-                                ? fmt::format(" {}", LevelName(score.used.level))
-                                : std::string();
-  const std::string used = FieldName(score.used.kind) + level;
+  const std::string used = FieldText(score.used);
   return score.asked.kind == score.used.kind ? used
                                              : fmt::format("{} as {}", FieldName(score.asked.kind), used);
 }

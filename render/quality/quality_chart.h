@@ -1,4 +1,4 @@
-// What pictures of left-out views are worth against what they cost, as a chart.
+// A chart of the quality of pictures of left-out views over the time that a picture takes.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace ulf::render {
 
-// `series` says what has a colour, `name` what stands beside the point.
+// A point: `series` gives its colour, `name` its text.
 ChartRow QualityRow(const std::string& series, const std::string& name, double ms, double psnr_db);
 Chart QualityChart(const std::string& title, const std::string& about, std::vector<ChartRow> points);
 
-// Each proxy a colour, each field a point.
+// One colour for each proxy, one point for each field.
 Chart QualityChart(const EvaluateSummary& summary, const std::string& light_field);
 
 }  // namespace ulf::render

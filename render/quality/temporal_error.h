@@ -1,11 +1,11 @@
-// How restless a rendering is over time, against the truth of the same camera path.
+// How restless a rendering is over time, compared with the true pictures of the same camera path.
 //
-// e(t) = rendering - truth at a pixel, in display levels of 255. Its second difference over time,
-// e(t-1) - 2 e(t) + e(t+1), is zero for an error that stays or changes evenly, large for one that comes and
-// goes: flicker, jumps, popping. Truth's own motion is no error, and a blur, which lacks detail that moves,
-// is one. The temporal error is the second difference's root mean square, over all pixels and channels; its
-// square is the energy. An error that moves with the picture counts by how fast it moves, so errors can be
-// compared along one path, at one number of pictures.
+// e(t) = rendering - truth at a pixel, in display levels of 255. The second difference over time, e(t-1) - 2
+// e(t) + e(t+1), is zero for an error that stays or changes evenly, and large for flicker, jumps and popping.
+// The motion in the true pictures is no error; a blur, which lacks the details that move, is one. The
+// temporal error is the root mean square of the second difference over all pixels and channels, the energy
+// its square. An error that moves with the picture counts more the faster it moves, so that only errors along
+// one path with one number of pictures can be compared.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -15,15 +15,16 @@ namespace ulf::render {
 
 class TemporalError {
  public:
-  // The next picture and its truth: DisplayLevels(). `disc`: where the subject is, CV_8U.
+  // Adds the next picture and the true one, both as DisplayLevels(). `disc`: CV_8U, nonzero where the subject
+  // is.
   void Add(const cv::Mat& rendered, const cv::Mat& truth, const cv::Mat& disc);
 
-  // Zero before the third picture.
+  // The temporal error on the full image and in the disc; zero before the third picture.
   double FrameRms() const;
   double DiscRms() const;
-  // Of the pictures themselves, in dB.
+  // PSNR of all pictures together.
   double PsnrDb() const;
-  // Over the frame, for each picture but the first and the last.
+  // On the full image, at each picture except the first and the last.
   const std::vector<double>& over_time() const { return over_time_; }
 
  private:

@@ -10,14 +10,16 @@
 #include "core/base/at.h"
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "core/plot/gnuplot.h"
+#include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/temporal_error.h"
 
 namespace ulf::render {
 namespace {
 
-// True pictures are kept in 16 bits of display levels: each is compared with many renderings.
+// True pictures are kept as display levels in 16 bits, because each is compared with many renderings.
 constexpr double kSixteenBits = 65535.0 / 255;
 
 struct TrueFrame {
@@ -35,8 +37,10 @@ std::vector<TrueFrame> TrueFrames(const RenderScene& scene, const CameraPath& pa
                                   Progress* progress) {
   const int frames = static_cast<int>(path.cam_from_world.size());
   const CameraModel& first = path.cameras.front();
-  const double bytes = 7.0 * first.width * first.height * frames;
-  if (bytes > 0.8 * static_cast<double>(AvailableMemory()))
+  constexpr double kBytesPerPixel = 7;   // TrueFrame
+  constexpr double kMostOfMemory = 0.8;  // the rest is for rendering
+  const double bytes = kBytesPerPixel * first.width * first.height * frames;
+  if (bytes > kMostOfMemory * static_cast<double>(AvailableMemory()))
     throw Error("{} true pictures of {}x{} do not fit into memory; give fewer --frames or a smaller --width",
                 frames, first.width, first.height);
   std::vector<TrueFrame> truths;
@@ -51,11 +55,7 @@ std::vector<TrueFrame> TrueFrames(const RenderScene& scene, const CameraPath& pa
   return truths;
 }
 
-std::string NameOf(const TemporalScore& score) {
-  const std::string level =
-      score.used.kind == FieldKind::kSubdivision ? fmt::format(" {}", LevelName(score.used.level)) : "";
-  return fmt::format("{}{}, {}", FieldName(score.used.kind), level, score.proxy);
-}
+std::string NameOf(const TemporalScore& score) { return FieldText(score.used) + ", " + score.proxy; }
 
 }  // namespace
 
@@ -87,7 +87,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
     renderer->SetProxy(proxy);
     for (const FieldOptions& field : options.fields) {
       renderer->SetField(field);
-      renderer->Render(path.cameras.front(), path.cam_from_world.front());  // drivers compile at the first
+      renderer->Render(path.cameras.front(), path.cam_from_world.front());  // drivers compile at it
       TemporalScore score{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
       score.strip.create(summary.height, frames, CV_8UC3);
       TemporalError error;
@@ -105,8 +105,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
           progress->Show(static_cast<double>(++done) / static_cast<double>(all),
                          proxy->Name() + ", " + FieldName(field.kind));
       }
-      std::nth_element(times.begin(), times.begin() + frames / 2, times.end());
-      score.ms_per_frame = times[At(frames / 2)];
+      score.ms_per_frame = Median(times);
       score.temporal_error = error.FrameRms();
       score.temporal_error_disc = error.DiscRms();
       score.psnr_db = error.PsnrDb();
@@ -119,7 +118,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
 
 cv::Mat StripPicture(const TemporalSummary& summary) {
   constexpr int kLabelHeight = 22, kLeastWidth = 480;
-  // The middle half of the column: that is where the subject is.
+  // The middle half of the column, where the subject is.
   const cv::Range rows(summary.height / 4, summary.height - summary.height / 4);
   const int scale = std::max(1, (kLeastWidth + summary.frames - 1) / summary.frames);
   std::vector<std::pair<std::string, cv::Mat>> strips{{"truth", summary.true_strip}};

@@ -1,5 +1,5 @@
-// Blending fields and proxies compared along a camera path whose true pictures are known: temporal_error.h of
-// each, and the picture of thesis figure 5-4, one column of the image over time.
+// Compares blending fields and proxies along a camera path whose true pictures are known: by
+// temporal_error.h, and with the picture of thesis figure 5-4, one column of the image over time.
 #pragma once
 
 #include <string>
@@ -8,27 +8,26 @@
 #include "core/base/progress.h"
 #include "render/output/camera_path.h"
 #include "render/quality/truth.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
 struct TemporalOptions {
-  CameraPath path;  // with a camera for each pose, all of one size
+  CameraPath path;  // with a camera for each pose, all with one image size
   std::vector<FieldOptions> fields = {};
-  std::vector<std::shared_ptr<const Proxy>> proxies = {};  // each of them with each field
+  std::vector<std::shared_ptr<const Proxy>> proxies = {};  // each is combined with each field
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
 };
 
 struct TemporalScore {
-  FieldOptions asked, used;  // they differ where the viewpoints do not allow what was asked
+  FieldOptions asked, used;  // they differ where the viewpoints do not allow the field that was asked for
   std::string proxy;
-  // Root mean square of the error's second difference over time, in levels of 255: on the full frame, and in
-  // the silhouette of the subject's sphere.
+  // Levels of 255: on the full image, and in the silhouette of the subject's sphere.
   double temporal_error = 0, temporal_error_disc = 0;
-  double psnr_db = 0;  // of all pictures as one
+  double psnr_db = 0;  // of all pictures together
   double ms_per_frame = 0;
-  std::vector<double> over_time = {};  // temporal error at each picture but the first and the last
+  std::vector<double> over_time = {};  // temporal error at each picture except the first and the last
   cv::Mat strip = {};                  // 8-bit sRGB: column t is the middle column of picture t
 };
 
@@ -39,12 +38,12 @@ struct TemporalSummary {
   std::vector<TemporalScore> results = {};
 };
 
-// Throws Error for a path of fewer than three pictures, and when the truth does not fit into memory.
+// Throws Error for a path of fewer than three pictures, and where the true pictures do not fit into memory.
 TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene,
                                  const TemporalOptions& options, TruthSource& truth,
                                  Progress* progress = nullptr);
 
-// All strips with their names, truth on top.
+// All strips with their names, the true one on top.
 cv::Mat StripPicture(const TemporalSummary& summary);
 
 // Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf).

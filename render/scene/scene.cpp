@@ -8,15 +8,17 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf::render {
 namespace {
 
-// Exposure times gain (over f-number squared), the median view's being 1. Where no view tells its exposure
-// its gain is what a capture made of neighbouring photographs (coverage/session/record/exposure), 1 in
-// others; all 1 where only some tell.
+// For each view the factor that brings its light to that of the median view: exposure time times gain over
+// f-number squared. Where no view has an exposure time, the gain alone counts: a capture estimates it from
+// neighbouring photographs (coverage/session/record/exposure). All 1 where only some views have an
+// exposure time.
 std::vector<float> ExposureScales(const LightField& light_field) {
   std::vector<double> exposures;
   const bool told = std::any_of(light_field.views.begin(), light_field.views.end(),
@@ -27,30 +29,29 @@ std::vector<float> ExposureScales(const LightField& light_field) {
   }
   std::vector<float> scales(exposures.size(), 1.0f);
   if (exposures.empty() || *std::min_element(exposures.begin(), exposures.end()) <= 0) return scales;
-  std::vector<double> sorted = exposures;
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  const double median = Median(exposures);
   for (std::size_t i = 0; i < scales.size(); ++i) scales[i] = static_cast<float>(median / exposures[i]);
   return scales;
 }
 
-// Where 8 bits would lose light: a master or a photograph holds more, a flat field is divided out, or
-// exposures are more than a stop apart, so that some photographs are lifted out of their shadows. Only the
-// linear form knows of parts without light, which is what masks leave.
-bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales) {
+// Where 8 bits would lose light: a master or a photograph holds more, a flat field is divided out, or the
+// exposures differ much, so that some photographs are brightened. Masks need the linear form, too: only it
+// has pixels without light.
+bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales, float most_exposure_ratio) {
   const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
-  return *most > 2 * *least || !light_field.flat_fields.empty() ||
+  return *most > most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
          std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
            return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
          });
 }
 
-bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales, PhotographForm form) {
-  if (form != PhotographForm::kAuto) return form == PhotographForm::kLinear;
-  return NeedsLinear(light_field, scales);
+bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
+                 const SceneOptions& options) {
+  if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
+  return NeedsLinear(light_field, scales, options.most_exposure_ratio);
 }
 
-// Poses of another convention than ours render, but show nothing.
+// Poses of another convention than ours can be rendered, but the pictures are empty.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
   if (std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
         return (view.cam_from_world * subject.center_in_world).z() > -subject.radius;
@@ -102,9 +103,11 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   if (light_field.subject) return *light_field.subject;
   if (const auto found = SubjectFromAxes(light_field)) return *found;
   throw UsageError(
-      "{}: the light field names no subject and its optical axes meet nowhere before the cameras (they are "
+      "{}: the light field names no subject, and its optical axes do not meet in front of the cameras (they "
+      "are "
       "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
-      "down); say where it is with --subject x,y,z,radius",
+      "down); "
+      "give its place with --subject x,y,z,radius",
       light_field.root.string());
 }
 
@@ -119,7 +122,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
   const std::vector<float> scales = ExposureScales(light_field);
   scene->store = std::make_shared<PhotographStore>(
-      light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options.form),
+      light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options),
                                           .size_limit_px = options.size_limit_px,
                                           .memory_limit_mb = options.memory_limit_mb});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
@@ -183,7 +186,7 @@ cv::Vec3f ViewColor(int index) {
     return static_cast<float>(h >> 8) / 16777216.0f;
   };
   next();
-  // Hue at random; saturation and brightness high enough that neighbours differ.
+  // A random hue; saturation and brightness are high enough for neighbours to differ.
   const float hue = 6 * next(), saturation = 0.55f + 0.45f * next(), value = 0.55f + 0.45f * next();
   const auto channel = [&](float offset) {
     const float k = std::fmod(offset + hue, 6.0f);

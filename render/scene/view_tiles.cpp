@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/at.h"
+#include "render/proxy/depth_raster.h"
 
 namespace ulf::render {
 
@@ -15,33 +16,30 @@ using Eigen::Vector4d;
 
 namespace {
 
-constexpr int kLeastTilePx = 32, kTilesAcross = 32;
-constexpr std::size_t kFewViews = 4;  // are not worth smaller tiles
-constexpr double kMargin = 0.02;      // of an image's size: slopes of distorted ones are sampled
-
-// Linear over a picture's (x, y, 1, 1 / depth).
+// A linear function of a point in the camera's frame, divided by the point's depth, as a function of the
+// picture's (x, y, 1, 1 / depth).
 Vector4d OfPixel(const Eigen::RowVector3d& of_ray, double of_nearness, const CameraModel& camera) {
   const double x = of_ray.x() / camera.fx, y = of_ray.y() / camera.fy;
   return {x, y, of_ray.z() - x * camera.cx - y * camera.cy, of_nearness};
 }
 
-// Inside where all are positive.
+// A point is inside where all are positive.
 using HalfSpaces = std::array<Vector4d, 5>;
 
 struct Candidate {
   int view = 0;
   bool ends = false;
-  bool whole = false;  // has all of the tile, or it is not known what it has
+  bool whole = false;  // its image has all of the tile, or it cannot be tested
   HalfSpaces outer, inner;
 };
 
-// How near triangles are, and with them what lies between them.
+// The range of 1 / depth of the triangles.
 struct Extent {
   double least_nearness = 1e300, most_nearness = 0;
 };
 
 Extent ExtentOf(const Eigen::AlignedBox3f& box, const ViewTiler::Picture& picture) {
-  const double nearest = 1e-4 * picture.plane.offset;  // what is drawn at all
+  const double nearest = kNearShare * picture.plane.offset;  // nearer triangles are not drawn
   Extent extent;
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d p = picture.cam_from_world *
@@ -56,13 +54,14 @@ Extent ExtentOf(const Eigen::AlignedBox3f& box, const ViewTiler::Picture& pictur
 class Splitter {
  public:
   Splitter(const ViewTiler::Picture& picture, const std::optional<Extent>& triangles, int enough,
-           ViewTiles& tiles)
+           const ViewTilerOptions& options, ViewTiles& tiles)
       : picture_(picture),
         triangles_(triangles),
         enough_(enough),
+        few_views_(options.few_views),
         plane_(OfPixel(picture.plane.normal.transpose(), 0, picture.camera) / picture.plane.offset),
-        least_px_(
-            std::max(kLeastTilePx, std::max(picture.camera.width, picture.camera.height) / kTilesAcross)),
+        least_px_(std::max(options.least_tile_px,
+                           std::max(picture.camera.width, picture.camera.height) / options.tiles_across)),
         tiles_(tiles) {}
 
   void Split(const cv::Rect& px, const std::vector<Candidate>& all,
@@ -80,7 +79,7 @@ class Splitter {
       found += whole && candidate.ends;
       if (found == enough_) break;
     }
-    if (settled || left.size() <= kFewViews || std::max(px.width, px.height) <= least_px_) {
+    if (settled || left.size() <= few_views_ || std::max(px.width, px.height) <= least_px_) {
       const int first = static_cast<int>(tiles_.views.size());
       for (const auto& [index, whole] : left) tiles_.views.push_back(all[At(index)].view);
       tiles_.tiles.push_back({px, first, static_cast<int>(tiles_.views.size())});
@@ -96,7 +95,7 @@ class Splitter {
   }
 
  private:
-  // Points whose convex hull, in (x, y, 1, 1 / depth), has all that is to be seen in the tile.
+  // Points whose convex hull, in (x, y, 1, 1 / depth), contains everything that the tile shows.
   void FindCorners(const cv::Rect& px) {
     const double least = 1 / picture_.plane.far_depth;
     std::array<Vector4d, 4> on_plane;
@@ -140,6 +139,7 @@ class Splitter {
   const ViewTiler::Picture& picture_;
   const std::optional<Extent>& triangles_;
   int enough_;
+  std::size_t few_views_;
   Vector4d plane_;  // 1 / depth of the plane
   int least_px_;
   ViewTiles& tiles_;
@@ -148,32 +148,32 @@ class Splitter {
 
 }  // namespace
 
-ViewTiler::ViewTiler(const std::vector<SceneView>& views) {
-  // Most views have their camera in common with the one before.
+ViewTiler::ViewTiler(const std::vector<SceneView>& views, const ViewTilerOptions& options)
+    : options_(options) {
+  // Most views have the same camera as the view before.
   for (std::size_t i = 0; i < views.size(); ++i)
     slopes_.push_back(i > 0 && views[i].camera == views[i - 1].camera ? slopes_.back()
                                                                       : SlopesOf(views[i].camera));
 }
 
-std::optional<ViewTiler::Slopes> ViewTiler::SlopesOf(const CameraModel& camera) {
-  constexpr int kSteps = 32;
-  constexpr double kLeastForward = 0.1;  // of a unit ray
+std::optional<ViewTiler::Slopes> ViewTiler::SlopesOf(const CameraModel& camera) const {
+  constexpr int kSteps = 32;  // on each side of the image
   Eigen::AlignedBox2d box;
   for (int i = 0; i <= kSteps; ++i) {
     const double x = 1.0 * camera.width * i / kSteps, y = 1.0 * camera.height * i / kSteps;
     for (const Vector2d& img :
          {Vector2d(x, 0), Vector2d(x, camera.height), Vector2d(0, y), Vector2d(camera.width, y)}) {
       const auto ray = camera.RayFromImg(img);
-      if (!ray || ray->z() < kLeastForward) return std::nullopt;
+      if (!ray || ray->z() < options_.least_forward) return std::nullopt;
       box.extend(ray->head<2>() / ray->z());
     }
   }
   return Slopes{box.min(), box.max()};
 }
 
-void ViewTiler::Surround(const std::shared_ptr<const TriangleMesh>& triangles) {
-  if (triangles == surrounded_) return;
-  surrounded_ = triangles;
+void ViewTiler::UpdateBox(const std::shared_ptr<const TriangleMesh>& triangles) {
+  if (triangles == boxed_) return;
+  boxed_ = triangles;
   box_.setEmpty();
   if (triangles)
     for (const Eigen::Vector3f& vertex : triangles->vertices) box_.extend(vertex);
@@ -181,7 +181,7 @@ void ViewTiler::Surround(const std::shared_ptr<const TriangleMesh>& triangles) {
 
 ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const int> in_order,
                           const Picture& picture, const std::function<bool(int view)>& ends, int enough) {
-  Surround(picture.triangles);
+  UpdateBox(picture.triangles);
   std::optional<Extent> triangles;
   if (picture.triangles && !box_.isEmpty()) triangles = ExtentOf(box_, picture);
   const Rigid3 world_from_cam = picture.cam_from_world.Inverse();
@@ -197,7 +197,7 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
       const Eigen::Matrix3d r = view_from_cam.RotationMatrix();
       const auto row = [&](int i) { return OfPixel(r.row(i), view_from_cam.translation[i], picture.camera); };
       const Vector4d x = row(0), y = row(1), z = row(2);
-      const Vector2d margin = kMargin * (slopes->high - slopes->low);
+      const Vector2d margin = options_.margin * (slopes->high - slopes->low);
       const auto sides = [&](const Vector2d& low, const Vector2d& high) {
         return HalfSpaces{z, x - low.x() * z, high.x() * z - x, y - low.y() * z, high.y() * z - y};
       };
@@ -210,7 +210,7 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
     candidates.push_back({static_cast<int>(all.size()) - 1, candidate.whole});
   }
   ViewTiles tiles;
-  Splitter(picture, triangles, enough, tiles)
+  Splitter(picture, triangles, enough, options_, tiles)
       .Split({0, 0, picture.camera.width, picture.camera.height}, all, std::move(candidates));
   return tiles;
 }

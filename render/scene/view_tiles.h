@@ -1,6 +1,6 @@
-// Which recorded views have which part of a picture in their images: where a pixel looks through views until
-// one sees its point, all others need not be looked at. Conservative, by the half-spaces of the views'
-// images.
+// Which recorded views have which part of a picture in their images. Where a pixel goes through the views
+// until one sees its point, it can skip all others. A view is left out of a tile only when the half-spaces of
+// its image prove that it sees nothing of the tile.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,38 +20,55 @@ namespace ulf::render {
 struct ViewTiles {
   struct Tile {
     cv::Rect px;
-    int first = 0, end = 0;  // of `views`
+    int first = 0, end = 0;  // its part of `views`
   };
-  std::vector<Tile> tiles;  // the whole picture, each part once
-  std::vector<int> views;   // of each tile in the order in which they are looked through
+  std::vector<Tile> tiles;  // cover the picture without overlap
+  std::vector<int> views;   // of each tile, in the order in which its pixels go through them
+};
+
+struct ViewTilerOptions {
+  // A tile is not split below the larger of these two sizes: a fixed one, and this share of the picture's
+  // longer side. Smaller tiles cost more than they save. Guessed.
+  int least_tile_px = 32;
+  int tiles_across = 32;
+  // A tile with no more views is not split. Guessed.
+  std::size_t few_views = 4;
+  // Images are taken as larger or smaller by this share of their size: the edges of distorted images are
+  // sampled. Guessed.
+  double margin = 0.02;
+  // Of a unit ray: views with a ray whose z is smaller are not tested by half-spaces but kept everywhere.
+  // Guessed.
+  double least_forward = 0.1;
 };
 
 class ViewTiler {
  public:
-  explicit ViewTiler(const std::vector<SceneView>& views);
+  explicit ViewTiler(const std::vector<SceneView>& views, const ViewTilerOptions& options = {});
 
-  // What pixels of the picture show: the plane, and before or behind it points of triangles.
+  // What the picture shows: the plane, and points of triangles in front of it or behind it.
   struct Picture {
     CameraModel camera;  // without distortion
     Rigid3 cam_from_world;
     PlaneInCamera plane;
     std::shared_ptr<const TriangleMesh> triangles;
   };
-  // `ends`: a pixel needs none of the views behind `enough` such ones that have it in their images.
+  // `in_order`: the views in the order in which pixels go through them. `ends`: a pixel is done after
+  // `enough` views with this property that have it in their images.
   ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
                  const std::function<bool(int view)>& ends, int enough = 1);
 
  private:
-  // Of what an image has the slopes x/z and y/z; none where it reaches to the side of the camera.
+  // The range of x/z and y/z over an image; none where the image reaches to the side of the camera.
   struct Slopes {
     Eigen::Vector2d low, high;
   };
-  static std::optional<Slopes> SlopesOf(const CameraModel& camera);
-  void Surround(const std::shared_ptr<const TriangleMesh>& triangles);
+  std::optional<Slopes> SlopesOf(const CameraModel& camera) const;
+  void UpdateBox(const std::shared_ptr<const TriangleMesh>& triangles);
 
+  ViewTilerOptions options_;
   std::vector<std::optional<Slopes>> slopes_;
-  std::shared_ptr<const TriangleMesh> surrounded_;  // held: another may not come to lie where it was
-  Eigen::AlignedBox3f box_;                         // of the triangles
+  std::shared_ptr<const TriangleMesh> boxed_;  // held, so that another mesh cannot get its address
+  Eigen::AlignedBox3f box_;                    // of the triangles
 };
 
 }  // namespace ulf::render

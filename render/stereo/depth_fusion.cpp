@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/parallel_for.h"
+
 namespace ulf::render {
 namespace {
 
@@ -10,11 +12,11 @@ using Eigen::Vector3d;
 
 struct Reading {
   int x, y;
-  double point_depth;  // of the point that was asked about
+  double point_depth;  // of the point
   double map_depth;    // 0: none
 };
 
-// What a view's map holds where a point would be.
+// A view's map at the pixel where a point would be.
 std::optional<Reading> ReadMap(const ViewDepth& view, const Vector3d& point_in_world) {
   const Vector3d in_cam = view.view.cam_from_world * point_in_world;
   if (!(in_cam.z() > 0)) return std::nullopt;
@@ -48,7 +50,7 @@ cv::Mat Agreed(const std::vector<ViewDepth>& views, std::size_t index, const std
         if (Agree(view, reading->point_depth, reading->map_depth, options.tolerance_planes)) {
           const Vector3d there =
               view.view.center_in_world + reading->map_depth * view.view.RayInWorld(reading->x, reading->y);
-          // Along the own axis: the other map's pixel is not quite the same place.
+          // Its depth along the own axis: the pixel of the other map is not exactly the same place.
           const double own_depth = axis.dot(there - own.view.center_in_world);
           if (own_depth <= 0) continue;
           sum += 1 / own_depth;
@@ -63,7 +65,7 @@ cv::Mat Agreed(const std::vector<ViewDepth>& views, std::size_t index, const std
   return kept;
 }
 
-// Marks the pixels around one whose depth is that of the same surface.
+// Marks the pixels around one that show the same surface.
 void Mark(const ViewDepth& view, int x, int y, double depth, const FusionOptions& options, cv::Mat& taken) {
   const int radius = options.spacing_px;
   for (int v = std::max(0, y - radius); v <= std::min(taken.rows - 1, y + radius); ++v)
@@ -77,15 +79,7 @@ void Mark(const ViewDepth& view, int x, int y, double depth, const FusionOptions
 void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
                     const FusionOptions& options) {
   std::vector<cv::Mat> kept(views.size());
-  cv::parallel_for_(
-      cv::Range(0, static_cast<int>(views.size())),
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-          const std::size_t at = static_cast<std::size_t>(i);
-          kept[at] = Agreed(views, at, others[at], options);
-        }
-      },
-      static_cast<double>(views.size()));
+  ParallelFor(views.size(), [&](std::size_t i) { kept[i] = Agreed(views, i, others[i], options); });
   for (std::size_t i = 0; i < views.size(); ++i) views[i].depth = kept[i];
 }
 

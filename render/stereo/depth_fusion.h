@@ -1,5 +1,5 @@
-// Depth maps of several views made into one set of points: a depth counts where the maps of other views say
-// the same, and is then their mean; what several views saw becomes one point that knows them.
+// Fuses the depth maps of several views into one set of points. A depth is kept where the maps of other views
+// agree, and becomes their mean. What several views saw becomes one point with a list of these views.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,28 +13,28 @@ namespace ulf::render {
 struct ViewDepth {
   StereoView view;
   cv::Mat depth;          // CV_32F, along the optical axis; 0: none
-  double plane_step = 0;  // of the sweep, in inverse depth: how far two maps may differ
+  double plane_step = 0;  // of the sweep, in inverse depth: the unit of FusionOptions::tolerance_planes
 };
 
 struct FusedPoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
-  double spread = 0;                   // world units: one plane of the sweep
-  double pixel = 0;                    // world units: as large as a pixel of its own view there
-  std::vector<std::uint16_t> seen_by;  // indices of ViewDepth, its own first
+  double spread = 0;                   // world units: the distance of two planes of the sweep there
+  double pixel = 0;                    // world units: the size of a pixel of its own view there
+  std::vector<std::uint16_t> seen_by;  // indices of ViewDepth, its own view first
 };
 
 struct FusionOptions {
-  int agreeing_views = 2;  // others, at least, whose maps say the same
-  double tolerance_planes = 1.0;
-  int spacing_px = 2;  // between points, in the views' pixels
+  int agreeing_views = 2;         // a depth with fewer other maps that agree is dropped. Guessed.
+  double tolerance_planes = 1.0;  // two maps agree up to this difference, in planes of the sweep. Guessed.
+  int spacing_px = 2;             // points of one view are at least this far apart, in its pixels. Guessed.
 };
 
-// In place: depths that too few other maps confirm become 0, the others the mean of what the maps say.
-// `others[i]` are the views whose maps are asked about view i.
+// Sets depths that too few other maps confirm to 0, and the others to the mean of the maps that agree.
+// `others[i]`: the views whose maps are compared with that of view i.
 void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
                     const FusionOptions& options);
 
-// Of maps that agree. Views are taken in their order.
+// Points of the maps after KeepWhatAgrees(), view by view.
 std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
                                    const std::vector<std::vector<int>>& others, const FusionOptions& options);
 

@@ -7,9 +7,6 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kFewestPlanes = 16;
-constexpr int kMostPlanes = 256;
-
 StereoView HalfSize(const StereoView& view) {
   StereoView half = view;
   half.camera = view.camera.ScaledTo(std::max(1, view.camera.width / 2), std::max(1, view.camera.height / 2));
@@ -17,7 +14,8 @@ StereoView HalfSize(const StereoView& view) {
   return half;
 }
 
-// How far the middle of the view's picture moves in a neighbour's while its depth goes through the range.
+// The way in pixels that the middle of the view's image moves in a neighbour's image while its depth goes
+// through the range.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
   const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
   const auto at = [&](double depth) {
@@ -34,14 +32,15 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
   double widest = 0;
   for (const StereoView* neighbour : neighbours)
     widest = std::max(widest, PathLengthPx(view, *neighbour, nearest, farthest));
-  const int planes =
-      std::clamp(static_cast<int>(std::ceil(std::min(widest, 1e6))) + 1, kFewestPlanes, kMostPlanes);
+  const int planes = std::clamp(static_cast<int>(std::ceil(std::min(widest, 1.0 * kMostPlanes))) + 1,
+                                kFewestPlanes, kMostPlanes);
   return {1 / farthest, 1 / nearest, planes};
 }
 
 double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                         double distance) {
-  const double step = 1e-3 * distance;
+  constexpr double kSmallStep = 1e-3;  // of the distance: the change is taken as linear
+  const double step = kSmallStep * distance;
   double widest = 0;
   for (const StereoView* neighbour : neighbours)
     widest = std::max(widest, PathLengthPx(view, *neighbour, distance, distance + step));
@@ -49,28 +48,25 @@ double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoVi
 }
 
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                            double subject_distance) {
-  constexpr double kNearest = 0.2, kFarthest = 100;  // in distances to the subject
-  constexpr float kSure = 0.6f;                      // agreement
-  constexpr double kLeftOut = 0.005;                 // of the pixels, on either side
-  constexpr double kMargin = 0.1;                    // of the range, on either side
+                            double subject_distance, const DepthRangeOptions& options) {
   const StereoView half = HalfSize(view);
   std::vector<StereoView> half_neighbours;
   for (const StereoView* neighbour : neighbours) half_neighbours.push_back(HalfSize(*neighbour));
   std::vector<const StereoView*> pointers;
   for (const StereoView& neighbour : half_neighbours) pointers.push_back(&neighbour);
-  const double nearest = kNearest * subject_distance, farthest = kFarthest * subject_distance;
+  const double nearest = options.nearest * subject_distance, farthest = options.farthest * subject_distance;
   const DepthMap map = SweepPlanes(half, pointers, PixelSpacedRange(half, pointers, nearest, farthest));
 
   std::vector<double> inverse;
   for (int y = 0; y < map.depth.rows; ++y)
     for (int x = 0; x < map.depth.cols; ++x)
-      if (map.agreement.at<float>(y, x) > kSure) inverse.push_back(1 / map.depth.at<float>(y, x));
-  if (inverse.size() < 100) return PixelSpacedRange(view, neighbours, nearest, farthest);
+      if (map.agreement.at<float>(y, x) > options.sure) inverse.push_back(1 / map.depth.at<float>(y, x));
+  if (inverse.size() < options.fewest) return PixelSpacedRange(view, neighbours, nearest, farthest);
   std::sort(inverse.begin(), inverse.end());
-  const std::size_t left_out = static_cast<std::size_t>(kLeftOut * static_cast<double>(inverse.size()));
+  const std::size_t left_out =
+      static_cast<std::size_t>(options.left_out * static_cast<double>(inverse.size()));
   const double least = inverse[left_out], most = inverse[inverse.size() - 1 - left_out];
-  const double margin = kMargin * (most - least) + 0.02 * most;
+  const double margin = options.margin * (most - least) + options.margin_of_most * most;
   return PixelSpacedRange(view, neighbours, 1 / std::min(1 / nearest, most + margin),
                           1 / std::max(1 / farthest, least - margin));
 }

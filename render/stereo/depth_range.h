@@ -1,4 +1,4 @@
-// How far away things are: what is worth sweeping over.
+// The range of depths over which a view's planes are swept.
 #pragma once
 
 #include <vector>
@@ -7,18 +7,36 @@
 
 namespace ulf::render {
 
-// The sweep's range for a view, from one at half the size over everything from a fifth of the subject's
-// distance to the horizon; planes so close that the neighbour that moves the most moves about a pixel from
-// one to the next.
-InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                            double subject_distance);
+struct DepthRangeOptions {
+  // The first sweep's range, in distances to the subject. Guessed.
+  double nearest = 0.2, farthest = 100;
+  // Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.
+  float sure = 0.6f;
+  // The first sweep must give at least this many depths that count, else its own range is used. Guessed.
+  std::size_t fewest = 100;
+  // Share of these depths that is cut off at either end, as outliers. Guessed.
+  double left_out = 0.005;
+  // The range is extended at either end by this share of itself, and this share of the largest inverse depth.
+  // Guessed.
+  double margin = 0.1, margin_of_most = 0.02;
+};
 
-// From `nearest` to `farthest`, planes a pixel apart for the widest neighbour.
+// The range for a view. A first sweep at half the size over a wide range finds the depths; the planes of the
+// result are so close together that from plane to plane a point moves by about one pixel in the neighbour
+// where it moves most.
+InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                            double subject_distance, const DepthRangeOptions& options = {});
+
+// Limits of InverseDepthRange::planes: fewer give no minimum, more take too long. Guessed.
+inline constexpr int kFewestPlanes = 16, kMostPlanes = 256;
+
+// The range from `nearest` to `farthest` (world units) with planes one pixel apart in the neighbour with the
+// longest path.
 InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                    double nearest, double farthest);
 
-// How much deeper a thing at this distance is that lies a pixel farther on in the neighbour that moves the
-// most; infinite where none moves.
+// The change of depth at `distance` that moves a point by one pixel in the neighbour where it moves most;
+// infinite where it moves in none.
 double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                         double distance);
 

@@ -11,7 +11,7 @@
 namespace ulf::render {
 namespace {
 
-// Grey images as layers of one texture, each from its upper left corner.
+// Grey images as layers of one texture, each in its upper left corner.
 class GreyLayers {
  public:
   explicit GreyLayers(const std::vector<const StereoView*>& views) {
@@ -27,11 +27,8 @@ class GreyLayers {
       glTextureSubImage3D(texture_, 0, 0, 0, static_cast<GLint>(i), grey.cols, grey.rows, 1, GL_RED, GL_FLOAT,
                           grey.data);
     }
-    // Layers that are smaller than the texture must not blend into what lies beside them: texels are fetched.
-    glTextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    // Without filtering: an image smaller than the texture must not blend with the texels beside it.
+    SetSampling(texture_, GL_NEAREST);
     CheckGl("uploading the pictures to compare");
   }
   ~GreyLayers() { glDeleteTextures(1, &texture_); }
@@ -59,7 +56,7 @@ CarrierTexels TexelsOf(const PlaneCarrier& carrier, const cv::Mat& grey) {
   return texels;
 }
 
-constexpr int kPlanesAtOnce = 4;
+constexpr int kPlanesAtOnce = 4;  // the channels of a target
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// The sweep's matching costs by OpenGL: the same costs as MatchingCosts(), which is the truth, to a unit of
-// their eight bits. Worth it on a GPU; a software rasteriser takes longer than the processor's own loops.
+// The sweep's matching costs by OpenGL: the same as those of MatchingCosts(), the reference, up to one unit
+// of their eight bits. Meant for a GPU; a software rasteriser takes longer than the loops on the processor.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ class GlPlaneSweep {
   GlPlaneSweep() = default;  // throws Error where there is no OpenGL
   ~GlPlaneSweep();
 
-  // One thread at a time.
+  // Only one thread at a time may call it.
   CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                            const InverseDepthRange& range, const SweepOptions& options = {});
   const std::string& device() const { return context_.device(); }

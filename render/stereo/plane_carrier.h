@@ -1,5 +1,5 @@
-// Takes pixels of a view to pixels of a neighbour by way of a plane that is parallel to the view's image:
-// (at_infinity + inverse depth * [0 0 per_inverse_depth]) (x, y, 1), up to scale.
+// The homography from a view's image to a neighbour's by a plane that is parallel to the view's image:
+// (at_infinity + inverse_depth * [0 0 per_inverse_depth]) (x, y, 1), up to scale; pixels to pixels.
 #pragma once
 
 #include <Eigen/Core>

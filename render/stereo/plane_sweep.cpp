@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/geometry/pinhole.h"
 #include "render/stereo/plane_carrier.h"
 
 namespace ulf::render {
@@ -18,9 +19,9 @@ struct Carrier : PlaneCarrier {
   const StereoView* neighbour;
 };
 
-constexpr float kUnseen = 4.0f;  // above any cost
+constexpr float kUnseen = 4.0f;  // above any cost, which is at most 2
 
-// Written so that the compiler does eight pixels at a time: plain arrays, windows of a size it knows.
+// Plain arrays and windows of fixed size, so that the compiler processes eight pixels at a time.
 template <int kRadius>
 class Matcher {
  public:
@@ -48,8 +49,8 @@ class Matcher {
       for (auto& sums : row) sums.resize(static_cast<std::size_t>(width_));
   }
 
-  // Costs of the rows from `first` to before `end`, one after another, in `costs`; the window's rows outside
-  // the image repeat its edge.
+  // Writes the costs of the rows from `first` to before `end` to `costs`. Rows of the window outside the
+  // image repeat its edge.
   void Match(const Carrier& carrier, float inverse_depth, int first, int end, float* costs) {
     Matrix3f h = carrier.at_infinity;
     h.col(2) += inverse_depth * carrier.per_inverse_depth;
@@ -66,7 +67,7 @@ class Matcher {
   static constexpr float kArea = kSide * kSide;
   using Row = std::vector<float>;
 
-  // A row of the neighbour as this view would see it on the plane.
+  // A row of this view's image, sampled from the neighbour by way of the plane.
   void Carry(const cv::Mat& image, const Matrix3f& h, int y) {
     const int wide = width_ + 2 * kRadius;
     const Vector3f start =
@@ -161,13 +162,14 @@ class Matcher {
   cv::Mat padded_, sum_, spread_;
   std::vector<int> offset_;
   Row right_share_, lower_share_, carried_;
-  std::array<std::array<Row, 3>, kSide>
-      ring_;  // of the window's rows: values, squares, products with the view
+  // Of the window's rows: values, squares, products with the view.
+  std::array<std::array<Row, 3>, kSide> ring_;
 };
 
-constexpr int kMostKept = 16;
+constexpr int kMostKept = 16;  // of 32 neighbours, the most that `ulf proxy` takes
 
-// Mean of the better half, with what is unseen left out; where nothing is seen, as bad as can be.
+// Mean of the better half of the neighbours, without those that do not see the pixel; the truncation where
+// none does.
 void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t pixels, float truncation,
                       float* mean) {
   constexpr std::size_t kBlock = 512;
@@ -201,7 +203,7 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
   }
 }
 
-constexpr float kCostUnit = 80;  // of the 8-bit costs
+constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 
 template <int kRadius>
 CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView*>& neighbours,
@@ -212,8 +214,11 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   for (const StereoView* neighbour : neighbours)
     carriers.push_back({MakePlaneCarrier(view, *neighbour), neighbour});
   Matcher<kRadius> matcher(view.grey, options.noise);
-  // So many rows that their part of the volume stays in the cache while all planes are written into it.
-  const int band = std::clamp(static_cast<int>(2'000'000 / (static_cast<long>(width) * range.planes)), 8, 64);
+  // Rows whose part of the volume stays in the processor's cache while all planes are written into it.
+  constexpr long kCacheBytes = 2'000'000;
+  constexpr int kFewestRows = 8, kMostRows = 64;
+  const int band = std::clamp(static_cast<int>(kCacheBytes / (static_cast<long>(width) * range.planes)),
+                              kFewestRows, kMostRows);
   std::vector<std::vector<float>> costs(carriers.size(),
                                         std::vector<float>(static_cast<std::size_t>(width * band)));
   std::vector<float> mean(static_cast<std::size_t>(width * band));
@@ -235,13 +240,8 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
 }  // namespace
 
 PlaneCarrier MakePlaneCarrier(const StereoView& view, const StereoView& neighbour) {
-  const auto intrinsics = [](const CameraModel& camera) {
-    Eigen::Matrix3d matrix;
-    matrix << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-    return matrix;
-  };
   const Rigid3 neighbour_from_view = neighbour.cam_from_world * view.cam_from_world.Inverse();
-  const Eigen::Matrix3d to = intrinsics(neighbour.camera), from = intrinsics(view.camera);
+  const Eigen::Matrix3d to = PinholeMatrix(neighbour.camera), from = PinholeMatrix(view.camera);
   return {(to * neighbour_from_view.RotationMatrix() * from.inverse()).cast<float>(),
           (to * neighbour_from_view.translation).cast<float>()};
 }
@@ -275,7 +275,7 @@ DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, cons
     for (int x = 0; x < view.grey.cols; ++x) {
       if (!view.valid.empty() && view.valid.at<std::uint8_t>(y, x) == 0) continue;
       const float at = plane.at<float>(y, x);
-      // Least at the range's end is no minimum: it would go on beyond.
+      // A least cost at the end of the range is no minimum: it might fall further beyond.
       if (at < 0.5f || at > static_cast<float>(range.planes) - 1.5f) continue;
       map.depth.at<float>(y, x) = static_cast<float>(1 / range.At(at));
       map.agreement.at<float>(y, x) = 1 - static_cast<float>(volume.At(x, y)[std::lround(at)]) / kCostUnit;

@@ -1,11 +1,11 @@
-// Depth of a view by sweeping planes through space (Collins 1996): every plane parallel to the image carries
-// the neighbouring photographs over into this one, and where they agree there may be a surface. Planes are
-// evenly spaced in inverse depth.
+// Depth of a view by sweeping planes through space (Collins 1996). Every plane is parallel to the image and
+// maps the neighbouring photographs into it; where they agree there may be a surface. Planes are evenly
+// spaced in inverse depth.
 //
-// Agreement is 1 - ZNCC over a small window, which does not ask how photographs were exposed, truncated, and
-// of the better half of the neighbours, because the others may look at an occluder. Where a window shows no
-// texture every plane costs the same. Semi-global matching (Hirschmueller 2008) over the planes decides; a
-// parabola through the costs gives the depth between planes.
+// The cost of a plane at a pixel is 1 - ZNCC over a small window, truncated; ZNCC does not depend on
+// exposure. It is the mean over the better half of the neighbours, because the others may see an occluder.
+// Where a window has no texture, every plane costs the same. Semi-global matching (Hirschmueller 2008)
+// chooses the planes, and a parabola through the costs gives the depth between planes.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -23,30 +23,31 @@ struct InverseDepthRange {
 };
 
 struct SweepOptions {
-  int window_radius_px = 2;
-  // Of grey values in a window: less is not told from noise.
+  int window_radius_px = 2;  // 1 to 3. Guessed.
+  // Standard deviation of grey values in a window below which its texture counts as noise. Guessed.
   double noise = 2.0;
-  double truncation = 1.0;   // of 1 - ZNCC
-  double small_step = 0.10;  // penalty for a change by one plane
-  double large_step = 0.90;  // by more, in front of no edge of brightness
-  double edge_grey = 12;     // a step of brightness that halves it
+  double truncation = 1.0;   // of 1 - ZNCC: a worse match costs no more. Guessed.
+  double small_step = 0.10;  // cost of a change by one plane. Guessed.
+  double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
+  double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
 };
 
 struct DepthMap {
   cv::Mat depth;      // CV_32F, along the optical axis; 0: none
-  cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth of the better half of the neighbours
+  cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth, of the better half of the neighbours
 };
 
-// How badly each plane fits each pixel, 8 bits; on the processor.
+// The cost of each plane at each pixel, in 8 bits; on the processor.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                          const InverseDepthRange& range, const SweepOptions& options = {});
-// Of so many neighbours those that agree best count.
+// How many of this number of neighbours, those that agree best, count.
 int KeptNeighbours(std::size_t neighbours);
+// 80 units for a cost of 1.
 std::uint8_t CostByte(float cost);
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options = {});
-// Both.
+// MatchingCosts() and DepthOfLeastCost().
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options = {});
 

@@ -3,13 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <memory>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
+#include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
@@ -18,6 +19,9 @@
 
 namespace ulf::render {
 namespace {
+
+// Of the progress that is shown.
+constexpr double kPhotographsShare = 0.1, kMapsShare = 0.8, kBeforeSurface = 0.92;
 
 class Stopwatch {
  public:
@@ -36,19 +40,14 @@ std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progr
     Mutex mutex;
     std::size_t done ULF_GUARDED_BY(mutex) = 0;
   } shown;
-  cv::parallel_for_(
-      cv::Range(0, static_cast<int>(views.size())),
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-          views[static_cast<std::size_t>(i)] =
-              MakeStereoView(scene.views[static_cast<std::size_t>(i)], size_px);
-          const MutexLock lock(shown.mutex);
-          if (progress)
-            progress->Show(0.1 * static_cast<double>(++shown.done) / static_cast<double>(views.size()),
-                           "photographs");
-        }
-      },
-      static_cast<double>(views.size()));
+  ParallelFor(views.size(), [&](std::size_t i) {
+    views[i] = MakeStereoView(scene.views[i], size_px);
+    const MutexLock lock(shown.mutex);
+    if (progress)
+      progress->Show(
+          kPhotographsShare * static_cast<double>(++shown.done) / static_cast<double>(views.size()),
+          "photographs");
+  });
   return views;
 }
 
@@ -69,15 +68,15 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
   return tasks;
 }
 
-// Null: the processor itself.
+// Null: the processor compares.
 std::unique_ptr<GlPlaneSweep> OpenGlFor(SweepDevice device) {
   if (device == SweepDevice::kProcessor) return nullptr;
   try {
     auto sweep = std::make_unique<GlPlaneSweep>();
     return device != SweepDevice::kGl && sweep->IsSoftware() ? nullptr : std::move(sweep);
   } catch (const Error& error) {
-    if (device == SweepDevice::kGl) throw Error("{}, or do without: --renderer reference", error.what());
-    spdlog::debug("pictures are compared by the processor: {}", error.what());
+    if (device == SweepDevice::kGl) throw Error("{}, or use --renderer reference", error.what());
+    spdlog::debug("the processor compares the photographs: {}", error.what());
     return nullptr;
   }
 }
@@ -90,9 +89,7 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
     const double distance = (subject.center_in_world - view.center_in_world).norm();
     radii.push_back(DepthStepOfPixel(view, task.neighbours, distance) / subject.radius);
   }
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return Median(radii);
 }
 
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
@@ -108,34 +105,30 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     Mutex mutex;
     int done ULF_GUARDED_BY(mutex) = 0;
   } shown;
-  cv::parallel_for_(
-      cv::Range(0, static_cast<int>(tasks.size())),
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-          const Task& task = tasks[static_cast<std::size_t>(i)];
-          const StereoView& view = views[static_cast<std::size_t>(task.view)];
-          const double distance = (subject.center_in_world - view.center_in_world).norm();
-          const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
-          maps[static_cast<std::size_t>(i)] = {
-              view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
-              (depths.most - depths.least) / (depths.planes - 1)};
-          const MutexLock lock(shown.mutex);
-          if (progress)
-            progress->Show(0.1 + 0.8 * ++shown.done / static_cast<double>(tasks.size()), "depth maps");
-        }
-      },
-      static_cast<double>(tasks.size()));
+  ParallelFor(tasks.size(), [&](std::size_t i) {
+    const Task& task = tasks[i];
+    const StereoView& view = views[static_cast<std::size_t>(task.view)];
+    const double distance = (subject.center_in_world - view.center_in_world).norm();
+    const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
+    maps[i] = {view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
+               (depths.most - depths.least) / (depths.planes - 1)};
+    const MutexLock lock(shown.mutex);
+    if (progress)
+      progress->Show(kPhotographsShare + kMapsShare * ++shown.done / static_cast<double>(tasks.size()),
+                     "depth maps");
+  });
   return maps;
 }
 
-// As many points as the surface may have triangles for.
+// No more points than half the triangles that the surface may have.
 std::vector<FusedPoint> Points(const std::vector<ViewDepth>& maps,
-                               const std::vector<std::vector<int>>& others, FusionOptions options,
-                               int most_triangles) {
-  std::vector<FusedPoint> points = FusePoints(maps, others, options);
-  while (points.size() > static_cast<std::size_t>(most_triangles) / 2 && options.spacing_px < 64) {
-    ++options.spacing_px;
-    points = FusePoints(maps, others, options);
+                               const std::vector<std::vector<int>>& others, FusionOptions fusion,
+                               const ProxyOptions& options) {
+  std::vector<FusedPoint> points = FusePoints(maps, others, fusion);
+  while (points.size() > static_cast<std::size_t>(options.most_triangles) / 2 &&
+         fusion.spacing_px < options.widest_spacing_px) {
+    ++fusion.spacing_px;
+    points = FusePoints(maps, others, fusion);
   }
   return points;
 }
@@ -153,8 +146,9 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   const std::vector<Task> tasks = TasksOf(views, scene.subject, options);
   if (tasks.empty())
     throw Error(
-        "no two of the {} views look at the same thing from different places, so that nothing tells how far "
-        "away it is: move the camera sideways between views",
+        "no two of the {} views look at the same thing from different places, so that its distance cannot be "
+        "found: "
+        "move the camera sideways between views",
         scene.views.size());
   result.summary.pixel_depth_radii = PixelDepthRadii(views, tasks, scene.subject);
   const std::unique_ptr<GlPlaneSweep> gl = OpenGlFor(options.device);
@@ -171,7 +165,8 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   }
   std::vector<std::vector<int>> others;
   for (std::size_t i = 0; i < mapped.size(); ++i)
-    others.push_back(NeighboursOf(static_cast<int>(i), mapped, scene.subject, {.count = 10}));
+    others.push_back(
+        NeighboursOf(static_cast<int>(i), mapped, scene.subject, {.count = options.maps_compared}));
   FusionOptions fusion;
   fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps.size()) - 1));
   KeepWhatAgrees(maps, others, fusion);
@@ -181,12 +176,12 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
     pixels += static_cast<double>(map.depth.total());
   }
   result.summary.agreeing_share = agreeing / pixels;
-  const std::vector<FusedPoint> points = Points(maps, others, fusion, options.most_triangles);
+  const std::vector<FusedPoint> points = Points(maps, others, fusion, options);
   result.summary.points = points.size();
   result.summary.fusion_s = watch.LapSeconds();
 
-  if (progress) progress->Show(0.92, "surface");
-  result.mesh = CutSurface(points, centers).mesh;
+  if (progress) progress->Show(kBeforeSurface, "surface");
+  result.mesh = CutSurface(points, centers);
   result.summary.surface_s = watch.LapSeconds();
   if (result.mesh.triangles.empty())
     throw Error(

@@ -1,10 +1,10 @@
-// A triangle mesh of the scene from its photographs and their poses: depth maps by plane sweep for views that
-// are spread over the light field, points where the maps of several views agree, and the surface between what
-// views saw through and what they saw. Covers whatever views see well, the background included; where nothing
-// is known there is no mesh, and a renderer falls back to the plane.
+// Makes a triangle mesh of the scene from its photographs and their poses: depth maps by plane sweep for
+// views that are spread over the light field, points where the maps of several views agree, and the surface
+// between the space that views saw through and the points that they saw. The mesh covers what the views see
+// well, the background included. Elsewhere there is no mesh, and a renderer uses the plane.
 //
-// Assumes that poses are right to about a pixel of the working size and that nothing moved. The same input
-// gives the same mesh, whatever the number of threads.
+// Poses must be right to about a pixel of the working size, and nothing may have moved. The same input gives
+// the same mesh, whatever the number of threads.
 #pragma once
 
 #include <cstddef>
@@ -16,26 +16,31 @@
 
 namespace ulf::render {
 
-// Where pictures are compared.
-enum class SweepDevice { kAuto, kGl, kProcessor };  // auto: OpenGL where a GPU draws, not software
+// What compares the photographs. kAuto: OpenGL on a GPU, else the processor.
+enum class SweepDevice { kAuto, kGl, kProcessor };
 
 struct ProxyOptions {
-  int size_px = 480;    // longer side of the pictures that are compared
-  int depth_maps = 60;  // at most
-  int neighbours = 8;   // that a picture is compared with
+  int size_px = 480;       // longer side of the photographs that are compared. Guessed.
+  int depth_maps = 60;     // at most. Guessed.
+  int neighbours = 8;      // with which a view is compared. Guessed.
+  int maps_compared = 10;  // neighbours whose depth maps confirm a view's. Guessed.
+  // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
+  // beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
+  int widest_spacing_px = 64;  // FusionOptions::spacing_px does not grow further
   SweepDevice device = SweepDevice::kAuto;
 };
 
-// A mesh is rough where a pixel is worth more than this.
+// A mesh is rough where ProxySummary::pixel_depth_radii is larger: a warning is given. Guessed.
 inline constexpr double kRoughPixelRadii = 0.5;
 
 struct ProxySummary {
   int views = 0, depth_maps = 0;
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
-  std::string device;  // that compared pictures
-  // What a pixel between neighbours is worth in depth at the subject, in its radii: the views' median.
+  std::string device;  // that compared the photographs
+  // The change of depth at the subject that moves a point by one pixel in a neighbour, in the subject's
+  // radii; the median of the views.
   double pixel_depth_radii = 0;
   double sweep_s = 0, fusion_s = 0, surface_s = 0;
 };
@@ -45,8 +50,8 @@ struct ProxyMesh {
   ProxySummary summary;
 };
 
-// Throws Error where the views give no geometry: fewer than two, all in one place, nothing on which they
-// agree; SweepDevice::kGl without any OpenGL.
+// Throws Error where the views give no geometry (fewer than two views, all in one place, no surface on which
+// they agree), and for SweepDevice::kGl without OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
 }  // namespace ulf::render

@@ -7,11 +7,10 @@
 namespace ulf::render {
 namespace {
 
-// The least cost of reaching each label along one direction, for the pixels of one row; a label more on
-// either side that is never the least.
-constexpr std::uint16_t kNever = 30000;
-constexpr std::size_t kSide = 16;
+constexpr std::uint16_t kNever = 30000;  // above any cost of a path
+constexpr std::size_t kSide = 16;        // labels with that cost on either side of a pixel's own, aligned
 
+// The least cost of reaching each label along one direction, for the pixels of one row.
 struct Paths {
   Paths(int width, std::size_t labels)
       : step(labels + 2 * kSide),
@@ -49,8 +48,8 @@ std::uint16_t Begin(const std::uint8_t* cost, std::size_t labels, std::uint16_t*
   return least;
 }
 
-// Where the parabola through the costs beside the best label is least, with those of the pixels around that
-// have about the same label.
+// The minimum of the parabola through the costs of the best label and its neighbours, summed over the
+// surrounding pixels that have about the same label.
 float BetweenLabels(const CostVolume& volume, const cv::Mat_<int>& best, int x, int y) {
   const int label = best(y, x);
   if (label == 0 || label == volume.labels() - 1) return static_cast<float>(label);
@@ -88,7 +87,7 @@ cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const S
         static_cast<int>(static_cast<float>(options.large_step) / (1 + change / options.edge_grey))));
   };
 
-  // From above and the left, then from below and the right.
+  // Paths from above and the left, then from below and the right.
   for (const int way : {1, -1}) {
     std::array<Paths, 3> above{Paths(width, labels), Paths(width, labels), Paths(width, labels)},
         here = above;

@@ -1,5 +1,5 @@
-// Semi-global matching (Hirschmueller 2008): the label of each pixel that minimises its cost and its changes
-// along eight directions.
+// Semi-global matching (Hirschmueller 2008): finds for each pixel the label with the least sum of its own
+// cost and the costs of changes along eight directions.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace ulf::render {
 
-// Costs of `labels` labels at each pixel, a pixel's labels side by side.
+// The costs of all labels at each pixel; the labels of a pixel are adjacent in memory.
 class CostVolume {
  public:
   CostVolume(int width, int height, int labels)
@@ -22,7 +22,7 @@ class CostVolume {
   int width() const { return width_; }
   int height() const { return height_; }
   int labels() const { return labels_; }
-  std::size_t stride() const { return static_cast<std::size_t>(stride_); }  // the rest costs the most
+  std::size_t stride() const { return static_cast<std::size_t>(stride_); }  // labels and padding
 
  private:
   std::size_t Offset(int x, int y) const {
@@ -34,13 +34,13 @@ class CostVolume {
 };
 
 struct SemiGlobalOptions {
-  int small_step = 8;    // for a change by one label
-  int large_step = 72;   // by more, where brightness does not change
-  float edge_grey = 12;  // a change of brightness that halves it
+  int small_step = 8;    // cost of a change by one label
+  int large_step = 72;   // cost of a larger change, where the grey value does not change
+  float edge_grey = 12;  // a change of the grey value that halves the cost of a larger change
 };
 
-// CV_32F: the label, between labels by a parabola through the pixel's own costs: the summed ones lean towards
-// whole labels, because steps from one label to the next cost. `grey`: CV_32F.
+// CV_32F labels, with fractions by a parabola through the pixel's own costs. (The summed costs favour whole
+// labels, because changes by one label cost.) `grey`: CV_32F.
 cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
 
 }  // namespace ulf::render

@@ -4,31 +4,34 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/geometry/pinhole.h"
+
 namespace ulf::render {
 
 namespace {
 
-// 255 where the photograph has light in all of a pixel; empty where it has everywhere.
+// 255 where the whole pixel has light; empty where all pixels have.
 cv::Mat ValidPart(const Photograph& photograph) {
   if (!photograph.linear()) return {};
   cv::Mat light, share;
-  photograph.Level(0).convertTo(light, CV_32F);  // OpenCV takes no channel out of halves
+  photograph.Level(0).convertTo(light, CV_32F);  // OpenCV cannot extract a channel of half floats
   cv::extractChannel(light, share, 3);
-  const cv::Mat valid = share > 0.99f;
+  constexpr float kWhole = 0.99f;  // rounding of half floats
+  const cv::Mat valid = share > kWhole;
   return cv::countNonZero(valid) == static_cast<int>(valid.total()) ? cv::Mat() : valid;
 }
 
-// For cv::remap: where in the photograph each pixel of its pinhole picture is.
+// For cv::remap: the place in the photograph of each pixel of its undistorted image.
 cv::Mat Undistortion(const CameraModel& camera, const cv::Size& size) {
   const CameraModel pinhole = camera.WithoutDistortion();
   cv::Mat from(size, CV_32FC2);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
-      const auto img =
-          camera.ImgFromCam({(x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1.0});
-      from.at<cv::Vec2f>(y, x) = img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV's pixels
-                                                 static_cast<float>(img->y() - 0.5))
-                                     : cv::Vec2f(-10, -10);
+      const auto img = camera.ImgFromCam(PinholeRay(pinhole, x, y));
+      from.at<cv::Vec2f>(y, x) =
+          img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV counts from pixel centres
+                          static_cast<float>(img->y() - 0.5))
+              : cv::Vec2f(-10, -10);
     }
   return from;
 }
@@ -49,8 +52,7 @@ std::optional<Eigen::Vector2d> StereoView::See(const Eigen::Vector3d& point_in_w
 }
 
 Eigen::Vector3d StereoView::RayInWorld(int x, int y) const {
-  return cam_from_world.DirectionInSource(
-      {(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, 1.0});
+  return cam_from_world.DirectionInSource(PinholeRay(camera, x, y));
 }
 
 StereoView MakeStereoView(const SceneView& view, int size_px) {

@@ -1,4 +1,4 @@
-// A photograph as stereo wants it: grey, without distortion, at the working size.
+// A photograph for stereo: grey, without distortion, at the working size.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,15 +16,15 @@ struct StereoView {
   Rigid3 cam_from_world;
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   cv::Mat grey;   // CV_32F, display-encoded, 0 to 255
-  cv::Mat valid;  // CV_8U, 0 where a mask hides the photograph; empty: none does
+  cv::Mat valid;  // CV_8U, 0 where the photograph is masked; empty: nowhere
 
-  // None behind the camera or outside the picture.
+  // The image point; none for a point behind the camera or outside the image.
   std::optional<Eigen::Vector2d> See(const Eigen::Vector3d& point_in_world) const;
-  // Through a pixel's centre, of depth 1, in the world frame.
+  // The ray through a pixel's centre, of depth 1, in the world frame.
   Eigen::Vector3d RayInWorld(int x, int y) const;
 };
 
-// The longer side has `size_px` pixels, or what the photograph has where that is less.
+// The longer side gets `size_px` pixels, or keeps the photograph's size where that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
 }  // namespace ulf::render

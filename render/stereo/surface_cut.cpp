@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
+#include "core/base/parallel_for.h"
 #include "render/stereo/tetrahedra.h"
 
 namespace ulf::render {
@@ -16,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Cell = std::uint32_t;
 
-constexpr int kSightLine = 1000;  // the weight of one; whole numbers add up to the same in any order
+constexpr int kSightLine = 1000;  // the weight of a line of sight: integers have the same sum in any order
 
 double Det(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return a.dot(b.cross(c)); }
 
@@ -25,7 +26,7 @@ void Add(std::int32_t& sum, double weight) {
                                                std::memory_order_relaxed);
 }
 
-// What the lines of sight say.
+// The evidence of the lines of sight.
 struct Evidence {
   explicit Evidence(std::size_t cells) : crossing(cells, {0, 0, 0, 0}), empty(cells, 0), filled(cells, 0) {}
   // Against this cell being empty while its neighbour k is not.
@@ -59,8 +60,8 @@ int IndexOf(const std::array<std::uint32_t, 4>& of, std::uint32_t value) {
   return static_cast<int>(std::find(of.begin(), of.end(), value) - of.begin());
 }
 
-// Walks from a vertex to a place; calls crossed(cell, k, share) for every face it leaves a cell by, `share`
-// of the way gone. Returns the cell where it ended: an outer one where the way leaves the hull.
+// Walks from a vertex to a place. Calls crossed(cell, k, share) for every face k through which it leaves a
+// cell, after `share` of the way. Returns the last cell: an outer one where the way leaves the hull.
 class Walk {
  public:
   Walk(const Tetrahedra& space, const CellsAtPoints& cells_at) : space_(space), cells_at_(cells_at) {}
@@ -82,7 +83,7 @@ class Walk {
       }
       const Vector3d a = space_.points[across[0]] - origin, b = space_.points[across[1]] - origin,
                      c = space_.points[across[2]] - origin;
-      // As seen along the way the face runs round it.
+      // The way goes through the face: all edges run round it in the same direction.
       if (Det(way, a, b) >= 0 && Det(way, b, c) >= 0 && Det(way, c, a) >= 0) {
         cell = *at;
         face = across;
@@ -90,13 +91,13 @@ class Walk {
         break;
       }
     }
-    if (cell == Tetrahedra::kAtInfinity) return outside;  // straight out of the hull
+    if (cell == Tetrahedra::kAtInfinity) return outside;  // the way leaves the hull at once
 
     for (std::size_t steps = 0; steps < space_.corners.size(); ++steps) {
       const Vector3d u = space_.points[face[0]] - origin, v = space_.points[face[1]] - origin,
                      w = space_.points[face[2]] - origin;
       const double across = Det(way, u, v) + Det(way, v, w) + Det(way, w, u);
-      if (!(across > 0)) return cell;  // along the face: no telling
+      if (!(across > 0)) return cell;  // the way lies in the face
       const double share = Det(u, v, w) / across;
       if (share >= 1) return cell;
       crossed(cell, out, share);
@@ -106,7 +107,7 @@ class Walk {
       if (far == Tetrahedra::kAtInfinity || space_.Outer(next)) return next;
       const Vector3d a = space_.points[far] - origin;
       const double side_u = Det(way, u, a), side_v = Det(way, v, a), side_w = Det(way, w, a);
-      std::uint32_t left = 0;  // the corner whose opposite face it leaves by
+      std::uint32_t left = 0;  // the way leaves through the face opposite this corner
       if (side_v >= 0 && side_u <= 0) {
         left = face[2], face[2] = far;
       } else if (side_w >= 0 && side_v <= 0) {
@@ -123,8 +124,8 @@ class Walk {
   }
 
  private:
-  // The face across from corner k, counter-clockwise as seen from that corner's side looking at it along the
-  // way out: Det(way, first, second) >= 0 for all its edges when the way from the corner goes through it.
+  // The face opposite corner k, oriented so that Det(way, first, second) >= 0 for all its edges when the way
+  // from the corner goes through it.
   std::array<std::uint32_t, 3> Across(Cell cell, int k) const {
     static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{
         {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
@@ -149,7 +150,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
       return kSightLine * (1 - std::exp(-distance * distance / (2 * soft * soft)));
     };
     const Cell at_camera = walk.To(vertex, to_camera, [&](Cell cell, int k, double share) {
-      // Empty on the camera's side of the face, filled on the point's: from the next cell to this one.
+      // The camera's side of the face is empty, so the cut counts from the next cell to this one.
       const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
       Add(evidence.crossing[next][static_cast<std::size_t>(IndexOf(space.neighbours[next], cell))],
           weight_at(share * length));
@@ -161,21 +162,19 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
     });
     if (at_back != Tetrahedra::kAtInfinity) Add(evidence.filled[at_back], kSightLine);
   };
-  cv::parallel_for_(
-      cv::Range(0, static_cast<int>(points.size())),
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-          const std::size_t at = static_cast<std::size_t>(i);
-          const auto& seen_by = points[at].seen_by;
-          const std::size_t lines = std::min(seen_by.size(), static_cast<std::size_t>(options.sight_lines));
-          for (std::size_t k = 0; k < lines; ++k)
-            look(points[at], vertex_of[at], centers[seen_by[k * seen_by.size() / lines]]);
-        }
+  constexpr double kStripes = 64;
+  ParallelFor(
+      points.size(),
+      [&](std::size_t i) {
+        const auto& seen_by = points[i].seen_by;
+        const std::size_t lines = std::min(seen_by.size(), static_cast<std::size_t>(options.sight_lines));
+        for (std::size_t k = 0; k < lines; ++k)
+          look(points[i], vertex_of[i], centers[seen_by[k * seen_by.size() / lines]]);
       },
-      64);
+      kStripes);
 }
 
-// Of the sphere through a cell's corners; none for outer and flat cells.
+// The centre of the sphere through a cell's corners; none for outer and flat cells.
 std::optional<Vector3d> Circumcenter(const Tetrahedra& space, Cell cell) {
   if (space.Outer(cell)) return std::nullopt;
   const auto& corners = space.corners[cell];
@@ -188,8 +187,8 @@ std::optional<Vector3d> Circumcenter(const Tetrahedra& space, Cell cell) {
              volume;
 }
 
-// 1 - the lesser cosine of the angles between a face and the two spheres: 0 for a face of the surface that
-// the points would have, 2 for a thin one across.
+// 1 - the smaller cosine of the angles between a face and the spheres of its two cells: 0 for a face of the
+// surface that the points suggest, 2 for a thin face across it.
 double Irregularity(const Tetrahedra& space, Cell cell, int k,
                     const std::vector<std::optional<Vector3d>>& centers) {
   const auto& corners = space.corners[cell];
@@ -205,27 +204,25 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
   for (const auto& [of, inward] : {std::pair{cell, 1.0}, {next, -1.0}}) {
     if (!centers[of]) continue;
     const Vector3d radius = *centers[of] - face[0];
-    // Of the tangent plane at the face's rim with the face.
+    // The cosine of the angle between the face and the sphere's tangent plane at its rim.
     if (radius.norm() > 0) least = std::min(least, inward * normal.dot(radius) / radius.norm());
   }
   return 1 - least;
 }
 
-// A face, counter-clockwise as seen from its empty side, may belong to the surface: its corners are not too
-// far apart, and where they are farther apart than neighbours, some view that saw one of them stands before
-// it. Else the cut has closed over what nobody looked at.
+// Whether a face, counter-clockwise as seen from its empty side, may belong to the surface (SurfaceOptions).
+// Elsewhere the cut has closed over what no view looked at.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
-               const std::vector<Vector3d>& centers, double longest_edge_px) {
-  constexpr double kNeighboursPx = 10;
+               const std::vector<Vector3d>& centers, const SurfaceOptions& options) {
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t a = face[i], b = face[(i + 1) % 3];
     const double pixel = std::max(points[point_of[a]].pixel, points[point_of[b]].pixel);
     longest = std::max(longest, (space.points[a] - space.points[b]).norm() / pixel);
   }
-  if (longest <= kNeighboursPx) return true;
-  if (longest > longest_edge_px) return false;
+  if (longest <= options.neighbours_px) return true;
+  if (longest > options.longest_edge_px) return false;
   const Vector3d corner = space.points[face[0]];
   const Vector3d outward = (space.points[face[1]] - corner).cross(space.points[face[2]] - corner);
   return std::any_of(face.begin(), face.end(), [&](std::uint32_t of) {
@@ -237,16 +234,15 @@ bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face
 
 }  // namespace
 
-ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
-                                const std::vector<Vector3d>& centers_in_world,
-                                const SurfaceOptions& options) {
+TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector<Vector3d>& centers_in_world,
+                        const SurfaceOptions& options) {
   std::vector<Vector3d> positions;
   for (const FusedPoint& point : points) positions.push_back(point.position_in_world);
   std::vector<std::uint32_t> vertex_of;
   const Tetrahedra space = DelaunayTetrahedra(positions, &vertex_of);
   const std::size_t cells = space.corners.size();
-  ReconstructedSurface surface;
-  if (cells == 0) return surface;
+  TriangleMesh mesh;
+  if (cells == 0) return mesh;
 
   Evidence evidence(cells);
   LookAlongSightLines(points, vertex_of, centers_in_world, space, options, evidence);
@@ -284,27 +280,25 @@ ReconstructedSurface CutSurface(const std::vector<FusedPoint>& points,
     if (graph.inSourceSegment(static_cast<int>(cell))) continue;
     for (std::size_t k = 0; k < 4; ++k) {
       if (!graph.inSourceSegment(static_cast<int>(space.neighbours[cell][k]))) continue;
-      // Seen from the empty side, away from corner k.
+      // Oriented as seen from the empty side, away from corner k.
       std::array<std::uint32_t, 3> face;
       bool finite = true;
       for (std::size_t i = 0; i < 3; ++i) {
         face[i] = space.corners[cell][kFace[k][2 - i]];
         finite = finite && face[i] != Tetrahedra::kAtInfinity;
       }
-      if (!finite || !Supported(space, face, points, point_of, centers_in_world, options.longest_edge_px))
-        continue;
+      if (!finite || !Supported(space, face, points, point_of, centers_in_world, options)) continue;
       for (std::uint32_t& corner : face) {
         if (number[corner] == Tetrahedra::kAtInfinity) {
-          number[corner] = static_cast<std::uint32_t>(surface.mesh.vertices.size());
-          surface.mesh.vertices.push_back(space.points[corner].cast<float>());
-          surface.point_of_vertex.push_back(point_of[corner]);
+          number[corner] = static_cast<std::uint32_t>(mesh.vertices.size());
+          mesh.vertices.push_back(space.points[corner].cast<float>());
         }
         corner = number[corner];
       }
-      surface.mesh.triangles.push_back(face);
+      mesh.triangles.push_back(face);
     }
   }
-  return surface;
+  return mesh;
 }
 
 }  // namespace ulf::render

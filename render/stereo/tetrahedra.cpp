@@ -28,7 +28,7 @@ bool Tetrahedra::Outer(std::uint32_t cell) const {
 
 Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points,
                               std::vector<std::uint32_t>* number) {
-  // In an order along which the next point is near the last.
+  // Inserted in an order in which each point is near the previous one, which is faster.
   using Traits =
       CGAL::Spatial_sort_traits_adapter_3<Kernel, CGAL::Pointer_property_map<Kernel::Point_3>::type>;
   std::vector<Kernel::Point_3> places;
@@ -59,17 +59,13 @@ Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points,
   for (const Delaunay::Cell_handle cell : delaunay.all_cell_handles()) cell->info() = count++;
   result.corners.resize(count);
   result.neighbours.resize(count);
-  result.cell_at.assign(result.points.size(), Tetrahedra::kAtInfinity);
   for (const Delaunay::Cell_handle cell : delaunay.all_cell_handles()) {
     const std::uint32_t at = cell->info();
-    const bool outer = delaunay.is_infinite(cell);
     for (int k = 0; k < 4; ++k) {
       const bool infinite = delaunay.is_infinite(cell->vertex(k));
-      const std::uint32_t corner = infinite ? Tetrahedra::kAtInfinity : cell->vertex(k)->info();
-      result.corners[at][static_cast<std::size_t>(k)] = corner;
+      result.corners[at][static_cast<std::size_t>(k)] =
+          infinite ? Tetrahedra::kAtInfinity : cell->vertex(k)->info();
       result.neighbours[at][static_cast<std::size_t>(k)] = cell->neighbor(k)->info();
-      if (!infinite && (!outer || result.cell_at[corner] == Tetrahedra::kAtInfinity))
-        result.cell_at[corner] = at;
     }
   }
   return result;

@@ -10,11 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-double AngleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-// The share of a view's picture, taken at the subject's distance, that another one sees.
-double SharedPicture(const StereoView& view, const StereoView& other, double depth) {
-  constexpr int kSamples = 6;
+// The share of a view's image that another view sees, if everything has the depth `depth`.
+double SharedImage(const StereoView& view, const StereoView& other, double depth) {
+  constexpr int kSamples = 6;  // along either side of the image
   int seen = 0;
   for (int i = 0; i < kSamples; ++i)
     for (int j = 0; j < kSamples; ++j) {
@@ -25,12 +23,14 @@ double SharedPicture(const StereoView& view, const StereoView& other, double dep
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
-// Where a view looks at: on its axis, as far away as the subject.
+// The point at which a view looks: on its axis, at the subject's depth, or its distance where the view looks
+// elsewhere.
 Vector3d Target(const StereoView& view, const Subject& subject) {
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   const Vector3d to_subject = subject.center_in_world - view.center_in_world;
   const double depth = axis.dot(to_subject);
-  return view.center_in_world + (depth > 0.1 * to_subject.norm() ? depth : to_subject.norm()) * axis;
+  constexpr double kLeastCosine = 0.1;
+  return view.center_in_world + (depth > kLeastCosine * to_subject.norm() ? depth : to_subject.norm()) * axis;
 }
 
 struct Place {
@@ -58,13 +58,13 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
     const Vector3d sight = views[i].center_in_world - target;
     const double parallax = AngleBetween(own_sight, sight);
     if (parallax > options.most_parallax ||
-        (views[i].center_in_world - own.center_in_world).norm() < 1e-4 * own_sight.norm())
+        (views[i].center_in_world - own.center_in_world).norm() < options.least_baseline * own_sight.norm())
       continue;
     const double scale = sight.norm() / own_sight.norm();
     const double ratio = parallax / options.wanted_parallax;
     const double score = std::min(ratio, 1 / (ratio * ratio)) * std::min(scale, 1 / scale) *
-                         SharedPicture(own, views[i], own_sight.norm());
-    if (score > 0.02) candidates.push_back({static_cast<int>(i), sight, score});
+                         SharedImage(own, views[i], own_sight.norm());
+    if (score > options.least_score) candidates.push_back({static_cast<int>(i), sight, score});
   }
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < options.count && !candidates.empty()) {
@@ -74,10 +74,11 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
     const Candidate taken = *best;
     candidates.erase(best);
     chosen.push_back(taken.view);
-    // One beside it tells little that it does not.
+    // A view next to a chosen one adds little.
     for (Candidate& other : candidates) {
-      const double apart = AngleBetween(taken.sight, other.sight) / (0.5 * options.wanted_parallax);
-      other.score *= std::clamp(apart, 0.1, 1.0);
+      const double apart =
+          AngleBetween(taken.sight, other.sight) / (options.spread * options.wanted_parallax);
+      other.score *= std::clamp(apart, options.least_of_score, 1.0);
     }
   }
   return chosen;
@@ -89,8 +90,8 @@ std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject
     for (std::size_t i = 0; i < views.size(); ++i) chosen.push_back(static_cast<int>(i));
     return chosen;
   }
-  // Where it stands, in distances to the subject, and where it looks: the farthest from all that are chosen
-  // comes next, from the middle of all on.
+  // A view's place is its direction from the subject and the direction of its axis. The first view is the one
+  // nearest to the middle of all places; each next view is the farthest from those that are chosen.
   std::vector<Place> places;
   Place middle;
   for (const StereoView& view : views) {

@@ -1,8 +1,9 @@
-// Which views get a depth map, and which others each of them is compared with.
+// Which views get a depth map, and with which other views each of them is compared.
 #pragma once
 
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "core/light_field/light_field.h"
 #include "render/stereo/stereo_view.h"
 
@@ -10,17 +11,27 @@ namespace ulf::render {
 
 struct NeighbourOptions {
   int count = 8;
-  // Between lines of sight to the subject: less gives no depth, more looks different.
-  double wanted_parallax = 8 * M_PI / 180;
-  double most_parallax = 45 * M_PI / 180;
+  // Angle between the lines of sight to the subject, radians. Smaller ones give a worse depth, and larger
+  // ones images that look different. Guessed.
+  double wanted_parallax = Radians(8);
+  // Views with a larger parallax are no neighbours. Guessed.
+  double most_parallax = Radians(45);
+  // A view nearer than this share of the distance to the subject stands in the same place and is no
+  // neighbour.
+  double least_baseline = 1e-4;
+  // Views with a lower score are no neighbours; 1 is the best score. Guessed.
+  double least_score = 0.02;
+  // Angle to a chosen view, over the wanted parallax, below which the score falls; and how far it falls.
+  // Guessed.
+  double spread = 0.5, least_of_score = 0.1;
 };
 
-// Up to options.count others, best first: with a good parallax, that see what this one sees, spread around
-// it. Views at this one's place are no neighbours. May be empty.
+// Up to options.count other views, best first: with a good parallax, a shared image, and spread around the
+// view. May be empty.
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               const NeighbourOptions& options);
 
-// Up to `count` views, spread as evenly as they can be; all when there are no more. In ascending order.
+// Up to `count` views, spread as evenly as possible; all where there are no more. Ascending.
 std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject& subject, int count);
 
 }  // namespace ulf::render

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/at.h"
+#include "core/geometry/pinhole.h"
 #include "core/image/image.h"
 
 namespace ulf::render {
@@ -18,24 +19,23 @@ using Eigen::Vector3d;
 
 const Rgba kCoarse{255, 255, 255, 230}, kFine{255, 255, 255, 120}, kStrip{255, 200, 70, 110};
 
-Vector2d OnPicture(const CameraModel& camera, const Vector3d& p) {
-  return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
+// Directions with a smaller z are far outside any picture.
+double NearestShown(const Vector3d& p) {
+  constexpr double kLeastCosine = 0.02;
+  return kLeastCosine * p.norm();
 }
 
-// Rays flatter than this are far outside any picture.
-double NearestShown(const Vector3d& p) { return 0.02 * p.norm(); }
-
-// The part of an edge that is before the camera.
+// The part of an edge that lies in front of the camera.
 std::optional<std::pair<Vector2d, Vector2d>> Shown(const CameraModel& camera, Vector3d a, Vector3d b) {
   const double near = std::max(NearestShown(a), NearestShown(b));
   if (a.z() < near && b.z() < near) return std::nullopt;
   if (a.z() < near) a += (near - a.z()) / (b.z() - a.z()) * (b - a);
   if (b.z() < near) b += (near - b.z()) / (a.z() - b.z()) * (a - b);
-  return std::pair(OnPicture(camera, a), OnPicture(camera, b));
+  return std::pair(PinholeImg(camera, a), PinholeImg(camera, b));
 }
 
-// A triangle's corners are taken with the sign of the side that the camera is on: an edge between two sides
-// is there twice.
+// The sign of a triangle's corners depends on the side of the camera, so that an edge between triangles of
+// both signs is drawn twice.
 struct DrawnEdge {
   int from, to;
   bool negated;
@@ -53,7 +53,8 @@ class Drawing {
     const FieldMesh& mesh = field.field_mesh();
     const PlacedMesh placed = field.Place(place_);
     std::set<DrawnEdge> drawn;
-    for (std::size_t t = mesh.triangles.size(); t-- > 0;) {  // a rim's edge is the mesh's, not the strips'
+    for (std::size_t t = mesh.triangles.size();
+         t-- > 0;) {  // from the last on: a rim edge is drawn as the mesh's, not as the strips'
       if (placed.cone_from_ray[t].isZero(0)) continue;
       const Triangle& triangle = mesh.triangles[t];
       const Matrix3d corners = cam_from_world_r_ * placed.corners[t];
@@ -85,8 +86,9 @@ class Drawing {
         const auto srgb = [](float linear) {
           return static_cast<std::uint8_t>(std::lround(255 * SrgbFromLinear(linear)));
         };
-        shapes_.emplace_back(Spot{OnPicture(camera_, corner), 6, {255, 255, 255}});
-        shapes_.emplace_back(Spot{OnPicture(camera_, corner), 5, {srgb(bgr[2]), srgb(bgr[1]), srgb(bgr[0])}});
+        shapes_.emplace_back(Spot{PinholeImg(camera_, corner), 6, {255, 255, 255}});
+        shapes_.emplace_back(
+            Spot{PinholeImg(camera_, corner), 5, {srgb(bgr[2]), srgb(bgr[1]), srgb(bgr[0])}});
       }
     }
   }

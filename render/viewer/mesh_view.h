@@ -1,6 +1,6 @@
-// The mesh of the viewpoints drawn over a picture (thesis, figure 5-3), where the camera's rays cross it: at
-// a corner the piecewise-linear field is that view alone. Triangles behind the camera are drawn where the
-// lines through it meet them (mesh_field.h).
+// Draws the mesh of the viewpoints over a picture (thesis, figure 5-3), where the camera's rays cross it: at
+// a corner the piecewise linear field has only that view. Triangles behind the camera are drawn where the
+// lines through the camera meet them (mesh_field.h).
 #pragma once
 
 #include "core/geometry/camera_model.h"
@@ -10,8 +10,8 @@
 
 namespace ulf::render {
 
-// `coarse` is the mesh as triangulated; the edges of `fine`, where there is one, are thin. The strips past
-// the hull are faint; viewpoints have the colours of the blending field's picture.
+// `coarse`: the mesh without subdivision. `fine`: the subdivided mesh, with thin edges, or null. The strips
+// outside the hull are faint. Viewpoints have the colours of ViewColor().
 Overlay MeshView(const MeshField& coarse, const MeshField* fine, const RenderScene& scene,
                  const CameraModel& camera, const Rigid3& cam_from_world);
 

@@ -1,5 +1,5 @@
-// The interactive viewer on a surface: the light field from wherever the person stands, drawn when something
-// has changed and not otherwise.
+// The interactive viewer on a surface. It shows the light field from a camera that the user moves, and draws
+// only when something has changed.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@
 
 namespace ulf::render {
 
-// A proxy that is made when it is first wanted.
+// A proxy that is made when the user first selects it.
 struct OfferedProxy {
   std::string name;
   std::function<std::shared_ptr<const Proxy>()> make;
@@ -27,22 +27,29 @@ struct OfferedProxy {
 
 struct ViewerOptions {
   FieldOptions field;
-  std::vector<OfferedProxy> proxies;     // not empty; the first is shown
-  std::filesystem::path out = ".";       // where pictures and keyframes go
+  std::vector<OfferedProxy> proxies;     // not empty; the first is shown first
+  std::filesystem::path out = ".";       // folder for pictures and keyframes
   double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
-  double sensor_width_mm = 36;           // that an f-number is told for
-  bool keeps_up = true;                  // while the camera moves it is drawn as large as keeps up with that
-  std::function<double()> seconds = {};  // a clock; null: the steady one
+  double sensor_width_mm = 36;           // for f-numbers
+  bool reduces_motion = true;            // draw smaller while the camera moves (MovingSize)
+  std::function<double()> seconds = {};  // a clock; null: std::chrono::steady_clock
+
+  // The camera rests when it has not moved for this time, and is drawn at full size. Guessed.
+  double rest_s = 0.2;
+  double reread_s = 0.02;  // while photographs are missing, a picture is drawn at least this often. Guessed.
+  // Photographs are prefetched for a camera that has moved on by this many movements like the last one.
+  // Guessed.
+  int movements_ahead = 10;
 };
 
 class Viewer {
  public:
-  // The surface's context is current, and stays so.
+  // The surface's context must be current as long as the viewer lives.
   Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const ViewerOptions& options);
 
-  // Takes what has been pressed, waits up to `patience_s` for it, and draws what has changed, what has been
-  // read of photographs that the last picture lacked, or what was drawn smaller while the camera moved and
-  // now rests. False once the person leaves.
+  // Handles input, for which it waits up to `patience_s`, and draws if something has changed, if the last
+  // picture lacked photographs, or if it was reduced and the camera rests now. Returns false once the user
+  // leaves.
   bool Step(double patience_s);
 
   const ViewerState& state() const { return input_.state(); }
@@ -52,46 +59,46 @@ class Viewer {
   const GlRenderer& renderer() const { return *renderer_; }
   int frames() const { return frames_; }
   const cv::Size& drawn_size() const { return drawn_size_; }         // of the light field in the last frame
-  const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last ones
+  const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last frames
 
  private:
-  void Obey(const ViewerRequest& request);
-  void SwitchOver();
+  void Execute(const ViewerRequest& request);
+  void ApplyState();
   void FocusOn(const Eigen::Vector2d& img);
-  void TakeProxy(std::size_t index);
+  void SelectProxy(std::size_t index);
   bool IsReduced() const { return frames_ > 0 && drawn_size_ != shown_size_; }
   void Draw(bool moves);
   void Paint(const cv::Size& drawn_size);  // onto the surface, without showing it
   void DrawOverlays(const CameraModel& camera, const Rigid3& cam_from_world);
-  void DrawWords(const PlainPanels& panels);
+  void DrawTexts(const PlainPanels& panels);
   void DrawFocus(const CameraModel& camera, const Rigid3& cam_from_world);
-  void DrawWhere(const cv::Size& screen, double scale);
-  void Say(const std::string& words);
+  void DrawGizmo(const cv::Size& screen, double scale);
+  void ShowNotice(const std::string& notice);
   void SavePicture();
   void SaveKeyframe();
 
   Surface& surface_;
-  std::shared_ptr<const RenderScene> scene_;  // its proxy is not looked at
+  std::shared_ptr<const RenderScene> scene_;  // its proxy is not used
   ViewerOptions options_;
   std::vector<std::shared_ptr<const Proxy>> proxies_;  // null: not made yet
   std::unique_ptr<GlRenderer> renderer_;
   Painter painter_;
-  ViewpointGizmo where_;
+  ViewpointGizmo gizmo_;
   MeshField coarse_mesh_;
   std::unique_ptr<MeshField> fine_mesh_;
   int fine_level_ = 0;
   ViewerInput input_;
 
-  std::optional<ViewerState> shown_;  // on the screen
+  std::optional<ViewerState> shown_;  // the state of the picture on the screen
   cv::Size shown_size_;
   bool stale_ = true;
-  std::string said_;  // until something is pressed
+  std::string notice_;  // until the next key or button
   MovingSize moving_size_;
   cv::Size drawn_size_;
-  double moved_s_ = 0;  // when the camera has moved last
+  double moved_s_ = 0;  // time of the camera's last movement
   int frames_ = 0;
   double picture_ms_ = 0;             // of the frame that is being drawn
-  double last_frame_picture_ms_ = 0;  // of the one that frame_ms_ ends with
+  double last_frame_picture_ms_ = 0;  // of the last frame in frame_ms_
   std::vector<double> frame_ms_;
 };
 

@@ -32,7 +32,7 @@ CameraModel ViewerCamera::For(const cv::Size& screen) const {
 }
 
 ViewerCamera StartingCamera(const RenderScene& scene) {
-  constexpr double kNearlyAlong = 0.95;
+  constexpr double kNearlyAlong = 0.95;  // cosine. Guessed.
   const Rigid3 middle = OrbitPath(scene, 1).cam_from_world.front();
   ViewerCamera camera;
   camera.eye_in_world = middle.OriginInSource();
@@ -49,10 +49,10 @@ ViewerCamera StartingCamera(const RenderScene& scene) {
 ViewerCamera Orbited(ViewerCamera camera, double right, double up) {
   const Vector3d axis = camera.up_in_world;
   Vector3d arm = camera.eye_in_world - camera.target_in_world;
-  const double polar = std::atan2(arm.cross(axis).norm(), arm.dot(axis));
+  const double polar = AngleBetween(arm, axis);
   const double wanted =
       std::clamp(polar - up, std::min(kLeastPolarRad, polar), std::max(M_PI - kLeastPolarRad, polar));
-  // To the camera's right is counter-clockwise about up, seen from above.
+  // The camera's right is counter-clockwise about up, as seen from above.
   arm = Eigen::AngleAxisd(wanted - polar, RightOf(camera)) * arm;
   arm = Eigen::AngleAxisd(right, axis) * arm;
   camera.eye_in_world = camera.target_in_world + arm;
@@ -78,8 +78,8 @@ ViewerCamera Zoomed(ViewerCamera camera, double factor) {
   return camera;
 }
 
-ViewerCamera Ahead(const ViewerCamera& before, ViewerCamera now, int movements) {
-  constexpr double kMostTimes = 4, kMostTurn = 0.5;  // after a jump
+ViewerCamera Extrapolated(const ViewerCamera& before, ViewerCamera now, int movements) {
+  constexpr double kMostTimes = 4, kMostTurn = 0.5;  // limits for a camera that has jumped. Guessed.
   const Vector3d arm_before = before.eye_in_world - before.target_in_world;
   const Vector3d arm = now.eye_in_world - now.target_in_world;
   Vector3d turn = movements * (arm.normalized() - arm_before.normalized());

@@ -4,11 +4,12 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/geometry/angles.h"
+#include "core/image/image.h"
 
 namespace ulf::render {
 namespace {
@@ -22,7 +23,7 @@ json ReadKeyframes(const std::filesystem::path& file) {
   try {
     document = json::parse(ReadWholeFile(file));
   } catch (const json::exception& error) {
-    throw Error("{}: not valid JSON: {}; keyframes are not added to it", file.string(), error.what());
+    throw Error("{}: not valid JSON: {}; no keyframe is added to it", file.string(), error.what());
   }
   if (!document.is_object() || !document.contains("keyframes") || !document["keyframes"].is_array())
     throw Error("{}: holds no list of keyframes; move it away or give another folder with -o", file.string());
@@ -48,7 +49,7 @@ std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera
                 {"eye", ListOf(camera.eye_in_world)},
                 {"target", ListOf(camera.target_in_world)},
                 {"up", ListOf(camera.up_in_world)},
-                {"fov_deg", fov_rad * 180 / M_PI}};
+                {"fov_deg", Degrees(fov_rad)}};
   if (has_apertures) {
     const Aperture closed{.radius = 0, .focus_in_world = camera.target_in_world};
     keyframe["aperture"] = aperture.value_or(closed).radius;
@@ -59,20 +60,11 @@ std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera
   return keyframes.size();
 }
 
-void SavePicture(const std::filesystem::path& file, const cv::Mat& srgb8) {
-  std::vector<std::uint8_t> bytes;
-  const std::string ending = file.extension().string();
-  if (ending != ".png" && ending != ".jpg")
-    throw UsageError("{}: pictures of the viewer end in .png or .jpg", file.string());
-  if (!cv::imencode(ending, srgb8, bytes)) throw Error("{}: the picture cannot be encoded", file.string());
-  WriteFileAtomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
 std::filesystem::path SaveNumbered(const std::filesystem::path& folder, const cv::Mat& srgb8) {
   std::filesystem::path file;
   for (int n = 0; file.empty() || std::filesystem::exists(file); ++n)
     file = folder / fmt::format("ulf_view_{:03}.png", n);
-  SavePicture(file, srgb8);
+  WritePictureFile(file.string(), srgb8);
   return file;
 }
 

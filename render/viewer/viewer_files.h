@@ -1,5 +1,4 @@
-// What the viewer leaves behind: pictures, and keyframes that `ulf render --path` goes through
-// (docs/rendering.md).
+// The files of the viewer: pictures, and keyframes for `ulf render --path` (docs/rendering.md).
 #pragma once
 
 #include <cstddef>
@@ -13,17 +12,16 @@
 namespace ulf::render {
 
 inline constexpr char kKeyframeFile[] = "ulf_keyframes.json";
-inline constexpr double kKeyframeSeconds = 2;  // from one to the next
+inline constexpr double kKeyframeSeconds = 2;  // from one keyframe to the next
 
-// Behind those that the file holds; how many there are now. The size of the pictures is that of the first's
-// window. Throws Error for a file that holds something else, and for an open aperture where the file's
-// keyframes have none: with one, the focal plane takes the geometry's place all along the path.
+// Appends a keyframe to the file and returns how many it has now. The size of the pictures is that of the
+// window at the first keyframe. Throws Error for a file that is no list of keyframes, and for an aperture
+// where the file's keyframes have none: with an aperture the focal plane replaces the geometry along the
+// whole path.
 std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera& camera,
                            const cv::Size& screen, const std::optional<Aperture>& aperture);
 
-// Under the first free number; says which.
+// Writes the picture under the first free number and returns the file.
 std::filesystem::path SaveNumbered(const std::filesystem::path& folder, const cv::Mat& srgb8);
-// As its ending says: .png, .jpg.
-void SavePicture(const std::filesystem::path& file, const cv::Mat& srgb8);
 
 }  // namespace ulf::render

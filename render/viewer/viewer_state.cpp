@@ -3,20 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <utility>
 
 namespace ulf::render {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kTurn = 2 * kDegree, kStep = 0.03, kNearer = 1.05, kCloser = 1.05;  // of a key
-constexpr double kTurnOfHeight = M_PI;  // of a drag as long as the window is high
-constexpr double kStops = 0.25;
-constexpr double kWider = 1.25, kFarther = 1.03;
-constexpr double kWidest = 100;     // least apertures
-constexpr double kStillPixels = 4;  // a click's
-
-// Weights of all views at every pixel take a software rasteriser seconds: they have a key of their own.
+// Skips lumigraph weights per pixel, which take a software rasteriser seconds and have a key of their own.
 FieldKind NextField(FieldKind kind) {
   const auto at = std::find(std::begin(kViewerFields), std::end(kViewerFields), kind);
   const auto next = std::next(at) == std::end(kViewerFields) ? std::begin(kViewerFields) : std::next(at);
@@ -45,8 +38,8 @@ void ViewerInput::Handle(const InputEvent& event, const cv::Size& screen) {
 
 void ViewerInput::Turn(const WheelTurned& wheel) {
   if (wheel.control) return Widen(wheel.steps);
-  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(kCloser, wheel.steps))
-                              : MovedIn(state_.camera, std::pow(kNearer, wheel.steps));
+  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(options_.zoom, wheel.steps))
+                              : MovedIn(state_.camera, std::pow(options_.nearer, wheel.steps));
 }
 
 void ViewerInput::Click(const MouseButton& button) {
@@ -62,18 +55,18 @@ void ViewerInput::Click(const MouseButton& button) {
 
 void ViewerInput::Move(const Eigen::Vector2d& to, const cv::Size& screen) {
   if (pressed_ && dragging_) Drag(to - mouse_, screen);
-  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= kStillPixels) {
+  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= options_.still_px) {
     dragging_ = true;
     Drag(to - pressed_at_, screen);
   }
   mouse_ = to;
 }
 
-// What is under the mouse follows it.
+// The point under the mouse follows it.
 void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
   if (screen.empty()) return;
   if (*pressed_ == 0) {
-    const double turn = kTurnOfHeight / screen.height;
+    const double turn = options_.drag_rad / screen.height;
     state_.camera = Orbited(state_.camera, -turn * by.x(), turn * by.y());
   } else {
     const double focal_px = state_.camera.For(screen).fx;
@@ -81,15 +74,18 @@ void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
   }
 }
 
-// Everything between closed and the least does nothing.
+// An aperture is closed, or at least the least aperture.
 void ViewerInput::Widen(double steps) {
-  const double wider = std::max(state_.aperture, least_aperture_ / kWider) * std::pow(kWider, steps);
-  state_.aperture = wider < 0.99 * least_aperture_ ? 0 : std::min(wider, kWidest * least_aperture_);
+  constexpr double kRounding = 0.99;  // of the least aperture, after steps out and back
+  const double wider =
+      std::max(state_.aperture, least_aperture_ / options_.wider) * std::pow(options_.wider, steps);
+  state_.aperture =
+      wider < kRounding * least_aperture_ ? 0 : std::min(wider, options_.widest * least_aperture_);
 }
 
 void ViewerInput::FocusFarther(double steps) {
   const Eigen::Vector3d& eye = state_.camera.eye_in_world;
-  state_.focus_in_world = eye + std::pow(kFarther, steps) * (state_.focus_in_world - eye);
+  state_.focus_in_world = eye + std::pow(options_.farther, steps) * (state_.focus_in_world - eye);
 }
 
 void ViewerInput::Open(const Aperture& aperture) {
@@ -99,8 +95,8 @@ void ViewerInput::Open(const Aperture& aperture) {
 
 void ViewerInput::Press(const KeyPressed& key) {
   const auto move = [&](double right, double up) {
-    state_.camera = key.shift ? Panned(state_.camera, kStep * right, kStep * up)
-                              : Orbited(state_.camera, kTurn * right, kTurn * up);
+    state_.camera = key.shift ? Panned(state_.camera, options_.pan * right, options_.pan * up)
+                              : Orbited(state_.camera, options_.turn_rad * right, options_.turn_rad * up);
   };
   switch (key.key) {
     case Key::kLeft:
@@ -112,10 +108,10 @@ void ViewerInput::Press(const KeyPressed& key) {
     case Key::kDown:
       return move(0, -1);
     case Key::kPageUp:
-      state_.camera = MovedIn(state_.camera, kNearer);
+      state_.camera = MovedIn(state_.camera, options_.nearer);
       return;
     case Key::kPageDown:
-      state_.camera = MovedIn(state_.camera, 1 / kNearer);
+      state_.camera = MovedIn(state_.camera, 1 / options_.nearer);
       return;
     case Key::kHome:
       state_.camera = start_;
@@ -133,11 +129,23 @@ void ViewerInput::Press(const KeyPressed& key) {
 }
 
 void ViewerInput::Type(char32_t character, const cv::Size& screen) {
-  if (character >= U'A' && character <= U'Z') character += U'a' - U'A';  // whatever Caps Lock says
+  if (character >= U'A' && character <= U'Z') character += U'a' - U'A';  // also with Caps Lock
   if (character >= U'1' && character <= U'5') {
     state_.field.kind = kViewerFields[character - U'1'];
     return;
   }
+  static const std::map<char32_t, bool ViewerState::*> kToggles{
+      {U'b', &ViewerState::shows_field}, {U'm', &ViewerState::shows_mesh},  {U'w', &ViewerState::shows_gizmo},
+      {U'c', &ViewerState::shows_doubt}, {U't', &ViewerState::shows_texts}, {U'?', &ViewerState::shows_keys}};
+  static const std::map<char32_t, ViewerRequest::What> kRequests{{U'n', ViewerRequest::kNearestView},
+                                                                 {U's', ViewerRequest::kScreenshot},
+                                                                 {U'k', ViewerRequest::kKeyframe},
+                                                                 {U'g', ViewerRequest::kFullScreen},
+                                                                 {U'q', ViewerRequest::kLeave}};
+  if (const auto toggle = kToggles.find(character); toggle != kToggles.end())
+    return Toggle(state_.*toggle->second);
+  if (const auto request = kRequests.find(character); request != kRequests.end())
+    return Request(request->second);
   switch (character) {
     case 'f':
       state_.field.kind = NextField(state_.field.kind);
@@ -150,30 +158,18 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
     case 'p':
       state_.proxy = (state_.proxy + 1) % proxies_;
       return;
-    case 'b':
-      return Toggle(state_.shows_field);
-    case 'm':
-      return Toggle(state_.shows_mesh);
-    case 'w':
-      return Toggle(state_.shows_where);
-    case 'c':
-      return Toggle(state_.shows_doubt);
-    case 't':
-      return Toggle(state_.shows_words);
-    case '?':
-      return Toggle(state_.shows_keys);
     case '+':
     case '=':  // the same key without Shift
-      state_.camera = Zoomed(state_.camera, kCloser);
+      state_.camera = Zoomed(state_.camera, options_.zoom);
       return;
     case '-':
-      state_.camera = Zoomed(state_.camera, 1 / kCloser);
+      state_.camera = Zoomed(state_.camera, 1 / options_.zoom);
       return;
     case 'e':
-      state_.exposure_stops += kStops;
+      state_.exposure_stops += options_.stops;
       return;
     case 'd':
-      state_.exposure_stops -= kStops;
+      state_.exposure_stops -= options_.stops;
       return;
     case 'o':
       return Widen(1);
@@ -191,16 +187,6 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
       return FocusFarther(-1);
     case 'r':
       return Request(ViewerRequest::kFocus, {0.5 * screen.width, 0.5 * screen.height});
-    case 'n':
-      return Request(ViewerRequest::kNearestView);
-    case 's':
-      return Request(ViewerRequest::kScreenshot);
-    case 'k':
-      return Request(ViewerRequest::kKeyframe);
-    case 'g':
-      return Request(ViewerRequest::kFullScreen);
-    case 'q':
-      return Request(ViewerRequest::kLeave);
     default:
       return;
   }

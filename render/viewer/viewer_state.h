@@ -1,5 +1,5 @@
-// What the viewer's person has switched and where they stand: input in, state out. Pure: what needs more than
-// that (a file, a depth, the window) comes out as a request.
+// The viewer's state: where the camera is and what is switched on. ViewerInput turns input into a state,
+// without side effects; actions that need more (a file, a depth, the window) become requests.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "render/display/plain_panels.h"
 #include "render/display/surface.h"
 #include "render/fields/aperture.h"
@@ -17,16 +18,16 @@ namespace ulf::render {
 
 struct ViewerState {
   ViewerCamera camera;
-  FieldOptions field;  // as asked
-  int proxy = 0;       // of those that there are
+  FieldOptions field;  // as the user selected it
+  int proxy = 0;       // index into ViewerOptions::proxies
   double exposure_stops = 0;
-  double aperture = 0;  // radius of the lens, world units; 0: closed, everything is as sharp as the proxy
+  double aperture = 0;  // radius of the lens, world units; 0: closed, and everything is in focus
   Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();
   bool shows_field = false;  // a colour for each view (thesis, figure 5-1)
   bool shows_mesh = false;   // of the viewpoints (figure 5-3)
-  bool shows_where = true;
-  bool shows_doubt = false;
-  bool shows_words = true;
+  bool shows_gizmo = true;   // ViewpointGizmo
+  bool shows_doubt = false;  // stripes where confidence is low
+  bool shows_texts = true;
   bool shows_keys = false;
   bool operator==(const ViewerState&) const = default;
 
@@ -36,20 +37,40 @@ struct ViewerState {
 struct ViewerRequest {
   enum What { kLeave, kFullScreen, kScreenshot, kKeyframe, kNearestView, kFocus };
   What what;
-  Eigen::Vector2d img = {};  // of kFocus: on what
+  Eigen::Vector2d img = {};  // of kFocus: the pixel
+};
+
+// What a key, a step of the wheel or a drag does. All guessed.
+struct ViewerInputOptions {
+  double turn_rad = Radians(2);  // an arrow key
+  double drag_rad = M_PI;        // a drag over the height of the window
+  double pan = 0.03;             // an arrow key with Shift, in distances to the target
+  double nearer = 1.05;          // PgUp, or a step of the wheel: divides the distance
+  double zoom = 1.05;            // +, or a step of the wheel with Shift
+  double stops = 0.25;           // E
+  double wider = 1.25;           // O, or a step of the wheel with Ctrl: multiplies the aperture
+  double widest = 100;           // the largest aperture, in least apertures
+  double farther = 1.03;         // U: multiplies the distance of the focus
+  double still_px = 4;           // a press that moves less is a click
 };
 
 class ViewerInput {
  public:
-  // Less than `least_aperture`, how far viewpoints are apart, is no lens (aperture.h).
-  ViewerInput(const ViewerState& start, int proxies, double least_aperture)
-      : state_(start), start_(start.camera), proxies_(proxies), least_aperture_(least_aperture) {}
+  // `proxies`: their number. `least_aperture`: the distance of neighbouring viewpoints; a smaller aperture
+  // has no effect (aperture.h).
+  ViewerInput(const ViewerState& start, int proxies, double least_aperture,
+              const ViewerInputOptions& options = {})
+      : options_(options),
+        state_(start),
+        start_(start.camera),
+        proxies_(proxies),
+        least_aperture_(least_aperture) {}
 
   void Handle(const InputEvent& event, const cv::Size& screen);
   const ViewerState& state() const { return state_; }
   std::vector<ViewerRequest> TakeRequests();
   void Place(const ViewerCamera& camera) { state_.camera = camera; }
-  void TakeProxy(int proxy) { state_.proxy = proxy; }
+  void SelectProxy(int proxy) { state_.proxy = proxy; }
   void Focus(const Eigen::Vector3d& focus_in_world) { state_.focus_in_world = focus_in_world; }
   void Open(const Aperture& aperture);
 
@@ -66,15 +87,16 @@ class ViewerInput {
     requests_.push_back({what, img});
   }
 
+  ViewerInputOptions options_;
   ViewerState state_;
   ViewerCamera start_;
   int proxies_;
   double least_aperture_;
-  double last_aperture_ = 0;  // that was open
+  double last_aperture_ = 0;  // before it was closed
   std::vector<ViewerRequest> requests_;
   Eigen::Vector2d mouse_ = Eigen::Vector2d::Zero(), pressed_at_ = Eigen::Vector2d::Zero();
   std::optional<int> pressed_;  // which button
-  bool dragging_ = false;       // it has moved since: no click any more
+  bool dragging_ = false;       // the mouse has moved since the press, which is no click
 };
 
 inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subject"},
@@ -82,20 +104,20 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
                                           {"PgUp PgDn, wheel", "nearer, farther"},
                                           {"+ -, Shift wheel", "zoom the lens"},
                                           {"N", "to the nearest recorded viewpoint"},
-                                          {"Home", "back to where it began"},
+                                          {"Home", "back to the first view"},
                                           {"F, 1 to 5", "blending field"},
                                           {"L", "level of subdivision"},
                                           {"P", "proxy"},
                                           {"O I, Ctrl wheel", "aperture wider, narrower"},
                                           {"X", "aperture closed, open"},
-                                          {"click, R", "focus there, on the middle"},
+                                          {"click, R", "focus there, in the middle"},
                                           {"U J", "focus farther, nearer"},
                                           {"B", "the field in a colour for each view"},
                                           {"M", "mesh of the viewpoints"},
                                           {"C", "stripes where confidence is low"},
-                                          {"W", "where am I"},
+                                          {"W", "where the camera is"},
                                           {"E D", "brighter, darker"},
-                                          {"T", "words"},
+                                          {"T", "texts"},
                                           {"S", "picture to a file"},
                                           {"K", "keyframe to a file"},
                                           {"G or F11", "full screen"},

@@ -5,21 +5,14 @@
 #include "core/base/counted.h"
 
 namespace ulf::render {
-namespace {
-
-std::string FieldWords(const FieldOptions& field) {
-  if (field.kind != FieldKind::kSubdivision) return FieldName(field.kind);
-  return FieldName(field.kind) + " " + LevelName(field.level);
-}
-
-}  // namespace
 
 std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures) {
   std::vector<StatusItem> items;
   const bool as_asked = figures.field.kind == state.field.kind;
-  items.push_back({FieldWords(figures.field) +
-                       (as_asked ? "" : fmt::format(" ({} serves not)", FieldName(state.field.kind))),
-                   as_asked ? ink::kText : ink::kCareful});
+  items.push_back(
+      {FieldText(figures.field) +
+           (as_asked ? "" : fmt::format(" ({} is not possible here)", FieldName(state.field.kind))),
+       as_asked ? ink::kText : ink::kCareful});
   if (state.aperture > 0) {
     const bool widens = UsesMesh(figures.field.kind);
     items.push_back({fmt::format("aperture {:.3g}{}, focus {:.3g}{}", state.aperture,

@@ -1,4 +1,4 @@
-// What the viewer says, as values.
+// The texts of the viewer, as values.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@ namespace ulf::render {
 
 struct ViewerFigures {
   std::size_t views = 0;
-  FieldOptions field;  // that is used, which may not be what was asked
+  FieldOptions field;  // in use, which may differ from the selected one
   std::string proxy;
-  double focus_depth = 0;               // of the focal plane, along the optical axis
-  std::optional<double> f_number = {};  // of the aperture, where that has a size in metres
-  bool loading = false;                 // of this picture some photographs are still being read
-  cv::Size drawn_size = {};             // of the light field where that is not the window's, else empty
-  double frame_ms = 0;                  // the last frame, all of it; 0: none yet
-  double picture_ms = 0;                // of that the light field
+  double focus_depth = 0;               // of the focal plane, along the optical axis, world units
+  std::optional<double> f_number = {};  // of the aperture, where world units are metres
+  bool loading = false;                 // photographs of this picture are still being read
+  cv::Size drawn_size = {};             // of the light field where it differs from the window's, else empty
+  double frame_ms = 0;                  // time of the last frame; 0: none yet
+  double picture_ms = 0;                // the light field's part of it
 };
 
 std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures);

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene/subject_center.h"
+#include "core/base/quantile.h"
 #include "render/viewer/viewer_camera.h"
+#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 namespace {
@@ -20,9 +21,9 @@ const Rgba kCovered{70, 190, 90, 150}, kCoveredBehind{70, 190, 90, 60};
 const Rgba kView{255, 255, 255, 220}, kViewBehind{255, 255, 255, 70};
 const Rgba kCamera{235, 30, 40}, kCameraRim{255, 255, 255};
 
-double AngleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+constexpr double kRadius = 0.46;  // of the sphere, in sizes of the picture
 
-// The median over the views of the angle to the nearest other one; of many views to some.
+// The median over the views of the angle to the nearest other view; of many views a sample.
 double MedianSpacing(const std::vector<Vector3d>& directions) {
   if (directions.size() < 2) return 0;
   constexpr std::size_t kSample = 100;
@@ -34,8 +35,7 @@ double MedianSpacing(const std::vector<Vector3d>& directions) {
       if (j != i) nearest = std::min(nearest, AngleBetween(directions[i], directions[j]));
     least.push_back(nearest);
   }
-  std::nth_element(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2), least.end());
-  return least[least.size() / 2];
+  return Median(least);
 }
 
 std::vector<Vector2d> Circle(const Vector2d& middle, double radius) {
@@ -56,7 +56,8 @@ Patch Square(const Vector2d& middle, double half, const Rgba& color) {
 
 }  // namespace
 
-ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
+ViewpointGizmo::ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOptions& options)
+    : options_(options), subject_(scene.subject), mesh_(scene.mesh) {
   const ViewerCamera start = StartingCamera(scene);
   Rigid3 look = start.CamFromWorld();
   std::vector<double> distances;
@@ -68,9 +69,8 @@ ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subjec
     directions_.push_back(arm.normalized());
     behind += arm.dot(start.eye_in_world - start.target_in_world) < 0;
   }
-  constexpr double kFromAboveRad = 20 * M_PI / 180;
-  if (4 * behind > static_cast<int>(directions_.size()))
-    look = Orbited(start, 0, kFromAboveRad).CamFromWorld();
+  if (behind > options_.far_share * static_cast<double>(directions_.size()))
+    look = Orbited(start, 0, options_.from_above_rad).CamFromWorld();
   right_ = look.DirectionInSource(Vector3d::UnitX());
   up_ = look.DirectionInSource(-Vector3d::UnitY());
   towards_ = look.DirectionInSource(-Vector3d::UnitZ());
@@ -80,7 +80,6 @@ ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subjec
 }
 
 ViewpointGizmo::Place ViewpointGizmo::Of(const Vector3d& direction, double size) const {
-  constexpr double kRadius = 0.46;  // of the picture
   const Vector3d unit = direction.normalized();
   return {size * (Vector2d(0.5, 0.5) + kRadius * Vector2d(unit.dot(right_), -unit.dot(up_))),
           unit.dot(towards_) >= 0};
@@ -105,10 +104,10 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
     const Place place = Of(direction, size);
     (place.front ? before : behind).emplace_back(Square(place.img, 1, place.front ? kView : kViewBehind));
   }
-  Overlay all{Polygon{Circle({0.5 * size, 0.5 * size}, 0.46 * size), kSphere}};
+  Overlay all{Polygon{Circle({0.5 * size, 0.5 * size}, kRadius * size), kSphere}};
   all.insert(all.end(), behind.begin(), behind.end());
   all.insert(all.end(), before.begin(), before.end());
-  all.emplace_back(Polyline{Circle({0.5 * size, 0.5 * size}, 0.46 * size), 1.5, kRim, true});
+  all.emplace_back(Polyline{Circle({0.5 * size, 0.5 * size}, kRadius * size), 1.5, kRim, true});
   const Place camera = Of(eye - subject_.center_in_world, size);
   if (camera.front) {
     all.emplace_back(Spot{camera.img, 6, kCameraRim});
@@ -120,30 +119,27 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
 }
 
 double ViewpointGizmo::Spacing() const {
-  constexpr double kLeastShare = 1e-3;  // of the distance: views may share a centre
+  constexpr double kLeastShare = 1e-3;  // of the distance, for views that share a centre
   return std::max(spacing_rad_, kLeastShare) * std::max(farthest_, subject_.radius);
 }
 
 bool ViewpointGizmo::IsOutside(const Vector3d& direction) const {
   if (mesh_.span == Span::kSurface) return !InsideHull(mesh_, direction);
-  constexpr double kSpacings = 2;
-  constexpr double kLeastRad = 1 * M_PI / 180;
-  const double allowed = std::max(kLeastRad, kSpacings * spacing_rad_);
+  const double allowed = std::max(options_.outside_rad, options_.outside_spacings * spacing_rad_);
   return std::none_of(directions_.begin(), directions_.end(),
                       [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
 }
 
 std::string ViewpointGizmo::Warning(const Vector3d& eye) const {
-  constexpr double kMargin = 1.02;  // standing on a view is not outside
   const Vector3d arm = eye - subject_.center_in_world;
   const double distance = arm.norm();
   if (distance < subject_.radius) return "inside the subject's sphere";
   std::string warning;
   const auto add = [&](const std::string& words) { warning += (warning.empty() ? "" : "; ") + words; };
   if (IsOutside(arm)) add("outside the recorded views: the nearest ones are stretched");
-  if (distance * kMargin < nearest_)
+  if (distance * options_.distance_margin < nearest_)
     add(fmt::format("{:.1f} times nearer than any view", nearest_ / distance));
-  if (distance > farthest_ * kMargin)
+  if (distance > farthest_ * options_.distance_margin)
     add(fmt::format("{:.1f} times farther than any view", distance / farthest_));
   return warning;
 }

@@ -1,6 +1,6 @@
-// A small sphere around the subject: where photographs were taken, the range that they cover, and where the
-// camera is now. Seen from the middle of the viewpoints, and from a little above where they stand all around;
-// what is on its far side is drawn fainter, the camera there as a ring.
+// A small sphere around the subject that shows where photographs were taken, the area that they cover, and
+// where the camera is. It is seen from the middle of the viewpoints, or from slightly above where they stand
+// all around. Its far side is drawn fainter; a camera on the far side is a ring.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,37 +8,50 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "render/display/shapes.h"
 #include "render/scene/scene.h"
 
 namespace ulf::render {
 
+struct ViewpointGizmoOptions {
+  // The sphere is seen from this much above where more than this share of the views stand on its far side.
+  // Guessed.
+  double from_above_rad = Radians(20), far_share = 0.25;
+  // Views of a row or a ring: a camera farther from all of them than this many median spacings, and this
+  // angle, is outside. Guessed.
+  double outside_spacings = 2, outside_rad = Radians(1);
+  // A camera is too near or too far when it leaves the views' distances by more than this factor. Guessed.
+  double distance_margin = 1.02;
+};
+
 class ViewpointGizmo {
  public:
-  explicit ViewpointGizmo(const RenderScene& scene);
+  explicit ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOptions& options = {});
 
   struct Place {
     Eigen::Vector2d img;  // in the picture
-    bool front = true;    // on the side that is seen
+    bool front = true;    // on the visible side
   };
-  // Of a direction from the subject's centre, in a picture of `size` x `size`.
+  // The place of a direction from the subject's centre, in a picture of `size` x `size`.
   Place Of(const Eigen::Vector3d& direction_in_world, double size) const;
   Overlay Draw(const Eigen::Vector3d& eye_in_world, double size) const;
 
-  // What is to be said about standing there; empty where photographs stand all around.
+  // A warning for a camera at this place; empty where photographs were taken all around it.
   std::string Warning(const Eigen::Vector3d& eye_in_world) const;
 
-  // How far a view's neighbour is, in the median; world units.
+  // Median distance of a view to its nearest neighbour, world units.
   double Spacing() const;
 
  private:
   bool IsOutside(const Eigen::Vector3d& direction_in_world) const;
 
+  ViewpointGizmoOptions options_;
   Subject subject_;
   ViewpointMesh mesh_;
   Eigen::Vector3d right_, up_, towards_;     // of the picture, in world axes
   std::vector<Eigen::Vector3d> directions_;  // of the views
-  double spacing_rad_ = 0;                   // between neighbours, in the median
+  double spacing_rad_ = 0;                   // median angle between neighbours
   double nearest_ = 0, farthest_ = 0;        // distances of the views
 };
 

@@ -12,7 +12,8 @@
 #include "core/light_field/light_field_io.h"
 #include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
-#include "render/scene/pyramid_file.h"
+#include "render/photographs/pyramid_file.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -94,7 +95,7 @@ void ReadFile(benchmark::State& state) {
   const test::ScratchFolder scratch;
   const ViewPyramid pyramid = MakePyramid(Photograph1Mp());
   WritePyramidFile(scratch / "x.pyramid", 1, pyramid);
-  const auto photograph = HoldPhotograph(pyramid);
+  const auto photograph = test::HoldPhotograph(pyramid);
   for (auto _ : state)
     benchmark::DoNotOptimize(
         ReadPyramidFile(scratch / "x.pyramid", 1, *photograph, static_cast<int>(state.range(0))));

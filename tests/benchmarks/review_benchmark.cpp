@@ -11,6 +11,7 @@
 #include "coverage/operator/marker_mouse.h"
 #include "render/quality/nearest_view.h"
 #include "tests/benchmarks/figures.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 #include "tracking/sources/marker_locator.h"
 
@@ -79,7 +80,7 @@ const RenderScene& LightFieldOfStudio() {
       view.camera = camera.camera();
       view.cam_from_world = camera.hand().CamFromWorld(0.5 * i);
       view.center_in_world = view.cam_from_world.OriginInSource();
-      view.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
+      view.photograph = test::HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
       made.views.push_back(view);
     }
     return made;

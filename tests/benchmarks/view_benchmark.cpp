@@ -70,7 +70,7 @@ void Drag(benchmark::State& state, const std::string& keys, FieldOptions field, 
   Viewer viewer(surface, scene,
                 {.field = field,
                  .proxies = {{"plane", [subject] { return std::make_shared<PlaneProxy>(subject); }}},
-                 .keeps_up = keeps_up});
+                 .reduces_motion = keeps_up});
   for (const char key : keys) surface.Push(Typed{static_cast<char32_t>(key)});
   surface.Push(MouseMoved{{640, 360}});
   surface.Push(MouseButton{0, true});

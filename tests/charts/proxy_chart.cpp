@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"

@@ -9,9 +9,10 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/quantile.h"
 #include "coverage/bound/coverage_map.h"
+#include "render/photographs/photograph.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/temporal_error.h"
-#include "render/scene/photograph.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -45,7 +46,7 @@ SceneView Photographed(const SimulatedCamera& studio, const Rigid3& cam_from_wor
   view.camera = studio.camera();
   view.cam_from_world = cam_from_world;
   view.center_in_world = cam_from_world.OriginInSource();
-  view.photograph = HoldPhotograph(MakePyramid(studio.CleanSrgb(cam_from_world)));
+  view.photograph = test::HoldPhotograph(MakePyramid(studio.CleanSrgb(cam_from_world)));
   return view;
 }
 

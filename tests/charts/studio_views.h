@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 #include "tests/support/floors.h"
 

@@ -10,12 +10,13 @@
 
 #include "core/base/quantile.h"
 #include "render/fields/mesh_field.h"
-#include "render/scene/reference_renderer.h"
+#include "render/renderer/reference_renderer.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/proxy_builder.h"
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/stability/curve.h"
 #include "tests/support/floors.h"
@@ -633,7 +634,7 @@ Curve PictureThroughTheShell() {
     const auto scene = MakeScene(spec);
     if (scene->mesh.span != Span::kSurface || scene->mesh.folds_remain) return Trial{Verdict::kSaidSo, 0};
     for (SceneView& view : scene->views)
-      view.photograph = HoldPhotograph(
+      view.photograph = test::HoldPhotograph(
           MakePyramid(cv::Mat(spec.height, spec.width, CV_8UC3, cv::Scalar::all(draw.Whole(0, 255)))));
     ReferenceRenderer renderer(scene, {.field = FieldOf(seed)});
     const Vector3d way = draw.Within(Vector3d::UnitZ(), 0.7 * kHalfAngle);
@@ -783,7 +784,7 @@ Curve MissingSides() {
     for (std::size_t i = 0; i < mapped.size(); ++i)
       others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = 10}));
     KeepWhatAgrees(maps, others, {});
-    const TriangleMesh mesh = CutSurface(FusePoints(maps, others, {}), centers).mesh;
+    const TriangleMesh mesh = CutSurface(FusePoints(maps, others, {}), centers);
     if (mesh.triangles.empty()) return Trial{Verdict::kSaidSo, 0};
     const double distance = MostlyWithin(mesh, solid);
     return Trial{distance < kRight ? Verdict::kRight : Verdict::kWrong, distance};

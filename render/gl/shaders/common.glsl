@@ -1,4 +1,4 @@
-// What every fragment shader knows: where a point falls in a view, and how deep the proxy is.
+// For all fragment shaders: where a point falls in a view, and the depth of the proxy.
 // Points are in the virtual camera's frame (x right, y down, z forward); row 0 of the target is the image's top.
 
 layout(binding = 0) uniform sampler2DArray photographs[ARRAYS];
@@ -7,7 +7,7 @@ uniform vec4 camera;     // fx fy cx cy
 uniform vec4 plane;      // normal, offset
 uniform float far_depth;
 #ifdef TRIANGLES
-layout(binding = 12) uniform sampler2D proxy_depth;  // 0 where there is no triangle
+layout(binding = 12) uniform sampler2D proxy_depth;  // 0 without a triangle
 #endif
 #ifdef HIDES
 layout(binding = 13) uniform sampler2DArrayShadow shadow_maps;
@@ -15,7 +15,7 @@ layout(binding = 13) uniform sampler2DArrayShadow shadow_maps;
 
 vec3 RayOfPixel() { return vec3((gl_FragCoord.xy - camera.zw) / camera.xy, 1.0); }
 
-// Of the pixel that is being drawn.
+// The proxy's depth at this pixel.
 float DepthOf(vec3 ray) {
 #ifdef TRIANGLES
   float depth = texelFetch(proxy_depth, ivec2(gl_FragCoord.xy), 0).r;
@@ -25,7 +25,7 @@ float DepthOf(vec3 ray) {
   return slope * far_depth <= plane.w ? far_depth : plane.w / slope;
 }
 
-// Software rasterisers walk through both sides of every branch: distortions that no view has are left out.
+// Software rasterisers execute both sides of every branch: code for distortions that no view has is left out.
 bool Distort(vec4 size, vec4 k, vec4 more, vec3 q, out vec2 p) {
   p = vec2(0.0);
 #ifdef FISHEYE
@@ -52,7 +52,7 @@ bool Distort(vec4 size, vec4 k, vec4 more, vec3 q, out vec2 p) {
   return q.z > 1e-12;
 }
 
-// Where the view has the point in its image, and its feather, 0 when it is outside.
+// The point's place in the view's image; returns the feather, 0 outside the image.
 float Frame(View v, vec3 in_view, out vec2 img) {
   vec2 p;
   if (!Distort(v.size, v.k, v.more, in_view, p)) return 0.0;
@@ -66,7 +66,7 @@ vec3 InView(View v, vec3 point) {
   return vec3(dot(v.row0, h), dot(v.row1, h), dot(v.row2, h));
 }
 
-// How much of the point the proxy leaves to be seen.
+// The visibility of the point: 0 hidden by the proxy to 1 visible.
 float ShadowMapVisibility(vec4 shadow_map, ivec4 place, vec3 in_view) {
 #ifdef HIDES
   if (in_view.z <= 0.0 || place.w < 0) return 1.0;
@@ -78,7 +78,7 @@ float ShadowMapVisibility(vec4 shadow_map, ivec4 place, vec3 in_view) {
 #endif
 }
 
-// Where the view sees the point, and its feather, 0 when it does not see it.
+// The point's place in the view's image; returns the feather times the visibility, 0 where the view does not see it.
 float See(View v, vec3 point, out vec2 img) {
   vec3 in_view = InView(v, point);
   float feather = Frame(v, in_view, img);
@@ -97,7 +97,7 @@ vec4 Photograph(ivec4 place, vec2 uv) {
 #endif
 }
 
-// `share`: how much of the photograph's pixels there have light at all.
+// `share`: the share of the photograph's pixels there that have light at all.
 vec3 LightOf(View v, vec2 img, out float share) {
   share = 1.0;
 #ifdef SHOW_FIELD

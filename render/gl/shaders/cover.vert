@@ -1,4 +1,4 @@
-// First pass: which triangle counts at a pixel (the depth), and its confidence.
+// First pass: the triangle that counts at a pixel (by its depth), and its confidence.
 invariant gl_Position;
 flat out float confidence;
 

@@ -1,4 +1,4 @@
-# cmake -DOUT=F -DSHADERS="a;b" -P embed.cmake: the files' text as string constants, named after them.
+# cmake -DOUT=F -DSHADERS="a;b" -P embed.cmake: writes the files' text to F as string constants named after the files.
 set(text "// Made from the shaders by embed.cmake.\n#pragma once\nnamespace ulf::shaders {\n")
 foreach(shader IN LISTS SHADERS)
   get_filename_component(name ${shader} NAME)

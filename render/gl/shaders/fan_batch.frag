@@ -1,4 +1,4 @@
-// With DIRECT a triangle has one batch, and its pixels are resolved at once.
+// DIRECT: every triangle has one batch, and its pixels are finished at once.
 flat in vec4 right[VIEWS], down[VIEWS], numerator[VIEWS], denominator, layers[(VIEWS + 3) / 4];
 #ifdef ONE_CAMERA
 #define OF_CAMERA(what, n) what
@@ -26,7 +26,7 @@ flat in vec4 light[VIEWS];
 #ifdef SHOW_FIELD
 flat in vec4 color_of_view[VIEWS];
 #endif
-out vec4 color;  // resolved, or added up: light times weight, weight
+out vec4 color;  // a finished pixel (resolve.glsl), or to be added up: light times weight, weight
 
 void main() {
   vec3 ray = RayOfPixel();
@@ -36,7 +36,7 @@ void main() {
   for (int n = 0; n < VIEWS; ++n) {
     vec3 forward = cross(right[n].xyz, down[n].xyz);
     vec3 in_view = vec3(dot(right[n].xyz, ray), dot(down[n].xyz, ray), dot(forward, ray)) +
-                   inverse_depth * vec3(right[n].w, down[n].w, numerator[n].w);  // over its depth here
+                   inverse_depth * vec3(right[n].w, down[n].w, numerator[n].w);  // over its depth in this camera
     vec2 p;
     bool before = DISTORT(n, in_view, p);
     vec2 uv = OF_CAMERA(to_uv, n).xy * p + OF_CAMERA(to_uv, n).zw;

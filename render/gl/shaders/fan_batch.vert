@@ -1,6 +1,6 @@
-// Second pass: every triangle once for up to VIEWS of the views that weigh in it, whose photographs lie in one array.
-// What a fragment costs whatever it does, and adding up in memory, is paid once for all of them. All that the fragments
-// need of the views and of their weights is constant over the triangle and travels flat, in as few vectors as can be.
+// Second pass: every triangle once for up to VIEWS of the views that have weight in it and whose photographs lie in one
+// array, so that the fixed cost of a fragment, and adding up in memory, is paid once for all of them. The data of the
+// views and of their weights is constant over the triangle; it is passed flat, in as few vectors as possible.
 struct Fan {
   uint triangle;
   uint view;
@@ -18,10 +18,10 @@ layout(std430, binding = 3) readonly buffer FanBatches { FanBatch batches[]; };
 invariant gl_Position;
 // view_from_cam, two rows, x and y of its translation; the third row is their cross product.
 flat out vec4 right[VIEWS], down[VIEWS];
-// A view's weight is numerator . ray / denominator . ray. Fourth of the numerator: z of the view's translation; of the
-// denominator: the triangle's confidence.
+// A view's weight is numerator . ray / denominator . ray. The numerator's w is the z of the view's translation, the
+// denominator's w the triangle's confidence.
 flat out vec4 numerator[VIEWS], denominator;
-// Of the views' photographs; HIDES: and 4096 times those of their shadow_maps, counted from 1, 0 where they are not there.
+// Layers of the views' photographs. HIDES: plus 4096 times the layers of their shadow maps, counted from 1; 0: no map.
 flat out vec4 layers[(VIEWS + 3) / 4];
 #ifndef ONE_CAMERA
 flat out vec4 to_uv[VIEWS];  // of (x, y) / z: scale, offset
@@ -46,7 +46,7 @@ void main() {
   vec3 r2 = triangles[batch.triangle].row[2].xyz;
   denominator = vec4(r0 + r1 + r2, triangles[batch.triangle].row[0].w);
   for (uint n = 0u; n < VIEWS; ++n) {
-    // Those that are too many look where the last one does, and weigh nothing.
+    // Unused views read what the last one reads, with weight 0.
     Fan fan = fans[batch.first + min(n, batch.count - 1u)];
     vec4 weights = n < batch.count ? fan.weights : vec4(0.0);
     View v = ViewAt(int(fan.view));

@@ -1,14 +1,13 @@
-// Where its own views hardly cover the pixel (the depth test knows): lumigraph weights of the nearest views that see
-// it, or the first that has it in its image though the proxy hides it. Alpha: -1 filled, -2 empty, else the confidence;
-// where the nearest view is the field itself, its feather. Between passes, when photographs are not there all at once:
-// light times weight, weight - 8.
-// Views whose photographs have no light there are passed over as far as these are there.
-// With MARK nothing is drawn: which views would be needed is marked, whether their photographs are there or not, and
-// those of which it is not known yet what the proxy hides from them.
+// Fills a pixel that its own views hardly cover (the depth test decides): with lumigraph weights of the nearest views
+// that see its point, or from the nearest view that has the point in its image although the proxy hides it. Alpha: -1
+// filled, -2 empty, else the confidence; where the nearest view is the field itself, the view's feather. Between
+// passes, when not all photographs are resident at the same time: light times weight, weight - 8. Skips views whose
+// photographs have no light there, as far as the photographs are resident. MARK: draws nothing; marks the views that
+// the pixel needs, whether their photographs are resident or not, and views whose shadow maps are needed and missing.
 layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
-flat in ivec2 looks_through;  // of nearest_first
-uniform int asked;            // views with light all over their photographs; 1: the first alone weighs
-uniform bool waits;           // for all photographs, a few at a time
+flat in ivec2 looks_through;  // first and end in nearest_first
+uniform int asked;            // views to find that have light everywhere; 1: the first view gets all weight
+uniform bool waits;           // all photographs are drawn, a few at a time
 uniform float resolution_penalty;
 uniform float zero_penalty;
 uniform float above_tie;
@@ -17,7 +16,7 @@ uniform float above_largest;
 layout(early_fragment_tests) in;
 layout(std430, binding = 3) writeonly buffer Needed { int needed[]; };
 #else
-layout(binding = 11) uniform sampler2D resolved;  // what is being drawn to, or else a copy of it
+layout(binding = 11) uniform sampler2D resolved;  // the target, or a copy of it
 layout(binding = 15) uniform sampler2D before;
 uniform bool nearest_is_the_field;
 uniform bool goes_on;  // after passes over nearer views
@@ -29,11 +28,11 @@ const int kMost = 9;
 int chosen[kMost];
 float penalty[kMost];
 int count = 0;
-bool hidden = false;       // from those that are chosen
-bool passed_over = false;  // views that see it, without light there
-bool elsewhere = false;    // of those that see it some have their turn in another pass
+bool hidden = false;       // the point is hidden from the chosen views
+bool passed_over = false;  // a view sees the point and has no light there
+bool elsewhere = false;    // a view that sees the point is drawn in another pass
 
-// Of a photograph that may have pixels without light: it has light there, as far as is known.
+// False where the photograph is known to have no light there.
 bool MayHaveLight(View v, vec2 img) {
 #if defined(GAPS) && !defined(MARK) && !defined(SHOW_FIELD)
   if (v.place.x >= 0) return Photograph(v.place, img / v.size.xy).a > 0.0;
@@ -41,7 +40,7 @@ bool MayHaveLight(View v, vec2 img) {
   return true;
 }
 
-// Whether there is no need to look farther for light than into this one.
+// Whether the view certainly has light there, so that the search can end with it.
 bool HasLight(View v) {
 #if defined(GAPS) && !defined(MARK) && !defined(SHOW_FIELD)
   if (v.place.x >= 0) return true;
@@ -73,7 +72,7 @@ void Choose(vec3 point) {
     float feather = Frame(v, in_view, img);
     if (feather <= 0.0) continue;
 #if defined(MARK) && defined(HIDES)
-    if (v.place.w < 0) {  // it may be hidden from there: a few at a time are found out
+    if (v.place.w < 0) {  // without a map it may be hidden: maps are requested a few at a time
       needed[i] = 1;
       if (++unknown == 4) break;
       continue;
@@ -91,7 +90,7 @@ void Choose(vec3 point) {
     continue;
 #endif
 #ifndef SHOW_FIELD
-    if (asked == 1 && v.place.x < 0) {  // passes go by nearness: what a nearer view gave is there already
+    if (asked == 1 && v.place.x < 0) {  // passes go from near to far: a nearer view has been drawn before
       elsewhere = true;
       continue;
     }
@@ -129,7 +128,7 @@ void main() {
   Choose(ray * DepthOf(ray));
 }
 #else
-// Of a view from which the point is at `img`.
+// Adds a view in whose image the point is at `img`.
 void Add(View v, float weight, vec2 img) {
 #ifndef SHOW_FIELD
   if (v.place.x < 0) return;
@@ -159,7 +158,7 @@ void main() {
   for (int n = 0; n < count && !first_only; ++n) {
     penalty[n] = least <= zero_penalty ? (penalty[n] == least ? 1.0 : 0.0)
                                        : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
-    if (count >= asked && n == worst) penalty[n] = 0.0;  // it is the threshold alone
+    if (count >= asked && n == worst) penalty[n] = 0.0;  // it is only the threshold
     total += penalty[n];
   }
   for (int n = 0; n < count; ++n) {

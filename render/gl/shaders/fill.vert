@@ -1,7 +1,7 @@
-// Parts of the image, and which views their pixels look through.
+// Tiles of the image, and the views that their pixels go through.
 struct Tile {
   vec4 clip;    // left, top, right, bottom
-  ivec4 views;  // first and end of them
+  ivec4 views;  // first and end
 };
 layout(std430, binding = 1) readonly buffer Tiles { Tile tiles[]; };
 uniform float depth;

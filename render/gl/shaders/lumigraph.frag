@@ -1,7 +1,7 @@
-// Lumigraph weights at every pixel over all views: the k best are kept while going through them, and added up in the
-// views' order, those whose photographs are there: the sum is the same in one pass or in several.
-// With MARK nothing is drawn: which views decide is marked, whether their photographs are there or not. A view of
-// which it is not known yet what the proxy hides from it counts as one from which nothing is hidden.
+// Lumigraph weights at every pixel over all views. The k best views are added up in the order of the views, as far as
+// their photographs are resident: the sum is the same in one pass or in several.
+// MARK: draws nothing; marks the views that decide, whether their photographs are resident or not. Nothing is hidden
+// from a view without a shadow map.
 uniform int view_count;
 uniform int k_best;  // at most 8
 uniform float resolution_penalty;
@@ -25,7 +25,7 @@ void main() {
   int best[9];
   float penalty[9];
   int count = 0;
-  float least_cosine = -2.0;  // of the angle that is as bad as the worst kept penalty: most views stop here
+  float least_cosine = -2.0;  // of an angle as large as the worst kept penalty: most views are skipped by it
   for (int i = 0; i < view_count; ++i) {
     View v = ViewAt(i);
     vec3 to_view = v.center.xyz - point;

@@ -1,6 +1,6 @@
-// Sums made pictures of.
+// Divides the sums of light and weight.
 layout(binding = 11) uniform sampler2D drawn;
-layout(binding = 14) uniform sampler2D confidence;  // times weight; weight, seen or not
+layout(binding = 14) uniform sampler2D confidence;  // confidence times weight; weight, whether seen or not
 out vec4 color;
 
 void main() {

@@ -1,2 +1,2 @@
-// Nothing is drawn: pixels are counted.
+// Draws nothing: the pixels are counted.
 void main() {}

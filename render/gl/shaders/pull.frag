@@ -1,6 +1,6 @@
-// A level of the pyramid of inverse depths: the mean of what is known of four pixels of the finer one; 0: nothing.
+// A level of the pyramid of inverse depths: the mean of the known pixels among four of the finer level; 0: none.
 layout(binding = 15) uniform sampler2D finer;
-uniform bool of_depths;  // the finest level has depths
+uniform bool of_depths;  // the finer level holds depths
 out vec4 color;
 
 void main() {

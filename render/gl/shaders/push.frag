@@ -1,7 +1,7 @@
-// Fills a level of the pyramid from the coarser one; what is known stays.
+// Fills the unknown pixels of a level of the pyramid from the coarser one.
 layout(binding = 14) uniform sampler2D coarser;
 layout(binding = 15) uniform sampler2D own;
-uniform bool of_depths;  // the finest level has depths
+uniform bool of_depths;  // this level holds depths
 out vec4 color;
 
 void main() {

@@ -1,8 +1,8 @@
-// What is known of a pixel once its own views are drawn: light over weight, and in alpha the confidence; where they weigh
-// too little, and others are to fill it up, less than -4: the confidence in 1023 parts and the weight, 0 to 1, added up;
-// where there is nothing of its own, -2.
+// A pixel after its own views are drawn: light over weight, and the confidence as alpha. Where their weight is too
+// small and other views must fill it up, alpha is -4 - (confidence in 1023 parts) - (weight, 0 to 1). Where none of its
+// own views sees it, alpha is -2.
 uniform float least_weight;
-uniform float whole_weight;  // of less others fill up the rest
+uniform float whole_weight;  // other views fill up a smaller weight
 
 vec4 Resolved(vec3 light, float weight, float confidence) {
   if (!(weight > 0.0) || weight < least_weight) return vec4(0.0, 0.0, 0.0, -2.0);
@@ -12,7 +12,7 @@ vec4 Resolved(vec3 light, float weight, float confidence) {
 
 bool IsOpen(vec4 resolved) { return resolved.a < 0.0; }
 
-// Light, and its weight; the confidence.
+// The light and weight of the own views, and the confidence.
 vec4 Own(vec4 resolved, out float confidence) {
   float told = -4.0 - resolved.a;
   confidence = floor(told) / 1023.0;

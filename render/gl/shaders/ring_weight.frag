@@ -1,7 +1,7 @@
-// Weights of a wide aperture's rings, whether their views see the point or not.
+// The weights of a wide aperture's rings, whether their views see the point or not.
 flat in vec4 numerator[VIEWS], denominator;
 uniform vec4 camera;  // fx fy cx cy
-out vec4 color;  // added up: weight times confidence, weight
+out vec4 color;  // to be added up: weight times confidence, weight
 
 void main() {
   vec3 ray = vec3((gl_FragCoord.xy - camera.zw) / camera.xy, 1.0);

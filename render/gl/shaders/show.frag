@@ -1,6 +1,6 @@
-// What was drawn, for a screen: brightened, in sRGB, row 0 on top, and on request with stripes where it is in doubt.
-layout(binding = 15) uniform sampler2D resolved;  // linear light; alpha: confidence, negative where none
-uniform vec4 size;                                // of what was drawn, of the screen
+// The picture for a screen: brightened, in sRGB, row 0 on top, and on request with stripes where its confidence is low.
+layout(binding = 15) uniform sampler2D resolved;  // linear light; alpha: confidence, negative for none
+uniform vec4 size;                                // of the picture, of the screen
 uniform float brighter;
 uniform bool hatches_doubt;
 out vec4 color;

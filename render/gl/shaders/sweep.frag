@@ -1,8 +1,8 @@
-// What matching costs at four planes of the sweep: render/stereo/plane_sweep.cpp, step by step. The head says RADIUS,
-// NEIGHBOURS, KEEP.
+// The matching costs of four planes of the sweep, computed as in render/stereo/plane_sweep.cpp. The program defines
+// RADIUS, NEIGHBOURS and KEEP.
 layout(binding = 0) uniform sampler2DArray own;  // one layer
 layout(binding = 1) uniform sampler2DArray others;
-// Of each neighbour: the three rows of the map at infinity, each with its share of the plane's inverse depth; size.
+// Of each neighbour: three rows of the map at infinity, each with its factor of the plane's inverse depth; the size.
 layout(binding = 2) uniform samplerBuffer carriers;
 uniform vec4 inverse_depths;
 uniform float noise_floor;
@@ -13,7 +13,7 @@ const int kSide = 2 * RADIUS + 1;
 const float kArea = float(kSide * kSide);
 const float kUnseen = 4.0;
 
-// The four texels around are asked for at the corner where they meet, which no rounding takes to others.
+// The four texels are gathered at the corner where they meet, so that rounding cannot choose others.
 float Neighbour(int layer, vec2 pixel, vec2 size) {
   vec2 at = clamp(pixel, vec2(0.0), size - 1.001);
   vec2 corner = floor(at);
@@ -47,7 +47,7 @@ void main() {
       float value = 0.0, square = 0.0, product = 0.0;
       for (int dy = 0; dy < kSide; ++dy)
         for (int dx = 0; dx < kSide; ++dx) {
-          // Beyond the upper and lower edge the window repeats it; beside the image it goes on.
+          // Above and below the image the window repeats its edge; left and right of it the window continues.
           vec3 pixel = vec3(float(here.x + dx - RADIUS) + 0.5, float(clamp(here.y + dy - RADIUS, 0, last.y)) + 0.5, 1.0);
           vec3 to = vec3(dot(carrier[0].xyz, pixel), dot(carrier[1].xyz, pixel), dot(carrier[2].xyz, pixel)) + moved;
           float c = Neighbour(n, to.xy / max(to.z, 1e-6) - 0.5, size);

@@ -1,4 +1,4 @@
-// Texels, as software rasterisers read those of all their fragments together, storage buffers one by one.
+// Texels: software rasterisers read them for all fragments together, and storage buffers for one fragment at a time.
 layout(binding = 9) uniform samplerBuffer view_texels;
 
 View ViewAt(int i) {

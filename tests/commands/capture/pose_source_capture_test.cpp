@@ -17,9 +17,11 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
+#include "render/gl/make_renderer.h"
 #include "render/quality/nearest_view.h"
 #include "render/quality/quality.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -139,7 +141,7 @@ TEST(NearestView, AgreesWithTheReference) {
     view.camera = camera.camera();
     view.cam_from_world = camera.hand().CamFromWorld(0.9 * i);
     view.center_in_world = view.cam_from_world.OriginInSource();
-    view.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
+    view.photograph = test::HoldPhotograph(MakePyramid(camera.CleanSrgb(view.cam_from_world)));
     scene.views.push_back(view);
   }
   scene.proxy = std::make_shared<PlaneProxy>(scene.subject);

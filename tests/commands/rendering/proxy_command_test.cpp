@@ -1,3 +1,4 @@
+// Tests: commands/rendering/proxy_command, render/stereo/proxy_builder.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -127,7 +128,7 @@ TEST(ProxyCommand, WorksWithoutOpenGl) {
   const auto wanted = RunUlf(proxy + " --renderer gl");
   const auto without = RunUlf(proxy);
   EXPECT_EQ(wanted.exit_code, 1);
-  EXPECT_THAT(wanted.errors, HasSubstr("or do without: --renderer reference"));
+  EXPECT_THAT(wanted.errors, HasSubstr("or use --renderer reference"));
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_FALSE(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.empty());
 }

@@ -1,3 +1,5 @@
+// Tests: commands/rendering/proxy_command, render/stereo/proxy_builder.
+//
 // Meshes of real photographs, judged by rendering views that were left out of mesh and rendering alike.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

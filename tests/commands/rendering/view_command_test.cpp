@@ -1,3 +1,5 @@
+// Tests: commands/rendering/view_command.
+//
 // `ulf view` itself: a picture without a display, a window with somebody before it, and what it says where
 // there is none.
 #include <gmock/gmock.h>

@@ -3,7 +3,8 @@
 #include <exception>
 #include <memory>
 
-#include "render/scene/renderer.h"
+#include "render/gl/make_renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/support/floors.h"
 
 int main() {

@@ -1,3 +1,5 @@
+// Tests: render/fields/aperture, render/fields/aperture_field, commands/rendering/aperture_options.
+//
 // Wide apertures: the field's geometry against that of a lens, both renderers, the command line.
 #include "render/fields/aperture.h"
 
@@ -12,9 +14,11 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/aperture_field.h"
+#include "render/gl/make_renderer.h"
 #include "render/output/path_files.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/render/scenes/agreement.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -234,7 +238,7 @@ std::shared_ptr<RenderScene> SpotScene(const Vector3d& spot, double sigma_px) {
       for (int x = 0; x < light.cols; ++x)
         light.at<cv::Vec3f>(y, x) = cv::Vec3f::all(static_cast<float>(
             std::exp(-(Vector2d(x + 0.5, y + 0.5) - at).squaredNorm() / (2 * sigma_px * sigma_px))));
-    view.photograph = HoldPhotograph(MakeLinearPyramid(light));
+    view.photograph = test::HoldPhotograph(MakeLinearPyramid(light));
   }
   return scene;
 }

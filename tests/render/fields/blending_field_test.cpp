@@ -1,3 +1,5 @@
+// Tests: render/fields/blending_field, render/fields/mesh_field, render/fields/lumigraph_field,
+// render/fields/image_triangulation, render/fields/ray_cone.
 #include "render/fields/blending_field.h"
 
 #include <gmock/gmock.h>
@@ -13,6 +15,7 @@
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"
+#include "render/fields/ray_cone.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -261,6 +264,33 @@ TEST(MeshField, LeavingTheHullIsContinuous) {
 }
 
 // ---- Lumigraph and nearest ----
+
+TEST(RayCone, GivesBarycentricCoordinatesOfRaysThroughTheTriangle) {
+  Matrix3d corners;
+  corners << 1, 0, -1, 0, 2, -1, 4, 3, 5;  // columns
+  const Matrix3d cone = ConeFromRay(corners);
+  const Vector3d share(0.2, 0.5, 0.3);
+  EXPECT_LT((*Barycentric(cone, 7 * (corners * share)) - share).norm(), 1e-12);
+  EXPECT_LT((*Barycentric(cone, corners.col(1)) - Vector3d(0, 1, 0)).norm(), 1e-12)
+      << "a corner belongs to it";
+  EXPECT_FALSE(Barycentric(cone, corners * Vector3d(-0.1, 0.6, 0.5)));
+  EXPECT_FALSE(Barycentric(cone, -(corners * share))) << "behind";
+  Matrix3d edge_on = corners;
+  edge_on.col(2) = corners.col(0) + corners.col(1);
+  EXPECT_TRUE(ConeFromRay(edge_on).isZero(0));
+  EXPECT_FALSE(Barycentric(ConeFromRay(edge_on), corners.col(0)));
+}
+
+TEST(RayCone, MayMeetIsFalseOnlyForConesBesideTheTriangle) {
+  Matrix3d corners;
+  corners << 1, 0, -1, 0, 2, -1, 4, 3, 5;
+  const Matrix3d cone = ConeFromRay(corners);
+  const Vector3d axis = Vector3d(3, 0, 1).normalized();
+  EXPECT_FALSE(MayMeet(cone, axis, 0.1));
+  EXPECT_TRUE(MayMeet(cone, axis, 1.4)) << "a wide cone reaches it";
+  EXPECT_TRUE(MayMeet(cone, (corners * Vector3d(0.3, 0.3, 0.4)).normalized(), 0.0));
+  EXPECT_FALSE(MayMeet(Matrix3d::Zero(), axis, 1.4)) << "seen edge-on";
+}
 
 TEST(LumigraphField, SumsToOneOverAtMostKViewsThatSeeThePoint) {
   for (const Arrangement& arrangement : Arrangements()) {

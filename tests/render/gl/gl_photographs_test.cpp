@@ -1,3 +1,5 @@
+// Tests: render/gl/gl_photographs, render/gl/gl_over_views.
+//
 // Light fields larger than graphics memory: the same pictures, never more memory than was granted.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +13,8 @@
 
 #include "core/base/error.h"
 #include "render/gl/gl_renderer.h"
+#include "render/gl/make_renderer.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -107,7 +111,7 @@ std::shared_ptr<RenderScene> SceneOfManySizes(bool with_gaps) {
     cv::Mat light = test::LightOfPlane(view.camera, view.cam_from_world);
     if (with_gaps) light(cv::Rect(20, 20, 50, 30)) = cv::Scalar::all(i == 19 ? 0.5 : std::nan(""));
     view.photograph =
-        HoldPhotograph(with_gaps ? MakeLinearPyramid(light) : MakePyramid(Srgb8FromLinear(light)));
+        test::HoldPhotograph(with_gaps ? MakeLinearPyramid(light) : MakePyramid(Srgb8FromLinear(light)));
   }
   return scene;
 }

@@ -1,3 +1,4 @@
+// Tests: render/output/camera_path, render/output/path_files, render/output/keyframes.
 #include "render/output/camera_path.h"
 
 #include <gmock/gmock.h>
@@ -8,8 +9,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "render/gl/make_renderer.h"
 #include "render/output/keyframes.h"
 #include "render/output/path_files.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -78,7 +81,7 @@ TEST(CameraPath, ZoomFillsThePictures) {
     return static_cast<double>(picture.filled_px + picture.empty_px) /
            static_cast<double>(picture.linear.total());
   };
-  const double zoom = ZoomThatFills(*renderer, path, camera);
+  const double zoom = FillingZoom(*renderer, path, camera);
   EXPECT_GT(zoom, 1.1);
   EXPECT_LE(zoom, 1.6);
   EXPECT_GT(uncovered(1), 0.02);
@@ -128,7 +131,7 @@ TEST(CameraPath, VertigoKeepsTheSubjectsSizeWhileMovingIn) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::GridViewpoints(6, 5, 0.1, 2.0), .width = 384, .height = 288, .focal_px = 480});
   for (SceneView& view : scene->views)
-    view.photograph = HoldPhotograph(MakePyramid(PhotographOfDisc(view.camera, view.cam_from_world)));
+    view.photograph = test::HoldPhotograph(MakePyramid(PhotographOfDisc(view.camera, view.cam_from_world)));
   const CameraModel camera = CameraModel::Pinhole(400, 300, 500);
   const CameraPath path = VertigoPath(*scene, 5, camera);
   ASSERT_EQ(path.cameras.size(), 5u);

@@ -1,3 +1,5 @@
+// Tests: render/output/tiled_rendering, render/output/picture_memory.
+//
 // The largest that `ulf render` takes, done to the end: a picture of 16384x16384 pixels, and a mesh of a
 // million triangles. Time and memory are printed.
 #include <gmock/gmock.h>

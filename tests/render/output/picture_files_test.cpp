@@ -1,3 +1,6 @@
+// Tests: render/output/picture_files, render/output/picture_memory, render/output/tiled_rendering,
+// render/output/frame_range, render/output/video, commands/rendering/render_command.
+//
 // What `ulf render` leaves: formats, layers, folders that are filled by several and go on after a kill.
 #include "render/output/picture_files.h"
 
@@ -25,12 +28,13 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
+#include "render/gl/make_renderer.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_memory.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/points_proxy.h"
-#include "render/scene/reference_renderer.h"
+#include "render/renderer/reference_renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"

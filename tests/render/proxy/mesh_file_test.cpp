@@ -1,3 +1,5 @@
+// Tests: render/proxy/mesh_file, render/proxy/ply_polygons, render/proxy/obj_polygons,
+// render/proxy/polygon_soup, render/proxy/triangle_mesh.
 #include "render/proxy/mesh_file.h"
 
 #include <gmock/gmock.h>
@@ -166,10 +168,10 @@ TEST(MeshFile, SaysWhatIsWrongWithAFile) {
            Case{"cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
                 "no triangles in it (0 faces)"},
            Case{"nan.ply", three + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", "dropped 1 vertex"},
-           Case{"two.obj", "v 0 0\n", "line 1: a vertex wants three numbers"},
+           Case{"two.obj", "v 0 0\n", "line 1: a vertex needs three numbers"},
            Case{"far.obj", "v 0 0 0\nf 1 2 3\n", "line 2: a face names vertex 2, there are 1"},
            Case{"zero.obj", "v 0 0 0\nf 0 1 1\n", "line 2"},
-           Case{"word.obj", "v 0 0 0\nf 1 x 1\n", "'x' is no corner"},
+           Case{"word.obj", "v 0 0 0\nf 1 x 1\n", "'x' is not a corner"},
            Case{"nothing.obj", "# nothing\n", "no triangles"},
        }) {
     const std::string says = WhatIsWrong(c.name, c.bytes);
@@ -177,6 +179,16 @@ TEST(MeshFile, SaysWhatIsWrongWithAFile) {
     EXPECT_THAT(says, HasSubstr(c.name));
   }
   EXPECT_THROW(ReadMeshFile("/nowhere/mesh.ply"), Error);
+}
+
+TEST(TriangleMesh, NormalsAreMeansByArea) {
+  // Two triangles at a right angle along an edge, one of twice the size, and a vertex without a triangle.
+  const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 1}, {9, 9, 9}}, {{0, 1, 2}, {0, 3, 1}}};
+  const auto normals = VertexNormals(mesh);
+  EXPECT_LT((normals[0] - Vector3f(0, 1, 2).normalized()).norm(), 1e-6);
+  EXPECT_LT((normals[2] - Vector3f(0, 0, 1)).norm(), 1e-6);
+  EXPECT_LT((normals[3] - Vector3f(0, 1, 0)).norm(), 1e-6);
+  EXPECT_EQ(normals[4], Vector3f(0, 0, 0));
 }
 
 TEST(MeshFile, AMillionTrianglesComeBackAsTheyWere) {

@@ -1,3 +1,5 @@
+// Tests: render/proxy/proxy, render/proxy/points_proxy, render/proxy/depth_raster, render/proxy/shadow_map,
+// render/proxy/visible_points, render/quality/choice.
 #include "render/proxy/proxy.h"
 
 #include <gmock/gmock.h>
@@ -7,12 +9,13 @@
 
 #include "core/base/error.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/gl/make_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/visible_points.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -440,6 +443,20 @@ TEST(PointsProxy, OpenGlDrawsWhatTheReferenceDraws) {
   EXPECT_LT(static_cast<double>(cv::countNonZero(difference.reshape(1) > 2)),
             0.01 * static_cast<double>(difference.reshape(1).total()));
   EXPECT_GT(Psnr(fast, pose), Psnr(MakeRenderer(plain, {})->Render(kCamera, pose), pose) + 3);
+}
+
+TEST(Proxy, FingerprintsDifferWhereTheGeometryDoes) {
+  const Subject subject{Vector3d::Zero(), 0.3};
+  const auto mesh = std::make_shared<TriangleMesh>(*test::PlaneAndSquare());
+  const std::uint64_t of_mesh = MeshProxy(subject, mesh).Fingerprint();
+  EXPECT_EQ(MeshProxy(subject, test::PlaneAndSquare()).Fingerprint(), of_mesh);
+  mesh->vertices[1].x() += 1e-3f;
+  EXPECT_NE(MeshProxy(subject, mesh).Fingerprint(), of_mesh);
+  EXPECT_EQ(PlaneProxy(subject).Fingerprint(), PlaneProxy({Vector3d::Ones(), 1}).Fingerprint());
+  const PlaneProxy::InWorld low{Vector3d::UnitZ(), 0}, high{Vector3d::UnitZ(), 1};
+  EXPECT_NE(PlaneProxy(subject, low).Fingerprint(), PlaneProxy(subject, high).Fingerprint());
+  EXPECT_NE(PointsProxy(subject, test::PointsOfPlaneAndSquare(20, 5)).Fingerprint(),
+            PointsProxy(subject, test::PointsOfPlaneAndSquare(20, 6)).Fingerprint());
 }
 
 TEST(PlaneProxy, InTheWorldStaysWhereItIs) {

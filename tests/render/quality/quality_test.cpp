@@ -1,3 +1,4 @@
+// Tests: render/quality/quality.
 #include "render/quality/quality.h"
 #include "tests/support/floors.h"
 

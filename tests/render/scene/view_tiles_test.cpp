@@ -1,3 +1,5 @@
+// Tests: render/scene/view_tiles.
+//
 // Which views are looked through where: none too few, few too many.
 #include "render/scene/view_tiles.h"
 

@@ -6,7 +6,7 @@
 #include "render/fields/aperture_field.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/proxy/depth_raster.h"
-#include "render/scene/reference_renderer.h"
+#include "render/renderer/reference_renderer.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "render/scene/renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

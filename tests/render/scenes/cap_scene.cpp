@@ -8,6 +8,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "render/output/camera_path.h"
 #include "render/proxy/proxy.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -38,7 +39,7 @@ std::shared_ptr<const Photograph> OfStudio(const cv::Size& size) {
   options.width = size.width;
   options.height = size.height;
   const SimulatedCamera studio(options);
-  return photograph = HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
+  return photograph = test::HoldPhotograph(MakePyramid(studio.CleanSrgb(studio.hand().CamFromWorld(1))));
 }
 
 }  // namespace

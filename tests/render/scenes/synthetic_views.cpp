@@ -1,4 +1,5 @@
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/render/scenes/held_photograph.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -150,7 +151,7 @@ std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
     view.id = static_cast<int>(i);
     view.camera = CameraOf(spec, i);
     view.cam_from_world = LookAt(spec.viewpoints[i], spec.subject.center_in_world, Vector3d::UnitY());
-    view.photograph = HoldPhotograph(
+    view.photograph = test::HoldPhotograph(
         spec.linear_with_gaps
             ? PyramidWithGaps(view, i, spec.with_square)
             : MakePyramid(PhotographOfPlane(view.camera, view.cam_from_world, spec.with_square)));

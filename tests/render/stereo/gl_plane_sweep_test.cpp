@@ -1,3 +1,4 @@
+// Tests: render/stereo/gl_plane_sweep.
 #include "render/stereo/gl_plane_sweep.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// Tests: render/stereo/plane_sweep, render/stereo/depth_range, render/stereo/view_selection,
+// render/stereo/depth_fusion, render/stereo/tetrahedra, render/stereo/surface_cut.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -300,19 +302,19 @@ SeenSphere MakeSeenSphere(double noise, unsigned seed) {
 TEST(SurfaceCut, FindsASphereAndLeavesOpenWhatNobodySaw) {
   for (const double noise : {0.0, 0.004}) {
     const SeenSphere sphere = MakeSeenSphere(noise, 3);
-    const ReconstructedSurface surface = CutSurface(sphere.points, sphere.centers);
-    ASSERT_GT(surface.mesh.triangles.size(), 2000u);
+    const TriangleMesh surface = CutSurface(sphere.points, sphere.centers);
+    ASSERT_GT(surface.triangles.size(), 2000u);
     std::size_t outward = 0;
     double area = 0, area_below = 0;
-    for (const auto& of : surface.mesh.triangles) {
-      const Eigen::Vector3f a = surface.mesh.vertices[of[0]], b = surface.mesh.vertices[of[1]],
-                            c = surface.mesh.vertices[of[2]];
+    for (const auto& of : surface.triangles) {
+      const Eigen::Vector3f a = surface.vertices[of[0]], b = surface.vertices[of[1]],
+                            c = surface.vertices[of[2]];
       outward += (b - a).cross(c - a).dot(a + b + c) > 0;
       const double size = 0.5 * (b - a).cross(c - a).norm();
       area += size;
       if ((a + b + c).norm() < 3 * 0.93) area_below += size;  // across the missing side
     }
-    EXPECT_GT(static_cast<double>(outward), 0.98 * static_cast<double>(surface.mesh.triangles.size()));
+    EXPECT_GT(static_cast<double>(outward), 0.98 * static_cast<double>(surface.triangles.size()));
     const double lowest = std::min_element(sphere.points.begin(), sphere.points.end(),
                                            [](const FusedPoint& p, const FusedPoint& q) {
                                              return p.position_in_world.z() < q.position_in_world.z();
@@ -320,8 +322,7 @@ TEST(SurfaceCut, FindsASphereAndLeavesOpenWhatNobodySaw) {
                               ->position_in_world.z();
     EXPECT_NEAR(area, 2 * M_PI * (1 - lowest), 0.05 * 2 * M_PI * (1 - lowest));
     EXPECT_LT(area_below, 0.02 * area);
-    for (const Eigen::Vector3f& vertex : surface.mesh.vertices)
-      EXPECT_NEAR(vertex.norm(), 1, 0.001 + 5 * noise);
+    for (const Eigen::Vector3f& vertex : surface.vertices) EXPECT_NEAR(vertex.norm(), 1, 0.001 + 5 * noise);
   }
 }
 
@@ -336,9 +337,9 @@ TEST(SurfaceCut, LeavesOutWhatOthersSeeThrough) {
     stray.seen_by.resize(2);
     sphere.points.push_back(stray);
   }
-  const ReconstructedSurface surface = CutSurface(sphere.points, sphere.centers);
+  const TriangleMesh surface = CutSurface(sphere.points, sphere.centers);
   int strays = 0;
-  for (const Eigen::Vector3f& vertex : surface.mesh.vertices) strays += vertex.norm() > 1.2f;
+  for (const Eigen::Vector3f& vertex : surface.vertices) strays += vertex.norm() > 1.2f;
   EXPECT_LE(strays, 12);
 }
 
@@ -346,12 +347,12 @@ TEST(SurfaceCut, IsTheSameWhateverTheThreads) {
   const SeenSphere sphere = MakeSeenSphere(0.004, 5);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const ReconstructedSurface one = CutSurface(sphere.points, sphere.centers);
+  const TriangleMesh one = CutSurface(sphere.points, sphere.centers);
   cv::setNumThreads(4);
-  const ReconstructedSurface four = CutSurface(sphere.points, sphere.centers);
+  const TriangleMesh four = CutSurface(sphere.points, sphere.centers);
   cv::setNumThreads(threads);
-  EXPECT_EQ(one.mesh.vertices, four.mesh.vertices);
-  EXPECT_EQ(one.mesh.triangles, four.mesh.triangles);
+  EXPECT_EQ(one.vertices, four.vertices);
+  EXPECT_EQ(one.triangles, four.triangles);
 }
 
 }  // namespace

@@ -1,3 +1,6 @@
+// Tests: render/viewer/moving_size, render/viewer/viewer_words, render/viewer/viewpoint_gizmo,
+// render/viewer/mesh_view.
+//
 // What the viewer is made of, each by itself: sizes, words, the sphere, the mesh's lines.
 #include <gmock/gmock.h>
 
@@ -20,12 +23,12 @@ TEST(MovingSize, KeepsUpInSteps) {
   const cv::Size screen(1280, 720);
   const auto settle = [&](MovingSize& size, double ms_a_megapixel, int frames) {
     for (int i = 0; i < frames; ++i)
-      size.Took(ms_a_megapixel * 1e-6 * size.For(screen).area(), size.For(screen), screen);
+      size.AddFrame(ms_a_megapixel * 1e-6 * size.For(screen).area(), size.For(screen), screen);
     return size.For(screen).width;
   };
   MovingSize size;
   EXPECT_EQ(settle(size, 20, 5), 1280);
-  size.Took(3000, screen, screen);
+  size.AddFrame(3000, screen, screen);
   EXPECT_EQ(size.For(screen), screen) << "one slow frame says nothing";
   EXPECT_EQ(settle(size, 20, 1), 1280);
   EXPECT_EQ(settle(size, 270, 2), 454) << "at once";

@@ -1,3 +1,5 @@
+// Tests: render/viewer/viewer_state, render/viewer/viewer_camera.
+//
 // The viewer's camera and switches, without a picture.
 #include "render/viewer/viewer_state.h"
 
@@ -145,8 +147,8 @@ TEST(ViewerInput, EachKeySwitchesOneThing) {
            Case{"b", [](ViewerState& s) { s.shows_field = true; }},
            Case{"M", [](ViewerState& s) { s.shows_mesh = true; }},  // whatever Caps Lock says
            Case{"c", [](ViewerState& s) { s.shows_doubt = true; }},
-           Case{"w", [](ViewerState& s) { s.shows_where = false; }},
-           Case{"t", [](ViewerState& s) { s.shows_words = false; }},
+           Case{"w", [](ViewerState& s) { s.shows_gizmo = false; }},
+           Case{"t", [](ViewerState& s) { s.shows_texts = false; }},
            Case{"?", [](ViewerState& s) { s.shows_keys = true; }},
            Case{"e", [](ViewerState& s) { s.exposure_stops = 0.25; }},
            Case{"o", [](ViewerState& s) { s.aperture = 0.2; }},
@@ -281,13 +283,13 @@ TEST(ViewerCamera, LooksAheadAlongItsMovement) {
     return (a.eye_in_world - b.eye_in_world).norm();
   };
   const ViewerCamera later = Orbited(camera, 0.06, 0.03);
-  EXPECT_LT(apart(Ahead(camera, orbiting, 5), later), 0.05 * apart(camera, later));
-  EXPECT_NEAR(Ahead(camera, orbiting, 5).Distance(), camera.Distance(), 1e-9);
-  EXPECT_LT(apart(Ahead(camera, MovedIn(camera, 1.02), 4), MovedIn(camera, std::pow(1.02, 5))), 1e-9);
-  EXPECT_LT(apart(Ahead(camera, Panned(camera, 0.01, 0), 4), Panned(camera, 0.05, 0)), 1e-9);
+  EXPECT_LT(apart(Extrapolated(camera, orbiting, 5), later), 0.05 * apart(camera, later));
+  EXPECT_NEAR(Extrapolated(camera, orbiting, 5).Distance(), camera.Distance(), 1e-9);
+  EXPECT_LT(apart(Extrapolated(camera, MovedIn(camera, 1.02), 4), MovedIn(camera, std::pow(1.02, 5))), 1e-9);
+  EXPECT_LT(apart(Extrapolated(camera, Panned(camera, 0.01, 0), 4), Panned(camera, 0.05, 0)), 1e-9);
   // After a jump it stays within sight.
   const ViewerCamera jumped = MovedIn(Orbited(camera, 2, 0), 30);
-  EXPECT_LT(Ahead(camera, jumped, 10).Distance(), 4.01 * jumped.Distance());
+  EXPECT_LT(Extrapolated(camera, jumped, 10).Distance(), 4.01 * jumped.Distance());
 }
 
 TEST(ViewerInput, RequestsAreTakenOnce) {

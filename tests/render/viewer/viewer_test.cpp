@@ -1,3 +1,5 @@
+// Tests: render/viewer/viewer, render/viewer/viewer_files.
+//
 // The viewer on a picture without a window: what each switch does to it.
 #include "render/viewer/viewer.h"
 
@@ -44,7 +46,7 @@ struct Stage {
   }
   static ViewerOptions WithProxies(ViewerOptions options) {
     if (options.proxies.empty()) options.proxies = {PlaneAt("plane", 0), PlaneAt("elsewhere", 1)};
-    if (!options.seconds) options.keeps_up = false;  // whatever this machine takes
+    if (!options.seconds) options.reduces_motion = false;  // whatever this machine takes
     return options;
   }
   cv::Mat Press(const std::string& keys) {
@@ -336,7 +338,7 @@ TEST(Viewer, ReadsAheadAlongTheMotion) {
   complete();
   wait();
   EXPECT_GT(decoded(), needed);
-  viewer.Place(Ahead(start, next, 10));
+  viewer.Place(Extrapolated(start, next, 10));
   viewer.Step(0);
   EXPECT_FALSE(viewer.loading());
 }

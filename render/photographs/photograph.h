@@ -1,0 +1,51 @@
+// A photograph as renderers read it: a pyramid, of which they read one level at a time.
+//
+// Level 0 is the photograph; each further level is half the size (areas averaged in linear light), with the
+// sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have one of two
+// forms:
+//
+//   CV_8UC3   8-bit sRGB, B G R
+//   CV_16FC4  half floats in linear light, B G R and the share of the pixel that has light at all. B G R are
+//             multiplied by the share. Pixels of the photograph that are not finite have no light.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace ulf::render {
+
+// All levels, finest first.
+using ViewPyramid = std::vector<cv::Mat>;
+ViewPyramid MakePyramid(const cv::Mat& srgb8);
+// CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first where that is given.
+ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {});
+
+class Photograph {
+ public:
+  Photograph(const cv::Size& size, bool linear) : size_(size), linear_(linear) {}
+  virtual ~Photograph() = default;
+  Photograph(const Photograph&) = delete;
+  Photograph& operator=(const Photograph&) = delete;
+
+  const cv::Size& size() const { return size_; }
+  bool linear() const { return linear_; }  // CV_16FC4
+  int type() const { return linear_ ? CV_16FC4 : CV_8UC3; }
+  int LevelCount() const;
+  cv::Size LevelSize(int level) const;
+  std::size_t LevelBytes(int level) const;
+
+  // Continuous; callers must not write to it. May wait for the disk. Several threads may call it. Throws
+  // Error for a photograph that is missing, truncated or not of its camera's size.
+  virtual cv::Mat Level(int level) const = 0;
+
+ private:
+  cv::Size size_;
+  bool linear_;
+};
+
+// The photograph without its first `first` levels.
+std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first);
+
+}  // namespace ulf::render

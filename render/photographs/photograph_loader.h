@@ -1,0 +1,65 @@
+// Reads levels of photographs in its own threads, before the renderer needs them.
+#pragma once
+
+#include <cstddef>
+#include <exception>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/base/mutex.h"
+#include "render/photographs/photograph.h"
+
+namespace ulf::render {
+
+class PhotographLoader {
+ public:
+  // A level of a photograph; the caller chooses the photograph's number.
+  using Key = std::pair<int, int>;  // photograph, level
+  struct Request {
+    Key key;
+    std::shared_ptr<const Photograph> photograph;
+  };
+
+  explicit PhotographLoader(int threads = 0);  // 0: one for each processor
+  ~PhotographLoader();                         // waits for the reads in progress
+  PhotographLoader(const PhotographLoader&) = delete;
+  PhotographLoader& operator=(const PhotographLoader&) = delete;
+
+  // The requests, most urgent first, replace all requests before: levels that were read and are not requested
+  // again are dropped.
+  void Ask(std::vector<Request> requests);
+  // Once this many bytes have been read that nobody has taken, the loader reads on only while somebody waits.
+  // Guessed.
+  static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+
+  // The level, if it was requested and has been read; the request is then done. Throws what reading it threw.
+  std::optional<cv::Mat> Take(const Key& key);
+  // The same, but waits. The level must have been requested.
+  cv::Mat Wait(const Key& key);
+
+ private:
+  struct Read {
+    cv::Mat pixels;
+    std::exception_ptr problem;
+  };
+  void Run();
+  std::optional<Request> Next();  // waits; none: the loader is being destroyed
+  std::optional<cv::Mat> TakeLocked(const Key& key) ULF_REQUIRES(mutex_);
+
+  Mutex mutex_;
+  ConditionVariable work_, news_;
+  std::vector<Request> waiting_ ULF_GUARDED_BY(mutex_);    // most urgent last
+  std::map<Key, bool> being_read_ ULF_GUARDED_BY(mutex_);  // whether it is still requested
+  std::map<Key, Read> read_ ULF_GUARDED_BY(mutex_);
+  std::size_t read_bytes_ ULF_GUARDED_BY(mutex_) = 0;
+  int waiters_ ULF_GUARDED_BY(mutex_) = 0;
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace ulf::render

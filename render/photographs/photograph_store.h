@@ -1,0 +1,57 @@
+// A light field's photographs for rendering. The store reads a level when it is requested and keeps it in
+// memory while there is room; the least recently used level leaves memory first.
+//
+// A level comes from memory; else from the photograph's pyramid file under the light field's cache/
+// (render/photographs/pyramid_file); else the store decodes the photograph, makes all its levels, and writes
+// the pyramid file for the next time. Pyramid files are written only where the light field has a journal and
+// photographs keep their size. Deleting them is safe at any time. Where they cannot be written the store
+// warns once and decodes each time.
+//
+// Several threads may call all functions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "core/light_field/light_field.h"
+#include "render/photographs/photograph.h"
+
+namespace ulf::render {
+
+struct PhotographStoreOptions {
+  bool linear = false;    // Photograph::linear()
+  int size_limit_px = 0;  // of the longer side: photographs are reduced to it; 0: they keep their size
+  double memory_limit_mb = 2048;  // for levels held; levels that callers still use come on top
+  // Pyramid files are written while the disk has more free space than this. Guessed.
+  std::uint64_t least_free_bytes = std::uint64_t{1} << 30;
+};
+
+class PhotographStore {
+ public:
+  PhotographStore(const LightField& light_field, const PhotographStoreOptions& options);
+  ~PhotographStore();
+
+  // The photograph of view `index` of the light field. It may outlive the store.
+  std::shared_ptr<const Photograph> Of(std::size_t index) const;
+
+  // Since the store was made.
+  struct Counts {
+    std::size_t decoded = 0;        // photographs
+    std::size_t levels_read = 0;    // from pyramid files
+    std::size_t files_written = 0;  // pyramid files
+    std::size_t files_refused = 0;  // pyramid files that existed and were outdated or damaged
+    std::size_t held_bytes = 0, most_held_bytes = 0;
+  };
+  Counts counts() const;
+
+ private:
+  struct State;
+  class Stored;
+  std::shared_ptr<State> state_;
+};
+
+// The folder of the pyramid files under the light field's root.
+inline constexpr char kPyramidFolder[] = "cache/pyramids";
+
+}  // namespace ulf::render

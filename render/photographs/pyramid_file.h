@@ -1,0 +1,31 @@
+// A photograph's pyramid as a file, so that any level can be read without decoding. The file is a cache: a
+// program that cannot use it makes it again from the photograph.
+//
+// It holds the pixels as they are in memory, coarsest level first, so that the coarse levels are one read
+// from the beginning of the file. A key identifies what they were made from. Each level has a checksum,
+// because the files are renamed into place but not synced: a power cut may leave anything. Numbers have the
+// machine's byte order.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "render/photographs/photograph.h"
+
+namespace ulf::render {
+
+// Writes under a temporary name (kTemporaryEnding) and renames: two programs may write the same file.
+// `gap_px`: the number of pixels of the photograph that are not finite. Throws DiskFullError or Error.
+void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
+                      std::uint64_t gap_px = 0);
+
+struct StoredLevel {
+  cv::Mat pixels;
+  std::uint64_t gap_px = 0;
+};
+// A level of the photograph's size and form; none where the file is missing, has another key, or is damaged.
+std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
+                                           const Photograph& photograph, int level);
+
+}  // namespace ulf::render

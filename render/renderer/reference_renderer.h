@@ -1,0 +1,41 @@
+// The reference renderer, against which the OpenGL renderer is tested: one thread, one pixel after the other,
+// double precision up to the photograph's pixels, float light.
+#pragma once
+
+#include "render/fields/aperture_field.h"
+#include "render/renderer/renderer.h"
+
+namespace ulf::render {
+
+class ReferenceRenderer : public Renderer {
+ public:
+  ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options);
+  Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) override;
+  void SetField(const FieldOptions& field) override;
+  void SetProxy(std::shared_ptr<const Proxy> proxy) override;
+  void SetAperture(const std::optional<Aperture>& aperture) override;
+  FieldOptions field() const override { return options_.field; }
+  std::string Name() const override { return "reference"; }
+  const RenderScene& scene() const override { return *scene_; }
+
+ private:
+  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
+                                           const cv::Mat& depth) const;
+
+  std::shared_ptr<const RenderScene> scene_;    // with its own proxy
+  std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
+  RenderOptions options_;
+  std::unique_ptr<BlendingField> field_;
+  std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
+};
+
+// Rendering::weights of a field; `depth` as from Proxy::Depth().
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
+                                        const CameraModel& camera, const Rigid3& cam_from_world,
+                                        const cv::Mat& depth, const RenderOptions& options);
+
+// Bilinear between pixel centres, edges repeated, in linear light: B G R and the share of the four pixels
+// that has light at all. `img`: in pixels of the view's camera, for every level.
+cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
+
+}  // namespace ulf::render

@@ -1,0 +1,117 @@
+// Renders a light field: photographs in, a picture from any place out. One interface has two implementations:
+// the reference renderer on the processor, which defines the result, and OpenGL without a window
+// (render/gl/gl_renderer.h), which is fast and must agree with it.
+//
+//   auto scene = LoadScene(ReadLightField(dir), {});
+//   auto renderer = MakeRenderer(scene, {});  // render/gl/make_renderer.h
+//   const Rendering picture = renderer->Render(camera, cam_from_world);
+//   cv::imwrite("picture.png", Srgb8FromLinear(picture.linear));
+//
+// For each pixel the proxy gives the point P, and the blending field gives the weights of the views. A view
+// that does not see P loses its weight, gradually over kFeatherShare at the edge of its image. The remaining
+// weights are normalised and the views blended in linear light. Where less than half of the weight remains,
+// lumigraph weights of the nearest views that see P fill up the rest, so that there is no visible edge; where
+// nothing remains they fill the whole pixel, which is counted. Where no view sees P, the nearest view that
+// has P in its image is used; else the pixel is empty (black, counted).
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image/image.h"
+#include "render/fields/aperture.h"
+#include "render/fields/blending_field.h"
+#include "render/proxy/proxy.h"
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+
+enum class RendererKind { kGl, kReference };
+
+struct RenderOptions {
+  FieldOptions field = {};
+  RendererKind renderer = RendererKind::kGl;
+  bool fill = true;         // where the field's own views hardly see the point, other views fill the pixel
+  bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
+  bool depth = false;       // make Rendering::depth
+  bool weights = false;     // make Rendering::weights, which takes as long as the reference renderer
+  // For photographs in graphics memory; 0: three quarters of what the driver says is free, or 2048. A picture
+  // that needs more is drawn in several passes.
+  double gpu_memory_mb = 0;
+  // Wait for photographs that are not read yet. Otherwise a picture is drawn from those that are there
+  // (coarser levels, fewer views), and gets better from picture to picture, until loading() returns false.
+  bool complete = true;
+  std::optional<Aperture> aperture = {};  // SetAperture()
+};
+
+// A view's share of each pixel's light.
+struct ViewWeights {
+  int view_id = 0;
+  cv::Mat weight;  // CV_16F
+};
+
+struct Rendering {
+  cv::Mat linear;  // CV_32FC3, B G R, linear light of the median exposure
+  // CV_32F, 0 to 1: the weight of the views that really see the point; times kExtrapolatedConfidence outside
+  // the hull of the viewpoints, less in wide triangles; 0 where filled or empty.
+  cv::Mat confidence;
+  cv::Mat drawn;  // CV_8U, 255 where any view gives light
+  cv::Mat depth;  // CV_32F, the proxy's depth along the optical axis, world units; empty unless requested
+  // Of the views that give light to any pixel, in order of id; they sum to one where there is light. Empty
+  // unless requested.
+  std::vector<ViewWeights> weights;
+  long filled_px = 0;  // pixels that none of the field's own views sees, filled by other views
+  long empty_px = 0;   // pixels that no view sees
+  double ms = 0;       // time to draw, without reading the picture back
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  // The camera must have no distortion (CameraModel::WithoutDistortion); throws Error otherwise.
+  virtual Rendering Render(const CameraModel& camera, const Rigid3& cam_from_world) = 0;
+  // Changes the field; the photographs stay in memory.
+  virtual void SetField(const FieldOptions& field) = 0;
+  // Changes the proxy; the photographs stay in memory.
+  virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
+  // With an aperture the focal plane replaces the scene's proxy; without one the scene's proxy is used again.
+  // Fields without a mesh of viewpoints have no rings that could be widened: of them only the proxy changes.
+  virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
+  // Starts to read the photographs of a picture that is expected next.
+  virtual void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world);
+  // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
+  virtual bool loading() const { return false; }
+  // The field in use: FieldThatServes() of the one that was set.
+  virtual FieldOptions field() const = 0;
+  virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name
+  // With the scene's own proxy, even while there is an aperture.
+  virtual const RenderScene& scene() const = 0;
+};
+
+// Where the weights of the views that see a pixel's point sum to less, no view sees it. Guessed.
+inline constexpr double kLeastWeight = 1e-4;
+
+// How pixels that their field's own views hardly see are filled by other views.
+struct Filling {
+  double whole = kLeastWeight;  // below this sum of weights a pixel is filled up
+  int views = 0;                // that fill it; 0: pixels are not filled
+};
+struct FillingOptions {
+  // Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with
+  // lumigraph weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of
+  // the proxy (docs/architecture.md, What differs from the first plan).
+  double whole_weight = 0.5;
+  // Views that fill a pixel, by lumigraph weights. Guessed.
+  int views = 4;
+};
+// The nearest view must remain a single view, and the blur of a wide aperture consists of all its views:
+// these pixels are filled only where no own view sees the point.
+Filling FillingOf(const RenderOptions& options, const FillingOptions& filling = {});
+
+// Throws Error for a camera with distortion or with values out of range.
+void RequireUndistorted(const CameraModel& camera);
+
+}  // namespace ulf::render

@@ -1,0 +1,21 @@
+// Delaunay triangulation of directions on the unit sphere (CGAL; GPL), without seam or pole. CGAL closes a
+// sphere on which the directions leave a hemisphere or more empty with ghost faces. This function leaves them
+// out, so that an open cap remains. The only file that includes CGAL's triangulations on the sphere.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "render/viewpoints/triangle_topology.h"
+
+namespace ulf::render {
+
+// `directions`: unit vectors, no two closer than 1e-6. Triangles are counter-clockwise as seen from outside.
+// Empty where the directions span no surface: fewer than four, or all in one plane (on one circle: a ring).
+std::vector<Triangle> SphericalDelaunay(const std::vector<Eigen::Vector3d>& directions);
+
+// A triangle of unit vectors whose corners span a smaller volume with the origin lies on one great circle: it
+// has no outside, and rounding may turn it over.
+inline constexpr double kLeastDirectionVolume = 1e-14;
+
+}  // namespace ulf::render

@@ -1,0 +1,105 @@
+// The recorded viewpoints as a triangle mesh around the subject (thesis, section 5.2).
+//
+// C are the viewpoints, O the subject's centre. The directions (C - O)/|C - O| are triangulated on the unit
+// sphere (or, for comparison, in the plane of azimuth and elevation as in the thesis, which has a seam and
+// two poles). The mesh's vertices are the viewpoints themselves in world coordinates; its triangles run
+// counter-clockwise as seen from outside. The thesis leaves four cases out:
+//
+//   Rim         A rim triangle is removed when its circumscribed cap is wider than a few times the local
+//               spacing, as long as the rest stays in one piece and keeps every vertex (the characteristic
+//               shape of Duckham et al. 2008). Wide triangles inside the mesh stay, with less confidence.
+//   Duplicates  Of viewpoints in nearly the same direction one gives the vertex its position. The others
+//               become its alternates, for cameras at their distance.
+//   Folds       While the plane of some triangle cuts the subject's sphere, the distances are smoothed (0.75
+//               own, 0.25 mean of the neighbours). Only a folded mesh lets a line through the subject cross
+//               the outer sheet twice.
+//   Outside     Each boundary vertex has an outward tangent, along which the mesh is extended past the hull.
+//
+// Sets that span no surface (one view, two views, a row, a ring, all views in one place) are marked by
+// `span`.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+#include "render/viewpoints/triangle_topology.h"
+
+namespace ulf::render {
+
+enum class Span {
+  kSurface,  // a mesh with interior vertices
+  kLine,     // a row, a ring, or too few views: lumigraph weights are used instead of a mesh
+  kPlace,    // one view, or all views in one place: the nearest view is used
+};
+
+struct ViewpointMesh {
+  struct Vertex {
+    Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();  // smoothed where the mesh folded
+    std::vector<int> views = {};  // indices of views; the first gave the position, the others are alternates
+    // Outward tangent, with its length in world units; zero for interior vertices.
+    Eigen::Vector3d outward_in_world = Eigen::Vector3d::Zero();
+  };
+
+  Span span = Span::kPlace;
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  std::vector<Vertex> vertices;
+  std::vector<Triangle> triangles;
+  // Of each triangle: 1, or less (down to 0) where the triangle is far wider than the local spacing.
+  std::vector<double> confidence;
+  int boundary_vertices = 0;
+  int smoothing_rounds = 0;
+  bool folds_remain = false;
+  // How many groups of views there are, at least ViewpointMeshOptions::opening_rad apart; 0: no view has a
+  // direction.
+  int groups = 0;
+  double opening_rad = 0;      // the ViewpointMeshOptions::opening_rad of this mesh
+  double median_distance = 0;  // of the views to the subject's centre, world units
+  double mean_edge_rad = 0;    // mean angle of an edge as seen from the subject's centre
+
+  // The view of a vertex whose distance to the subject's centre is nearest to `distance` (world units).
+  int ViewAt(int vertex, double distance, const std::vector<Eigen::Vector3d>& centers_in_world) const;
+  bool OnBoundary(int vertex) const;
+  // One line for people: what the viewpoints span, and what is rendered from them.
+  std::string Description() const;
+};
+
+struct ViewpointMeshOptions {
+  bool in_plane = false;  // triangulate in the plane of azimuth and elevation about `up_in_world`
+  Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
+
+  // A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
+  // interior one loses confidence. Guessed.
+  double wide_triangle = 3.0;
+  // Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
+  // that triangles cover. Guessed.
+  double opening_rad = 60.0 * 3.14159265358979323846 / 180.0;
+  // Directions closer than this share of the local spacing share one vertex, others get a vertex each.
+  // Guessed.
+  double duplicate_share = 0.1;
+  // The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
+  // still is not a spacing. Guessed.
+  double least_spacing_share = 0.2;
+  // Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
+  int spacing_neighbour = 6;
+  // A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
+  int most_smoothing_rounds = 20;
+  // The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
+  double least_interior_share = 0.1;
+  // Length of the outward tangents over the median distance: further than a picture looks past the rim.
+  // Guessed.
+  double outward_over_distance = 8;
+  // Cosine. An outward direction away from the cap's middle is used when its cosine with the boundary's
+  // normal is larger, else the normal itself: the direction would lead back over the mesh. Guessed.
+  double least_outward_cosine = 0.2;
+};
+
+// `centers_in_world`: of all views. Views at the subject's centre have no direction and are left out.
+ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject,
+                                const ViewpointMeshOptions& options = {});
+
+// Whether a direction from the subject's centre meets the mesh.
+bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_world);
+
+}  // namespace ulf::render

@@ -1,0 +1,260 @@
+// Tests: render/fields/loop_subdivision.
+#include "render/fields/loop_subdivision.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "render/viewpoints/viewpoint_mesh.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+
+const Subject kSubject{Vector3d::Zero(), 0.2};
+
+std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+SubdividedMesh SubdivisionOf(const ViewpointMesh& mesh, int level) {
+  std::vector<Vector3d> positions, outward;
+  for (const auto& vertex : mesh.vertices) {
+    positions.push_back(vertex.position_in_world);
+    outward.push_back(vertex.outward_in_world);
+  }
+  return SubdivideWeights(positions, outward, mesh.triangles, level);
+}
+
+TEST(LoopSubdivision, WeightsArePositiveSumToOneAndReachTheTwoRing) {
+  for (const double half_angle : {0.5, M_PI})
+    for (const int level : {0, 1, 2, 3, kLimitLevel}) {
+      const ViewpointMesh mesh = MakeViewpointMesh(test::CapViewpoints(70, half_angle, 2.0, 0.05), kSubject);
+      const SubdividedMesh fine = SubdivisionOf(mesh, level);
+      EXPECT_EQ(fine.triangles.size(), mesh.triangles.size() << (2 * std::min(level, kFinestLevel)));
+      const auto topology = MakeTopology(static_cast<int>(mesh.vertices.size()), mesh.triangles);
+      for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
+        // Whatever weighs in a triangle stands within two edges of the original triangle's corners.
+        std::set<int> ring(mesh.triangles[At(fine.parent[t])].begin(),
+                           mesh.triangles[At(fine.parent[t])].end());
+        const std::set<int> corners = ring;
+        for (const int corner : corners)
+          ring.insert(topology.neighbours[At(corner)].begin(), topology.neighbours[At(corner)].end());
+        for (const int vertex : fine.triangles[t]) {
+          double sum = 0;
+          for (const auto& [of, weight] : fine.weights[At(vertex)]) {
+            EXPECT_GE(weight, 0);
+            EXPECT_TRUE(ring.count(of)) << "level " << level;
+            sum += weight;
+          }
+          ASSERT_NEAR(sum, 1, 1e-12);
+        }
+      }
+    }
+}
+
+TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
+  // A sheared lattice: every inner vertex has six neighbours placed evenly about it.
+  constexpr int kSide = 9;
+  std::vector<Vector3d> positions;
+  std::vector<Triangle> triangles;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
+  for (int y = 0; y + 1 < kSide; ++y)
+    for (int x = 0; x + 1 < kSide; ++x) {
+      const int a = y * kSide + x;
+      triangles.push_back({a, a + 1, a + kSide});
+      triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+    }
+  const auto linear = [](const Vector3d& p) { return 0.7 * p.x() - 1.3 * p.y() + 4; };
+  for (const int level : {1, 2, 3}) {
+    const SubdividedMesh fine = SubdivideWeights(
+        positions, std::vector<Vector3d>(positions.size(), Vector3d::Zero()), triangles, level);
+    int checked = 0;
+    for (std::size_t v = 0; v < fine.positions.size(); ++v) {
+      bool inner = true;
+      double value = 0;
+      for (const auto& [of, weight] : fine.weights[v]) {
+        const int x = of % kSide, y = of / kSide;
+        inner = inner && x > 0 && y > 0 && x + 1 < kSide && y + 1 < kSide;
+        value += weight * linear(positions[At(of)]);
+      }
+      if (!inner) continue;
+      ++checked;
+      EXPECT_NEAR(value, linear(fine.positions[v]), 1e-12) << "level " << level;
+    }
+    EXPECT_GT(checked, 20);
+    // The weights of a regular vertex itself, and their way towards one half.
+    const int middle = kSide / 2 * kSide + kSide / 2;
+    double own = 0;
+    for (const auto& [of, weight] : fine.weights[At(middle)])
+      if (of == middle) own = weight;
+    const double expected =
+        0.5 + 0.125 * std::pow(0.25, level - 1);  // 5/8, then a quarter of the excess each level
+    EXPECT_NEAR(own, expected, 1e-12) << "level " << level;
+  }
+}
+
+// A level of Loop's rules (with boundary vertices that keep their weight) for a mesh whose edges are chosen, in place of
+// Delaunay's. New vertices come after the old ones, in the order of the edges.
+SubdividedMesh PlainLoopLevel(const SubdividedMesh& coarse) {
+  const int count = static_cast<int>(coarse.positions.size());
+  const auto topology = MakeTopology(count, coarse.triangles);
+  SubdividedMesh fine{coarse.positions, {}, {}, {}, {}};
+  const auto mean = [&](const std::vector<std::pair<int, double>>& of) {
+    std::map<int, double> sum;
+    for (const auto& [vertex, share] : of)
+      for (const auto& [original, weight] : coarse.weights[At(vertex)]) sum[original] += share * weight;
+    return SparseWeights(sum.begin(), sum.end());
+  };
+  for (int vertex = 0; vertex < count; ++vertex) {
+    const auto& ring = topology.neighbours[At(vertex)];
+    const double n = static_cast<double>(ring.size()), share = ring.size() == 3 ? 3.0 / 16 : 3 / (8 * n);
+    std::vector<std::pair<int, double>> of{{vertex, topology.OnBoundary(vertex) ? 1 : 1 - n * share}};
+    for (const int neighbour : ring)
+      if (!topology.OnBoundary(vertex)) of.emplace_back(neighbour, share);
+    fine.weights.push_back(mean(of));
+  }
+  for (const MeshEdge& edge : topology.edges) {
+    const double end = edge.OnBoundary() ? 0.5 : 0.375;
+    std::vector<std::pair<int, double>> of{{edge.from, end}, {edge.to, end}};
+    for (const int opposite : edge.opposite)
+      if (!edge.OnBoundary()) of.emplace_back(opposite, 0.125);
+    fine.weights.push_back(mean(of));
+    fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
+  }
+  for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
+    const auto [a, b, c] = coarse.triangles[t];
+    const auto [e0, e1, e2] = topology.edges_of_triangle[t];
+    const int ab = count + e0, bc = count + e1, ca = count + e2;
+    for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+      fine.triangles.push_back(part);
+  }
+  return fine;
+}
+
+double Difference(const SparseWeights& a, const SparseWeights& b) {
+  std::map<int, double> difference;
+  for (const auto& [of, weight] : a) difference[of] += weight;
+  for (const auto& [of, weight] : b) difference[of] -= weight;
+  double most = 0;
+  for (const auto& [of, weight] : difference) most = std::max(most, std::abs(weight));
+  return most;
+}
+
+// Valences 3 to 12, a boundary with corners.
+TEST(LoopSubdivision, TheLimitIsWhereSubdivisionGoes) {
+  for (const int valence : {3, 4, 5, 6, 7, 12}) {
+    std::vector<Vector3d> positions{{0, 0, 0}};
+    std::vector<Triangle> triangles;
+    for (int ring = 1; ring <= 2; ++ring)
+      for (int k = 0; k < valence; ++k)
+        positions.emplace_back(ring * std::cos(2 * M_PI * k / valence),
+                               ring * std::sin(2 * M_PI * k / valence), 0);
+    for (int k = 0; k < valence; ++k) {
+      const int next = (k + 1) % valence;
+      triangles.push_back({0, 1 + k, 1 + next});
+      triangles.push_back({1 + k, 1 + valence + k, 1 + valence + next});
+      triangles.push_back({1 + k, 1 + valence + next, 1 + next});
+    }
+    const std::vector<Vector3d> outward(positions.size(), Vector3d::Zero());
+    const SubdividedMesh limit = SubdivideWeights(positions, outward, triangles, kLimitLevel);
+    const SubdividedMesh third = SubdivideWeights(positions, outward, triangles, 3);
+    const SubdividedMesh sixth = PlainLoopLevel(PlainLoopLevel(PlainLoopLevel(third)));
+    for (std::size_t v = 0; v < third.positions.size(); ++v)
+      EXPECT_LT(Difference(limit.weights[v], sixth.weights[v]), 3e-4) << valence;  // a quarter a level
+    EXPECT_GT(Difference(limit.weights[0], third.weights[0]), 1e-4) << valence;
+    // Between the vertices of the third level, the limit is taken as linear.
+    const auto topology = MakeTopology(static_cast<int>(third.positions.size()), third.triangles);
+    double most = 0;
+    for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+      const MeshEdge& edge = topology.edges[e];
+      const Vector3d middle = 0.5 * (third.positions[At(edge.from)] + third.positions[At(edge.to)]);
+      SparseWeights mean;
+      for (const auto& [of, weight] : limit.weights[At(edge.from)]) mean.emplace_back(of, 0.5 * weight);
+      for (const auto& [of, weight] : limit.weights[At(edge.to)]) mean.emplace_back(of, 0.5 * weight);
+      // New vertices of a level come behind the old ones, in the order of the edges.
+      const std::size_t twin = third.positions.size() + e;
+      ASSERT_LT((sixth.positions[twin] - middle).norm(), 1e-12);
+      most = std::max(most, Difference(mean, sixth.weights[twin]));
+    }
+    EXPECT_LT(most, 1.0 / 60) << valence;
+  }
+}
+
+TEST(LoopSubdivision, LimitsByHand) {
+  // A regular vertex keeps one half, its neighbours have a twelfth each; on a boundary it keeps all.
+  constexpr int kSide = 7;
+  std::vector<Vector3d> positions;
+  std::vector<Triangle> triangles;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
+  for (int y = 0; y + 1 < kSide; ++y)
+    for (int x = 0; x + 1 < kSide; ++x) {
+      const int a = y * kSide + x;
+      triangles.push_back({a, a + 1, a + kSide});
+      triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+    }
+  const SubdividedMesh limit = SubdivideWeights(
+      positions, std::vector<Vector3d>(positions.size(), Vector3d::Zero()), triangles, kLimitLevel);
+  const int middle = kSide / 2 * kSide + kSide / 2;
+  ASSERT_EQ(limit.weights[At(middle)].size(), 7u);
+  for (const auto& [of, weight] : limit.weights[At(middle)])
+    EXPECT_NEAR(weight, of == middle ? 0.5 : 1.0 / 12, 1e-12);
+  EXPECT_EQ(limit.weights[3], SparseWeights({{3, 1.0}}));
+}
+
+// On a square grid the diagonals are chance: the middle of a square is a quarter of each corner whichever
+// was taken, and nothing jumps as a viewpoint moves over the circle of the other three.
+TEST(LoopSubdivision, DoesNotPreferTheDiagonalThatDelaunayHappenedToTake) {
+  const std::vector<Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const auto middle = [&](const Vector3d& moved, bool other_diagonal, double& largest_share) {
+    std::vector<Vector3d> positions = corners;
+    positions[2] = moved;
+    const std::vector<Triangle> triangles = other_diagonal ? std::vector<Triangle>{{0, 1, 3}, {1, 2, 3}}
+                                                           : std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}};
+    const SubdividedMesh fine =
+        SubdivideWeights(positions, std::vector<Vector3d>(4, Vector3d::Zero()), triangles, 1);
+    for (std::size_t v = 4; v < fine.positions.size(); ++v)
+      if (fine.weights[v].size() == 4) {
+        largest_share = 0;
+        for (const auto& [of, weight] : fine.weights[v]) largest_share = std::max(largest_share, weight);
+        return fine.weights[v];
+      }
+    return SparseWeights();
+  };
+  double largest = 0;
+  const SparseWeights one = middle(corners[2], false, largest);
+  ASSERT_EQ(one.size(), 4u);
+  EXPECT_NEAR(largest, 0.25, 1e-12);
+  EXPECT_LT(Difference(one, middle(corners[2], true, largest)), 1e-12);
+  // Inside the circle Delaunay joins 0 and 2, outside it joins 1 and 3.
+  EXPECT_LT(Difference(middle({0.99, 0.99, 0}, false, largest), middle({1.01, 1.01, 0}, true, largest)),
+            0.01);
+  // Far from the circle the edge is no chance.
+  middle({0.6, 0.6, 0}, false, largest);
+  EXPECT_GT(largest, 0.3);
+}
+
+TEST(LoopSubdivision, RulesByHand) {
+  // A closed tetrahedron: valence three everywhere.
+  const std::vector<Vector3d> corners{{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
+  const std::vector<Triangle> faces{{0, 1, 3}, {0, 2, 1}, {0, 3, 2}, {1, 2, 3}};
+  const SubdividedMesh fine = SubdivideWeights(corners, std::vector<Vector3d>(4, Vector3d::Zero()), faces, 1);
+  for (const auto& [of, weight] : fine.weights[0]) EXPECT_NEAR(weight, of == 0 ? 7.0 / 16 : 3.0 / 16, 1e-15);
+  for (const auto& [of, weight] : fine.weights[4]) EXPECT_TRUE(weight == 0.375 || weight == 0.125) << of;
+  // One triangle alone: all boundary.
+  const SubdividedMesh open = SubdivideWeights({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+                                               std::vector<Vector3d>(3, Vector3d::Zero()), {{0, 1, 2}}, 1);
+  EXPECT_EQ(open.weights[1], SparseWeights({{1, 1.0}}));
+  for (std::size_t v = 3; v < 6; ++v)
+    for (const auto& [of, weight] : open.weights[v]) EXPECT_NEAR(weight, 0.5, 1e-15) << of;
+}
+
+}  // namespace
+}  // namespace ulf
