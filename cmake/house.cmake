@@ -21,6 +21,12 @@ endif()
 option(ULF_WARNINGS_AS_ERRORS "Fail on any warning" ON)
 target_compile_options(ulf_flags INTERFACE -Wall -Wextra -Wno-psabi $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:-Werror>)
 
+# Clang alone checks what core/base/mutex.h says of locks. The cache knows a precompiled header by its content, so no
+# time goes into it.
+if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  target_compile_options(ulf_flags INTERFACE -Wthread-safety "SHELL:-Xclang -fno-pch-timestamp")
+endif()
+
 set(ULF_SANITIZE "" CACHE STRING "address,undefined or thread")
 if(ULF_SANITIZE)
   # Instrumented code makes GCC 12 see overlaps and overruns inside std::string that are not there.
@@ -51,11 +57,39 @@ function(ulf_library name)
   if(ULF_UNITY)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
+    endif()
   endif()
   if(ARG_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
   endif()
+endfunction()
+
+# The target headers_alone compiles every header by itself: what it needs, it includes.
+option(ULF_HEADERS_ALONE "Make the target headers_alone" OFF)
+if(ULF_HEADERS_ALONE)
+  add_custom_target(headers_alone)
+endif()
+
+# ulf_headers_alone(FOLDER LIBRARY LINK ...): FOLDER's headers, compiled as LIBRARY's files are.
+function(ulf_headers_alone folder library)
+  if(NOT ULF_HEADERS_ALONE)
+    return()
+  endif()
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/${folder}/*.h)
+  set(sources "")
+  foreach(header IN LISTS headers)
+    set(source ${CMAKE_BINARY_DIR}/generated/headers_alone/${header}.cpp)
+    file(CONFIGURE OUTPUT ${source} CONTENT "#include \"${header}\"\n")
+    list(APPEND sources ${source})
+  endforeach()
+  add_library(${folder}_headers_alone OBJECT EXCLUDE_FROM_ALL ${sources})
+  target_link_libraries(${folder}_headers_alone PRIVATE ${library} ${ARGN})
+  foreach(property INCLUDE_DIRECTORIES COMPILE_DEFINITIONS)
+    set_property(TARGET ${folder}_headers_alone APPEND PROPERTY ${property} $<TARGET_PROPERTY:${library},${property}>)
+  endforeach()
+  add_dependencies(headers_alone ${folder}_headers_alone)
 endfunction()
 
 # Command files parse arguments and print: nothing in them is worth much of the optimiser's time, and what they include

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -23,6 +22,7 @@
 #include "core/base/clock_offset.h"
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
@@ -41,15 +41,12 @@ class AravisDevice : public Device {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
     const std::string open_by = ResolveAravis(uri.Text(), uri.path);
-    info_.uri = uri.Text();
-    if (uri.path.empty()) {
-      DeviceUri named = uri;
-      named.path = open_by;
-      info_.uri = named.Text();
-    }
+    DeviceUri named = uri;
+    if (uri.path.empty()) named.path = open_by;
+    info_.uri = uri_ = named.Text();
     Open(open_by);
-    configured_ = ConfigureAravis(*session_, info_.uri, options_);
-    spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", info_.uri, info_.maker,
+    configured_ = ConfigureAravis(*session_, uri_, options_);
+    spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", uri_, info_.maker,
                   info_.model, configured_.width, configured_.height, configured_.format.name,
                   configured_.exposure_s, configured_.gain, configured_.period_s);
     for (const std::string& note : configured_.notes)
@@ -59,7 +56,7 @@ class AravisDevice : public Device {
   ~AravisDevice() override { Stop(); }
 
   DeviceInfo Info() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceInfo info = info_;
     if (!held_uri_.empty()) info.uri = held_uri_;
     return info;
@@ -81,7 +78,7 @@ class AravisDevice : public Device {
   DeviceState State() const override { return state_; }
 
   DeviceStatistics Statistics() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceStatistics statistics = statistics_;
     statistics.missing = ids_.Missing();
     statistics.out_of_order = ids_.OutOfOrder();
@@ -96,7 +93,7 @@ class AravisDevice : public Device {
   }
 
   std::vector<DeviceEvent> TakeEvents() override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return std::exchange(events_, {});
   }
 
@@ -106,7 +103,7 @@ class AravisDevice : public Device {
   std::optional<std::string> WhyLost(double silence_s);
   void Take(ArvBuffer* buffer);
   void CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status);
-  void CountId(ArvBuffer* buffer, FrameStatus status);
+  void CountId(ArvBuffer* buffer, FrameStatus status) ULF_REQUIRES(mutex_);
   void Freeze();
   void SayOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
@@ -114,13 +111,13 @@ class AravisDevice : public Device {
   void Lose(const std::string& problem);
 
   void Say(DeviceEventKind kind, std::string text) {
-    spdlog::debug("{}: {}", info_.uri, text);
-    const std::lock_guard lock(mutex_);
+    spdlog::debug("{}: {}", uri_, text);
+    const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
   void RememberTransport() {
     auto transport = stream_->Transport();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
@@ -129,7 +126,7 @@ class AravisDevice : public Device {
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
-  DeviceInfo info_;           // problem and available under mutex_ while the thread runs
+  std::string uri_;           // as it was opened
   std::string gige_address_;  // empty: another bus
   std::unique_ptr<AravisSession> session_;
   AravisConfigured configured_;
@@ -153,34 +150,38 @@ class AravisDevice : public Device {
   Clock::time_point asked_control_at_;
   bool control_answered_ = true;
 
-  mutable std::mutex mutex_;  // of what follows
-  DeviceStatistics statistics_;
-  FrameIdCounter ids_;
-  ClockOffset clock_;
-  std::uint64_t wrong_packet_ids_ = 0;
-  std::uint64_t while_settling_ = 0;  // complete, but not handed out
-  std::vector<DeviceEvent> events_;
-  Clock::time_point started_;
   std::atomic<bool> some_stay_on_{false};  // automatics that could not be switched off
-  std::string held_uri_;  // with the values that automatics had reached; empty: as it was opened
+
+  mutable Mutex mutex_;
+  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
+  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
+  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
+  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t wrong_packet_ids_ ULF_GUARDED_BY(mutex_) = 0;
+  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;  // complete, but not handed out
+  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
+  Clock::time_point started_ ULF_GUARDED_BY(mutex_);
+  // With the values that automatics had reached; empty: as it was opened.
+  std::string held_uri_ ULF_GUARDED_BY(mutex_);
 };
 
 void AravisDevice::Open(const std::string& open_by) {
-  session_ = AravisSession::Open(info_.uri, open_by, AravisSession::Wanted::kControl);
+  session_ = AravisSession::Open(uri_, open_by, AravisSession::Wanted::kControl);
   // Somebody was quicker.
-  if (!session_->IsController()) throw Error("{}: {}", info_.uri, session_->WhoControls());
+  if (!session_->IsController()) throw Error("{}: {}", uri_, session_->WhoControls());
   gige_address_ = session_->GigeAddress();
+  const MutexLock lock(mutex_);
   session_->Describe(info_);
 }
 
 void AravisDevice::Start() {
   if (running_) return;
-  if (!session_) throw Error("{}: {}; open the device again", info_.uri, Info().problem);
-  stream_ = std::make_unique<AravisStream>(*session_, info_.uri, options_, configured_);
-  frames_ = std::make_unique<AravisFrames>(*session_, info_.uri, configured_);
+  if (!session_) throw Error("{}: {}; open the device again", uri_, Info().problem);
+  stream_ = std::make_unique<AravisStream>(*session_, uri_, options_, configured_);
+  frames_ = std::make_unique<AravisFrames>(*session_, uri_, configured_);
   queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     statistics_ = {};
     ids_ = {};
     clock_ = {};
@@ -199,9 +200,9 @@ void AravisDevice::Start() {
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                        std::chrono::duration<double>(options_.settle_s));
   }
-  Must(info_.uri, "start of acquisition",
+  Must(uri_, "start of acquisition",
        [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
-  if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, info_.uri);
+  if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, uri_);
   stop_ = false;
   state_ = DeviceState::kStreaming;
   running_ = true;
@@ -220,7 +221,7 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
   if (options_.SoftwareTriggered() && state_ == DeviceState::kStreaming && queue_->Size() == 0) Fire();
   std::optional<Frame> frame = queue_->Pop(timeout);
   if (frame && frame->status == FrameStatus::kComplete) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++statistics_.delivered;
     statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
   }
@@ -233,11 +234,11 @@ void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
   some_stay_on_ = HasAutomaticOn(*session_, options_);
   for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
-  ReadLight(*session_, info_.uri, configured_);
+  ReadLight(*session_, uri_, configured_);
   frames_->SetLight(configured_);
   if (frozen.values.empty()) return;
-  const std::lock_guard lock(mutex_);
-  DeviceUri uri = DeviceUri::Parse(info_.uri);
+  const MutexLock lock(mutex_);
+  DeviceUri uri = DeviceUri::Parse(uri_);
   for (const auto& [option, value] : frozen.values) uri.Set(option, value);
   held_uri_ = uri.Text();
 }
@@ -251,7 +252,7 @@ void AravisDevice::Fire() {
   GError* error = nullptr;
   arv_camera_software_trigger(session_->Camera(), &error);
   if (!error) return;
-  spdlog::debug("{}: software trigger: {}", info_.uri, error->message);  // the watchdog will say why
+  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // the watchdog will say why
   g_clear_error(&error);
 }
 
@@ -260,7 +261,7 @@ void AravisDevice::Stop() {
   stop_ = true;
   thread_.join();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     statistics_.seconds = SecondsSince(started_);
   }
   running_ = false;
@@ -391,7 +392,7 @@ std::optional<std::string> AravisDevice::WhyLost(double silence_s) {
 void AravisDevice::Lose(const std::string& problem) {
   Say(DeviceEventKind::kFaulted, problem);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     info_.available = false;
     info_.problem = problem;
   }
@@ -408,7 +409,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   // by then.
   if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) {
     Say(DeviceEventKind::kNotice, "the first frame of the stream came with pixels missing");
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++statistics_.incomplete;
     return;
   }
@@ -417,7 +418,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
   if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     CountId(buffer, frame.status);
     if (status == ARV_BUFFER_STATUS_WRONG_PACKET_ID) ++wrong_packet_ids_;
     if (frame.status == FrameStatus::kIncomplete) {
@@ -432,7 +433,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   std::optional<Frame> made_room;
   queue_->Push(std::move(frame), &made_room);
   if (made_room && made_room->status == FrameStatus::kComplete) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++statistics_.dropped;
   }
 }
@@ -441,12 +442,11 @@ void AravisDevice::Take(ArvBuffer* buffer) {
 void AravisDevice::CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status) {
   first_of_stream_ = false;
   const bool complete = status == ARV_BUFFER_STATUS_SUCCESS;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   CountId(buffer, complete ? FrameStatus::kComplete : FrameStatus::kIncomplete);
   ++(complete ? while_settling_ : statistics_.incomplete);
 }
 
-// Under mutex_.
 void AravisDevice::CountId(ArvBuffer* buffer, FrameStatus status) {
   const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the network's: chunk data may have another
   // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.

@@ -7,10 +7,10 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <mutex>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/gige_vision_probe.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -28,8 +28,8 @@ struct Discovered {
 };
 
 std::vector<Discovered> Discover() {
-  static std::mutex mutex;  // the library's list is one for the process
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;  // the library's list is one for the process
+  const MutexLock lock(mutex);
   arv_update_device_list();
   std::vector<Discovered> found;
   for (unsigned i = 0; i < arv_get_n_devices(); ++i)

@@ -4,11 +4,11 @@
 
 #include <chrono>
 #include <map>
-#include <mutex>
 #include <thread>
 #include <utility>
 
 #include "acquisition/aravis/gige_vision_probe.h"
+#include "core/base/mutex.h"
 #include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
@@ -33,9 +33,9 @@ std::string HowToFree(const std::string& address) {
 
 // Not at every attempt of a long search for a camera.
 void WarnNowAndThen(const std::string& text) {
-  static std::mutex mutex;
-  static std::map<std::string, Clock::time_point> said;
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;
+  static std::map<std::string, Clock::time_point> said ULF_GUARDED_BY(mutex);
+  const MutexLock lock(mutex);
   const auto [entry, is_new] = said.try_emplace(text, Clock::now());
   if (!is_new && Clock::now() - entry->second < std::chrono::minutes(1)) return;
   entry->second = Clock::now();

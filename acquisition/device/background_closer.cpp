@@ -1,19 +1,18 @@
 #include "acquisition/device/background_closer.h"
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
 namespace {
 
 struct Work {
-  std::mutex mutex;
-  std::condition_variable done;
-  int under_way = 0;
+  Mutex mutex;
+  ConditionVariable done;
+  int under_way ULF_GUARDED_BY(mutex) = 0;
 };
 
 // Shared with the threads: one that outlives the wait at the end still finds its counter.
@@ -25,8 +24,9 @@ std::shared_ptr<Work> SharedWork() {
 struct WaitAtTheEnd {
   std::shared_ptr<Work> work = SharedWork();
   ~WaitAtTheEnd() {
-    std::unique_lock lock(work->mutex);
-    work->done.wait_for(lock, std::chrono::seconds(10), [&] { return work->under_way == 0; });
+    MutexLock lock(work->mutex);
+    work->done.wait_for(lock, std::chrono::seconds(10),
+                        [this]() ULF_REQUIRES(work->mutex) { return work->under_way == 0; });
   }
 };
 
@@ -41,14 +41,14 @@ BackgroundCloser& BackgroundCloser::Instance() {
 void BackgroundCloser::CloseInBackground(std::function<void()> work) {
   const auto shared = SharedWork();
   {
-    const std::lock_guard lock(shared->mutex);
+    const MutexLock lock(shared->mutex);
     ++shared->under_way;
   }
   std::thread([shared, work = std::move(work)]() mutable {
     HaveSignalStack();
     work();
     work = nullptr;  // what it holds goes before it counts as done
-    const std::lock_guard lock(shared->mutex);
+    const MutexLock lock(shared->mutex);
     --shared->under_way;
     shared->done.notify_all();
   }).detach();

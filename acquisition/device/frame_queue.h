@@ -5,14 +5,13 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/image/frame.h"
 
 namespace ulf::acquisition {
@@ -31,9 +30,9 @@ class BoundedQueue {
   // False when the queue is closed, also while waiting for room; that is not counted as a drop. What made
   // room is handed back through `dropped` where that is given.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     if (when_full_ == WhenFull::kBlock)
-      room_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
+      room_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return closed_ || items_.size() < capacity_; });
     if (closed_) return false;
     if (items_.size() == capacity_) {
       if (dropped) *dropped = std::move(items_.front());
@@ -49,7 +48,7 @@ class BoundedQueue {
   // As Push, but never waits: false when there is no room (kBlock) or the queue is closed.
   bool TryPush(T& item) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (closed_ || items_.size() == capacity_) return false;
       items_.push_back(std::move(item));
     }
@@ -59,8 +58,8 @@ class BoundedQueue {
 
   // The oldest item, or none within the timeout or when the queue is closed and drained.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
-    std::unique_lock lock(mutex_);
-    arrived_.wait_for(lock, timeout, [&] { return closed_ || !items_.empty(); });
+    MutexLock lock(mutex_);
+    arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });
     if (items_.empty()) return std::nullopt;
     std::optional<T> item(std::move(items_.front()));
     items_.pop_front();
@@ -71,7 +70,7 @@ class BoundedQueue {
 
   void Close() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       closed_ = true;
     }
     arrived_.notify_all();
@@ -79,29 +78,29 @@ class BoundedQueue {
   }
 
   bool IsClosed() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return closed_;
   }
   std::size_t Size() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return items_.size();
   }
   std::size_t Capacity() const { return capacity_; }
   // Items that made room for newer ones.
   std::uint64_t Dropped() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return dropped_;
   }
 
  private:
   const std::size_t capacity_;
   const WhenFull when_full_;
-  mutable std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::condition_variable room_;
-  std::deque<T> items_;
-  std::uint64_t dropped_ = 0;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  ConditionVariable arrived_;
+  ConditionVariable room_;
+  std::deque<T> items_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ ULF_GUARDED_BY(mutex_) = 0;
+  bool closed_ ULF_GUARDED_BY(mutex_) = false;
 };
 
 using FrameQueue = BoundedQueue<Frame>;

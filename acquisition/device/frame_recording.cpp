@@ -5,9 +5,7 @@
 
 #include <atomic>
 #include <cerrno>
-#include <condition_variable>
 #include <deque>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
@@ -18,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
+#include "core/base/mutex.h"
 #include "core/base/output_path.h"
 #include "core/image/jpeg_file.h"
 #include "core/image/tiff_file.h"
@@ -98,17 +97,17 @@ struct FrameRecorder::State {
   const std::size_t waiting_bytes;
   std::optional<OpenFile> index;
 
-  mutable std::mutex mutex;  // of what follows, up to the thread
-  std::condition_variable changed;
+  mutable Mutex mutex;
+  ConditionVariable changed;
   struct Item {
     std::optional<Frame> frame;
     std::string note;
   };
-  std::deque<Item> waiting;
-  std::size_t bytes = 0;
-  bool finishing = false;
-  std::string pause;
-  FrameRecorderSummary summary;
+  std::deque<Item> waiting ULF_GUARDED_BY(mutex);
+  std::size_t bytes ULF_GUARDED_BY(mutex) = 0;
+  bool finishing ULF_GUARDED_BY(mutex) = false;
+  std::string pause ULF_GUARDED_BY(mutex);
+  FrameRecorderSummary summary ULF_GUARDED_BY(mutex);
 
   // The writing thread's.
   FileBatch files;
@@ -124,10 +123,10 @@ struct FrameRecorder::State {
 };
 
 void FrameRecorder::State::Loop() {
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   for (;;) {
-    const bool any =
-        changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return finishing || !waiting.empty(); });
+    const bool any = changed.wait_for(lock, std::chrono::milliseconds(100),
+                                      [this]() ULF_REQUIRES(mutex) { return finishing || !waiting.empty(); });
     if (any && !waiting.empty()) {
       Item item = std::move(waiting.front());
       waiting.pop_front();
@@ -171,7 +170,7 @@ void FrameRecorder::State::Write(Item item) {
     if (FreeBytes(dir) < needed + kIndexReserve)
       ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
     files.Write(wanted);
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     summary.disk_s += SecondsSince(start);
   } catch (const Error& error) {
     Refused(error, 1);
@@ -193,7 +192,7 @@ void FrameRecorder::State::EndBatch() {
     files.Commit();
     index->Write(lines);
     index->Sync();
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     summary.written += frames_in_batch;
     summary.bytes += bytes_in_batch;
     summary.disk_s += SecondsSince(start);
@@ -208,7 +207,7 @@ void FrameRecorder::State::EndBatch() {
 }
 
 void FrameRecorder::State::Refused(const Error& error, std::uint64_t frames) {
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   summary.left_out += frames;
   summary.problem = pause = error.what();
 }
@@ -256,7 +255,7 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
     kept.image.pixels = frame.image.pixels.clone();  // somebody else's memory
   const std::size_t bytes = BytesOf(kept);
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     // One frame may always wait, however large it is, and every photograph.
     if (frame.kind == FrameKind::kLive && !state_->waiting.empty() &&
         state_->bytes + bytes > state_->waiting_bytes) {
@@ -270,7 +269,7 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
     }
   }
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     state_->waiting.push_back({std::move(kept), ""});
     state_->bytes += bytes;
   }
@@ -280,25 +279,26 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
 
 void FrameRecorder::Note(const std::string& text) {
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     state_->waiting.push_back({std::nullopt, text});
   }
   state_->changed.notify_one();
 }
 
 std::optional<std::string> FrameRecorder::Pause() const {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   if (state_->pause.empty()) return std::nullopt;
   return state_->pause;
 }
 
 FrameRecorderSummary FrameRecorder::Finish() {
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     state_->finishing = true;
   }
   state_->changed.notify_one();
   if (state_->thread.joinable()) state_->thread.join();
+  const MutexLock lock(state_->mutex);
   return state_->summary;
 }
 

@@ -1,13 +1,12 @@
 #include "acquisition/device/paced_device.h"
 
 #include <atomic>
-#include <condition_variable>
 #include <exception>
-#include <mutex>
 #include <thread>
 
 #include "acquisition/device/photograph_inbox.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
@@ -31,7 +30,7 @@ class PacedDevice : public Device {
   std::optional<SensorWindow> Window() const override { return recording_->Window(); }
   bool TakesStills() const override { return recording_->TakesStills(); }
   StillRequest RequestStill() override {
-    const std::lock_guard lock(recording_mutex_);
+    const MutexLock lock(recording_mutex_);
     return recording_->RequestStill();
   }
   bool IsLive() const override { return true; }
@@ -42,7 +41,10 @@ class PacedDevice : public Device {
     recording_->Start();
     queue_ = std::make_unique<PhotographInbox>(4);
     delivered_ = bytes_ = 0;
-    stop_ = false;
+    {
+      const MutexLock lock(mutex_);
+      stop_ = false;
+    }
     over_ = false;
     failure_ = nullptr;
     started_ = true;
@@ -51,7 +53,7 @@ class PacedDevice : public Device {
 
   void Stop() override {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       stop_ = true;
     }
     wake_.notify_all();
@@ -81,7 +83,7 @@ class PacedDevice : public Device {
   }
 
   DeviceStatistics Statistics() const override {
-    const std::lock_guard lock(recording_mutex_);
+    const MutexLock lock(recording_mutex_);
     DeviceStatistics statistics = recording_->Statistics();
     // What it played is not yet what was taken.
     statistics.delivered = delivered_;
@@ -104,8 +106,8 @@ class PacedDevice : public Device {
         const auto due = began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                                      (frame->device_time_s - *first_s) / speed_));
         {
-          std::unique_lock lock(mutex_);
-          if (wake_.wait_until(lock, due, [&] { return stop_; })) break;
+          MutexLock lock(mutex_);
+          if (wake_.wait_until(lock, due, [this]() ULF_REQUIRES(mutex_) { return stop_; })) break;
         }
         frame->host_time_s = EpochSeconds();
         queue_->Push(std::move(*frame));
@@ -118,13 +120,14 @@ class PacedDevice : public Device {
   }
 
   std::optional<Frame> NextRecorded() {
-    const std::lock_guard lock(recording_mutex_);
+    const MutexLock lock(recording_mutex_);
     auto frame = recording_->Next(milliseconds(0));
     share_done_ = recording_->ShareDone().value_or(0);
     return frame;
   }
 
-  mutable std::mutex recording_mutex_;  // of what changes while it plays
+  // Of the recording's frames, figures and requests; the rest of it does not change while it plays.
+  mutable Mutex recording_mutex_;
   const std::unique_ptr<Device> recording_;
   const double speed_;
   std::unique_ptr<PhotographInbox> queue_;
@@ -133,9 +136,9 @@ class PacedDevice : public Device {
   std::atomic<bool> over_{false};
   std::exception_ptr failure_;  // set before over_
   bool started_ = false;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stop_ = false;  // under mutex_
+  Mutex mutex_;
+  ConditionVariable wake_;
+  bool stop_ ULF_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

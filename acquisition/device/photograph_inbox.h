@@ -4,12 +4,11 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <optional>
 
+#include "core/base/mutex.h"
 #include "core/image/frame.h"
 
 namespace ulf::acquisition {
@@ -26,7 +25,7 @@ class PhotographInbox {
   }
   void PushLive(Frame frame) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (live_.size() == live_capacity_) {
         live_.pop_front();
         ++dropped_;
@@ -37,7 +36,7 @@ class PhotographInbox {
   }
   void PushStill(Frame frame) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       stills_.push_back(std::move(frame));
     }
     arrived_.notify_one();
@@ -45,15 +44,17 @@ class PhotographInbox {
   // Nothing more comes; what is there can still be taken.
   void Close() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       closed_ = true;
     }
     arrived_.notify_all();
   }
 
   std::optional<Frame> Pop(std::chrono::milliseconds timeout) {
-    std::unique_lock lock(mutex_);
-    arrived_.wait_for(lock, timeout, [&] { return closed_ || !stills_.empty() || !live_.empty(); });
+    MutexLock lock(mutex_);
+    arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) {
+      return closed_ || !stills_.empty() || !live_.empty();
+    });
     std::deque<Frame>& from = stills_.empty() ? live_ : stills_;
     if (from.empty()) return std::nullopt;
     std::optional<Frame> frame(std::move(from.front()));
@@ -61,21 +62,21 @@ class PhotographInbox {
     return frame;
   }
   bool IsEmpty() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return stills_.empty() && live_.empty();
   }
   std::uint64_t Dropped() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return dropped_;
   }
 
  private:
   const std::size_t live_capacity_;
-  mutable std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::deque<Frame> stills_, live_;
-  std::uint64_t dropped_ = 0;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  ConditionVariable arrived_;
+  std::deque<Frame> stills_ ULF_GUARDED_BY(mutex_), live_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ ULF_GUARDED_BY(mutex_) = 0;
+  bool closed_ ULF_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace ulf::acquisition

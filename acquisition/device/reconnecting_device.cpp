@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
 #include <utility>
 
 #include "acquisition/device/background_closer.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -36,13 +35,13 @@ bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
 // The search for a camera that went away; shared by the thread that searches and the device that waits, which
 // may give up first.
 struct Search {
-  std::mutex mutex;
-  std::condition_variable changed;
-  bool stop = false;              // nobody waits any more
-  bool over = false;              // the patience is over
-  std::unique_ptr<Device> found;  // the camera itself, started
-  std::string problem;            // of the last attempt
-  std::string refused;            // what was found instead; empty: nothing
+  Mutex mutex;
+  ConditionVariable changed;
+  bool stop ULF_GUARDED_BY(mutex) = false;              // nobody waits any more
+  bool over ULF_GUARDED_BY(mutex) = false;              // the patience is over
+  std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the camera itself, started
+  std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
+  std::string refused ULF_GUARDED_BY(mutex);            // what was found instead; empty: nothing
 };
 
 // One attempt. Throws Error when the camera is not there; fills `refused` when another one is.
@@ -61,9 +60,10 @@ std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& kno
 
 void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, const DeviceInfo& known,
                Clock::time_point begin, Clock::time_point give_up) {
+  const auto stopped = [&]() ULF_REQUIRES(search->mutex) { return search->stop; };
   {
-    std::unique_lock lock(search->mutex);
-    if (search->changed.wait_until(lock, begin, [&] { return search->stop; })) return;
+    MutexLock lock(search->mutex);
+    if (search->changed.wait_until(lock, begin, stopped)) return;
   }
   double wait_s = how.first_wait_s;
   for (int attempt = 0;; ++attempt) {
@@ -74,7 +74,7 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
     } catch (const std::exception& error) {
       problem = error.what();
     }
-    std::unique_lock lock(search->mutex);
+    MutexLock lock(search->mutex);
     if (search->stop) {
       lock.unlock();
       return;  // closes `driver` here, where nobody waits
@@ -86,7 +86,7 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
     search->changed.notify_all();
     if (search->found || search->over) return;
     const auto until = std::min(Clock::now() + Seconds(wait_s), give_up);
-    if (search->changed.wait_until(lock, until, [&] { return search->stop; })) return;
+    if (search->changed.wait_until(lock, until, stopped)) return;
     wait_s = std::min(2 * wait_s, how.longest_wait_s);
   }
 }
@@ -139,11 +139,11 @@ class ReconnectingDevice : public Device {
  public:
   ReconnectingDevice(std::unique_ptr<Device> driver, Reconnection how)
       : how_(std::move(how)),
-        info_(driver->Info()),
         camera_(driver->Camera()),
         window_(driver->Window()),
         live_(driver->IsLive()),
         takes_stills_(driver->TakesStills()),
+        info_(driver->Info()),
         driver_(std::move(driver)) {}
 
   ~ReconnectingDevice() override {
@@ -155,8 +155,7 @@ class ReconnectingDevice : public Device {
   DeviceInfo Info() const override {
     const auto driver = Driver();
     if (driver && !problem_known_) return driver->Info();
-    const std::lock_guard lock(mutex_);
-    return info_;
+    return LastInfo();
   }
   std::optional<CameraModel> Camera() const override { return camera_; }
   bool IsLive() const override { return live_; }
@@ -178,7 +177,7 @@ class ReconnectingDevice : public Device {
 
   DeviceStatistics Statistics() const override {
     const auto driver = Driver();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceStatistics sum = past_;
     if (driver) Add(driver->Statistics(), sum);
     if (sum.clock_offset_s) *sum.clock_offset_s -= time_shift_s_;
@@ -187,7 +186,7 @@ class ReconnectingDevice : public Device {
 
   std::vector<DeviceEvent> TakeEvents() override {
     if (const auto driver = Driver()) TakeEventsOf(*driver);
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return std::exchange(events_, {});
   }
 
@@ -197,11 +196,19 @@ class ReconnectingDevice : public Device {
 
  private:
   std::shared_ptr<Device> Driver() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return driver_;
   }
+  DeviceInfo LastInfo() const {
+    const MutexLock lock(mutex_);
+    return info_;
+  }
+  double TimeShiftSeconds() const {
+    const MutexLock lock(mutex_);
+    return time_shift_s_;
+  }
   void Say(DeviceEventKind kind, std::string text) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
   void TakeEventsOf(Device& driver);
@@ -215,18 +222,19 @@ class ReconnectingDevice : public Device {
   std::string TakeUpTime(const Frame& frame);
 
   const Reconnection how_;
-  DeviceInfo info_;  // of the driver that was last open; with the problem while there is none
   const std::optional<CameraModel> camera_;
   const std::optional<SensorWindow> window_;
   const bool live_, takes_stills_;
 
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> problem_known_{false};  // info_ says more than the driver
-  mutable std::mutex mutex_;                // of driver_, info_, past_, events_, time_shift_s_
-  std::shared_ptr<Device> driver_;          // none while it is looked for
-  DeviceStatistics past_;                   // of drivers that are gone
-  std::vector<DeviceEvent> events_;
-  double time_shift_s_ = 0;  // session's time - driver's time
+  mutable Mutex mutex_;
+  // Of the driver that was last open; with the problem while there is none.
+  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
+  std::shared_ptr<Device> driver_ ULF_GUARDED_BY(mutex_);  // none while it is looked for
+  DeviceStatistics past_ ULF_GUARDED_BY(mutex_);           // of drivers that are gone
+  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
+  double time_shift_s_ ULF_GUARDED_BY(mutex_) = 0;  // session's time - driver's time
 
   // Of the thread that calls Next().
   std::shared_ptr<Search> search_;
@@ -241,7 +249,7 @@ class ReconnectingDevice : public Device {
 // How it stands with the connection is for this class to say.
 void ReconnectingDevice::TakeEventsOf(Device& driver) {
   std::vector<DeviceEvent> events = driver.TakeEvents();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (DeviceEvent& event : events)
     if (event.kind == DeviceEventKind::kStalled || event.kind == DeviceEventKind::kNotice)
       events_.push_back(std::move(event));
@@ -249,20 +257,20 @@ void ReconnectingDevice::TakeEventsOf(Device& driver) {
 
 void ReconnectingDevice::Start() {
   if (state_ != DeviceState::kConnected && state_ != DeviceState::kLost) return;
-  if (!driver_) {
+  std::shared_ptr<Device> driver = Driver();
+  if (!driver) {
     std::string refused;
-    std::unique_ptr<Device> found = FindAgain(how_, info_, 0, &refused);
-    const std::lock_guard lock(mutex_);
-    driver_ = std::move(found);
+    driver = FindAgain(how_, LastInfo(), 0, &refused);
   } else {
-    driver_->Start();
+    driver->Start();
   }
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     past_ = {};
     events_.clear();
     time_shift_s_ = 0;
-    info_ = driver_->Info();
+    info_ = driver->Info();
+    driver_ = std::move(driver);
   }
   problem_known_ = false;
   awaiting_first_ = false;
@@ -273,33 +281,33 @@ void ReconnectingDevice::Start() {
 
 void ReconnectingDevice::Stop() {
   if (search_) {
-    const std::lock_guard lock(search_->mutex);
+    const MutexLock lock(search_->mutex);
     search_->stop = true;
     search_->changed.notify_all();
     BackgroundCloser::Instance().CloseInBackground(std::move(search_->found));
   }
   search_.reset();
   const bool running = state_ != DeviceState::kConnected && state_ != DeviceState::kLost;
-  if (driver_ && running) {
-    if (IsOver(driver_->State()))
-      Retire();
-    else
-      driver_->Stop();
+  if (!running) return;
+  if (auto driver = Driver()) {
+    const bool over = IsOver(driver->State());
+    if (!over) driver->Stop();
+    driver.reset();  // who retires it must be the last to hold it
+    if (over) Retire();
   }
-  if (running) state_ = DeviceState::kConnected;
+  state_ = DeviceState::kConnected;
 }
 
 // The driver is dead: its figures are kept, it is closed where nobody waits.
 void ReconnectingDevice::Retire() {
-  TakeEventsOf(*driver_);
-  const DeviceStatistics statistics = driver_->Statistics();
-  const DeviceInfo info = driver_->Info();
-  std::shared_ptr<Device> dead;
+  std::shared_ptr<Device> dead = Driver();
+  TakeEventsOf(*dead);
+  const DeviceStatistics statistics = dead->Statistics();
+  const DeviceInfo info = dead->Info();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     Add(statistics, past_);
     info_ = info;
-    dead = std::move(driver_);
     driver_.reset();
   }
   problem_known_ = true;
@@ -308,7 +316,7 @@ void ReconnectingDevice::Retire() {
 
 void ReconnectingDevice::Fault(const std::string& problem) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     info_.problem = problem;
     info_.available = false;
   }
@@ -335,19 +343,14 @@ void ReconnectingDevice::SearchAgain(const std::string& problem) {
 
 void ReconnectingDevice::GiveUp(const std::string& problem) {
   Say(DeviceEventKind::kFaulted,
-      fmt::format("{}: given up after {:.0f} s: {}", info_.uri, SecondsSince(fault_began_), problem));
+      fmt::format("{}: given up after {:.0f} s: {}", LastInfo().uri, SecondsSince(fault_began_), problem));
   state_ = DeviceState::kLost;
 }
 
 void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
   search_ = std::make_shared<Search>();
-  DeviceInfo known;
-  {
-    const std::lock_guard lock(mutex_);
-    known = info_;
-  }
   BackgroundCloser::Instance().CloseInBackground(
-      std::function<void()>([search = search_, how = how_, known, begin, until = give_up_] {
+      std::function<void()>([search = search_, how = how_, known = LastInfo(), begin, until = give_up_] {
         RunSearch(search, how, known, begin, until);
       }));
 }
@@ -358,9 +361,10 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
   std::string refused, problem;
   bool over = false;
   {
-    std::unique_lock lock(search_->mutex);
-    search_->changed.wait_for(
-        lock, timeout, [&] { return search_->found || search_->over || search_->refused != refused_; });
+    MutexLock lock(search_->mutex);
+    search_->changed.wait_for(lock, timeout, [this]() ULF_REQUIRES(search_->mutex) {
+      return search_->found || search_->over || search_->refused != refused_;
+    });
     found = std::move(search_->found);
     over = search_->over;
     refused = search_->refused;
@@ -373,7 +377,7 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
   if (found) {
     search_.reset();
     awaiting_first_ = true;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     driver_ = std::move(found);
     return true;
   }
@@ -392,11 +396,11 @@ std::string ReconnectingDevice::TakeUpTime(const Frame& frame) {
   if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
     gap_s = frame.host_time_s - *last_host_time_s_;
   const double expected_s = *last_device_time_s_ + std::max(gap_s, 1e-3);
-  const double as_it_counts_s = frame.device_time_s + time_shift_s_;
+  const double as_it_counts_s = frame.device_time_s + TimeShiftSeconds();
   const bool goes_on = as_it_counts_s > *last_device_time_s_ &&
                        (!live_ || std::abs(as_it_counts_s - expected_s) < kSameClock_s);
   if (goes_on) return "";
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   time_shift_s_ = expected_s - frame.device_time_s;
   return fmt::format("; its clock began anew: {:.3f} s are added to its times", time_shift_s_);
 }
@@ -407,7 +411,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     const ImageKind kind = ImageKind::Of(frame.image);
     if (kind_ && !(kind == *kind_)) {
       const std::string text =
-          fmt::format("{}: came back with other images ({}; before: {}); set it as it was", info_.uri,
+          fmt::format("{}: came back with other images ({}; before: {}); set it as it was", LastInfo().uri,
                       kind.Text(), kind_->Text());
       if (text != std::exchange(refused_, text)) Say(DeviceEventKind::kNotice, text);
       Retire();
@@ -418,7 +422,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     awaiting_first_ = false;
     const std::string clock = TakeUpTime(frame);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ++past_.reconnects;
       info_.problem.clear();
       info_.available = true;
@@ -426,11 +430,12 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     problem_known_ = false;
     refused_.clear();
     state_ = DeviceState::kStreaming;
-    Say(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}", info_.uri,
-                                                SecondsSince(fault_began_), clock));
+    Say(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}",
+                                                LastInfo().uri, SecondsSince(fault_began_), clock));
   }
-  frame.device_time_s += time_shift_s_;
-  if (frame.requested_s) *frame.requested_s += time_shift_s_;
+  const double time_shift_s = TimeShiftSeconds();
+  frame.device_time_s += time_shift_s;
+  if (frame.requested_s) *frame.requested_s += time_shift_s;
   if (measures) {
     if (!kind_) kind_ = ImageKind::Of(frame.image);
     last_device_time_s_ = frame.device_time_s;
@@ -442,31 +447,30 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
 
 std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
   // A tethered camera that was stopped still hands out the photographs that were on their way.
-  if (state_ == DeviceState::kConnected && driver_ && takes_stills_) return driver_->Next(timeout);
+  if (state_ == DeviceState::kConnected && takes_stills_)
+    if (const auto driver = Driver()) return driver->Next(timeout);
   if (state_ == DeviceState::kConnected || IsOver(state_)) return std::nullopt;
   const auto until = Clock::now() + timeout;
   if (state_ == DeviceState::kFaulted) {
     state_ = DeviceState::kReconnecting;
-    Say(DeviceEventKind::kReconnecting, fmt::format("{}: looked for", info_.uri));
+    Say(DeviceEventKind::kReconnecting, fmt::format("{}: looked for", LastInfo().uri));
   }
   if (search_ && !PickUp(timeout)) return std::nullopt;
   const auto left = std::max(milliseconds(0), std::chrono::duration_cast<milliseconds>(until - Clock::now()));
-  if (auto frame = driver_->Next(left)) return Deliver(std::move(*frame));
-  switch (driver_->State()) {
-    case DeviceState::kEnded:
-      state_ = DeviceState::kEnded;
-      break;
-    case DeviceState::kLost: {
-      const std::string problem = driver_->Info().problem;
-      Retire();
-      if (std::exchange(awaiting_first_, false))
-        SearchAgain("it went again before its first frame: " + problem);
-      else
-        Fault(fmt::format("{}: {}", info_.uri, problem.empty() ? "the camera no longer answers" : problem));
-      break;
-    }
-    default:
-      break;
+  auto driver = Driver();
+  auto frame = driver->Next(left);
+  const DeviceState state = frame ? DeviceState::kStreaming : driver->State();
+  const std::string problem = state == DeviceState::kLost ? driver->Info().problem : "";
+  driver.reset();  // who retires it must be the last to hold it
+  if (frame) return Deliver(std::move(*frame));
+  if (state == DeviceState::kEnded) state_ = DeviceState::kEnded;
+  if (state == DeviceState::kLost) {
+    Retire();
+    if (std::exchange(awaiting_first_, false))
+      SearchAgain("it went again before its first frame: " + problem);
+    else
+      Fault(
+          fmt::format("{}: {}", LastInfo().uri, problem.empty() ? "the camera no longer answers" : problem));
   }
   return std::nullopt;
 }

@@ -10,11 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <mutex>
 #include <string_view>
 
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -79,8 +79,8 @@ File NewFile() {
 
 // Drivers are loaded when a camera is opened and let go when it is closed: never by two threads at once. The
 // list of drivers is read from disk once: a tenth of a second.
-std::mutex library_mutex;
-CameraAbilitiesList* AllAbilities(GPContext* context) {
+Mutex library_mutex;
+CameraAbilitiesList* AllAbilities(GPContext* context) ULF_REQUIRES(library_mutex) {
   static const Abilities all = [&] {
     CameraAbilitiesList* list = nullptr;
     gp_abilities_list_new(&list);
@@ -255,7 +255,7 @@ struct GphotoCamera::State {
   // Leaves the camera as it was before, whether or not it was opened.
   ~State() {
     const WithoutSigpipe guard;
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     descriptors.Close([this] {
       gp_camera_exit(camera, context.get());
       gp_camera_unref(camera);
@@ -280,7 +280,7 @@ struct GphotoCamera::State {
 
 std::vector<GphotoAddress> DetectGphotoCameras() {
   const WithoutSigpipe guard;
-  const std::lock_guard lock(library_mutex);
+  const MutexLock lock(library_mutex);
   const Context context(gp_context_new());
   CameraList* raw = nullptr;
   gp_list_new(&raw);
@@ -301,7 +301,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
     : state_(std::make_unique<State>(address.port)) {
   {
     const WithoutSigpipe guard;
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     CameraAbilitiesList* all = AllAbilities(state_->context.get());
     const int model = gp_abilities_list_lookup_model(all, address.model.c_str());
     if (model < 0)
@@ -321,7 +321,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
   }
   GphotoResult result;
   {
-    const std::lock_guard lock(library_mutex);
+    const MutexLock lock(library_mutex);
     result = state_->Do([](Camera* camera, GPContext* context) { return gp_camera_init(camera, context); });
   }
   state_->descriptors.Opened();

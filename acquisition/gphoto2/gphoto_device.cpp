@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -19,6 +18,7 @@
 #include "acquisition/gphoto2/photograph_pairing.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 #include "core/image/jpeg_file.h"
 
@@ -77,7 +77,7 @@ class GphotoDevice : public Device {
   ~GphotoDevice() override { Stop(); }
 
   DeviceInfo Info() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return info_;
   }
   bool IsLive() const override { return true; }
@@ -93,10 +93,10 @@ class GphotoDevice : public Device {
     if (!camera_) throw Error("{}: {}; open the device again", uri_, Info().problem);
     inbox_ = std::make_unique<PhotographInbox>(options_.queue);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       statistics_ = {};
+      started_ = Clock::now();
     }
-    started_ = Clock::now();
     stop_ = false;
     stopping_since_.reset();
     lost_ = false;
@@ -120,7 +120,7 @@ class GphotoDevice : public Device {
     if (frame->encoded) frame->image = {DecodeJpeg(*frame->encoded->bytes), Transfer::kSrgb};
     frame->status = frame->image.empty() ? FrameStatus::kIncomplete : FrameStatus::kComplete;
     if (frame->kind == FrameKind::kLive) frame->encoded.reset();  // live view is never kept
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++(frame->status == FrameStatus::kComplete ? statistics_.delivered : statistics_.incomplete);
     statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
     return frame;
@@ -146,7 +146,7 @@ class GphotoDevice : public Device {
   }
 
   DeviceStatistics Statistics() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceStatistics statistics = statistics_;
     statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
     statistics.seconds = started_ ? SecondsSince(*started_) : 0;
@@ -159,7 +159,7 @@ class GphotoDevice : public Device {
   }
 
   std::vector<DeviceEvent> TakeEvents() override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return std::exchange(events_, {});
   }
 
@@ -191,7 +191,7 @@ class GphotoDevice : public Device {
   void End() {
     Deliver(true);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       not_downloaded_ += static_cast<double>(downloads_.Count());
     }
     if (const std::string names = downloads_.GiveUpAll(); !names.empty()) Notice(names);
@@ -270,7 +270,7 @@ class GphotoDevice : public Device {
       return;
     }
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ++live_view_refused_;
     }
     if (result.NotSupported()) {
@@ -324,7 +324,7 @@ class GphotoDevice : public Device {
     } else {
       if (released_at_ && !answer_stem_) {
         answer_stem_ = StemOf(announced.name);
-        const std::lock_guard lock(mutex_);
+        const MutexLock lock(mutex_);
         release_to_announcement_s_.push_back(file.announced_s - released_host_s_);
       }
       if (released_at_ && answer_stem_ == StemOf(announced.name)) file.released_s = released_host_s_;
@@ -344,7 +344,7 @@ class GphotoDevice : public Device {
       // Its other half may be the answer.
       const std::string stem = StemOf(file.name);
       if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) Answered(file.released_s);
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ++not_downloaded_;
     }
     if (!outcome.failure.ok()) Gone(outcome.failure);
@@ -371,7 +371,7 @@ class GphotoDevice : public Device {
                         "format to one with JPEG (imageformat=)",
                         name));
       {
-        const std::lock_guard lock(mutex_);
+        const MutexLock lock(mutex_);
         if (!is_late) ++photographs_;
       }
       Answered(frame.requested_s.value_or(0));
@@ -444,7 +444,7 @@ class GphotoDevice : public Device {
 
   void Lose(const std::string& problem) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       info_.available = false;
       info_.problem = problem;
     }
@@ -455,7 +455,7 @@ class GphotoDevice : public Device {
   void Notice(const std::string& text) { Event(DeviceEventKind::kNotice, text); }
   void Event(DeviceEventKind kind, const std::string& text) {
     spdlog::debug("{}: {}", uri_, text);
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), text});
   }
 
@@ -485,13 +485,15 @@ class GphotoDevice : public Device {
   std::atomic<bool> stop_{false}, still_wanted_{false}, has_live_view_{true};
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::unique_ptr<PhotographInbox> inbox_;
-  mutable std::mutex mutex_;
-  DeviceInfo info_;
-  DeviceStatistics statistics_;
-  std::vector<DeviceEvent> events_;
-  std::optional<Clock::time_point> started_;
-  double photographs_ = 0, live_view_refused_ = 0, not_downloaded_ = 0;
-  std::vector<double> release_to_announcement_s_;
+  mutable Mutex mutex_;
+  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
+  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
+  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
+  std::optional<Clock::time_point> started_ ULF_GUARDED_BY(mutex_);
+  double photographs_ ULF_GUARDED_BY(mutex_) = 0;
+  double live_view_refused_ ULF_GUARDED_BY(mutex_) = 0;
+  double not_downloaded_ ULF_GUARDED_BY(mutex_) = 0;
+  std::vector<double> release_to_announcement_s_ ULF_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <thread>
 
 #include "acquisition/device/frame_id_counter.h"
@@ -15,6 +14,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -33,12 +33,12 @@ class Absences {
     return absences;
   }
   void Begin(const std::string& uri, const Absence& absence) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     away_[uri] = absence;
   }
   // The frame to go on with. Throws Error while the camera is away.
   std::uint64_t End(const std::string& uri) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto found = away_.find(uri);
     if (found == away_.end()) return 0;
     const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
@@ -49,8 +49,8 @@ class Absences {
   }
 
  private:
-  std::mutex mutex_;
-  std::map<std::string, Absence> away_;
+  Mutex mutex_;
+  std::map<std::string, Absence> away_ ULF_GUARDED_BY(mutex_);
 };
 
 class SimulatedDevice : public Device {

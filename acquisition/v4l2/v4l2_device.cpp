@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
-#include <mutex>
 #include <thread>
 
 #include "acquisition/device/frame_id_counter.h"
@@ -23,6 +22,7 @@
 #include "core/base/clock_offset.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
@@ -35,22 +35,19 @@ class V4l2Device : public Device {
  public:
   explicit V4l2Device(const DeviceUri& uri) : options_(V4l2OptionsOf(uri)) {
     const V4l2Camera camera = ResolveV4l2Camera(uri.Text(), uri.path);
+    DeviceUri named = uri;
+    if (uri.path.empty()) named.path = camera.node;
+    uri_ = named.Text();
     info_ = camera.info;
-    info_.uri = uri.Text();
-    if (uri.path.empty()) {
-      DeviceUri named = uri;
-      named.path = camera.node;
-      info_.uri = named.Text();
-    }
+    info_.uri = uri_;
     node_ = std::make_unique<V4l2Node>(camera.node);
-    const V4l2Mode mode =
-        ChooseV4l2Mode(info_.uri, V4l2Modes(*node_, options_.request.size), options_.request);
+    const V4l2Mode mode = ChooseV4l2Mode(uri_, V4l2Modes(*node_, options_.request.size), options_.request);
     configured_ = SetV4l2Mode(*node_, mode, options_.request.fps);
     controls_ = V4l2Controls(*node_);
     RequireControls();
     stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (stop_ < 0) throw Error("{}: no descriptor is left for stopping it; close other programs", info_.uri);
-    spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", info_.uri, info_.maker, info_.model,
+    if (stop_ < 0) throw Error("{}: no descriptor is left for stopping it; close other programs", uri_);
+    spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", uri_, info_.maker, info_.model,
                   configured_.format.name, configured_.width, configured_.height, configured_.period_s);
   }
 
@@ -60,21 +57,21 @@ class V4l2Device : public Device {
   }
 
   DeviceInfo Info() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return info_;
   }
   bool IsLive() const override { return true; }
   HeldAutomatics Held() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return held_;
   }
 
   void Start() override {
     if (thread_.joinable()) return;
-    if (state_ == DeviceState::kLost) throw Error("{}: {}; open the device again", info_.uri, info_.problem);
+    if (state_ == DeviceState::kLost) throw Error("{}: {}; open the device again", uri_, Info().problem);
     stream_ = std::make_unique<V4l2Stream>(*node_, options_.io, configured_.image_bytes);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
       statistics_ = {};
       ids_ = {};
@@ -97,7 +94,7 @@ class V4l2Device : public Device {
     if (!queue_) return std::nullopt;
     std::optional<Frame> frame = queue_->Pop(timeout);
     if (frame && frame->status == FrameStatus::kComplete) {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ++statistics_.delivered;
       statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
     }
@@ -107,13 +104,13 @@ class V4l2Device : public Device {
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
-    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: cannot be told to stop", info_.uri);
+    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: cannot be told to stop", uri_);
     thread_.join();
     std::uint64_t taken = 0;
-    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: was not told to stop", info_.uri);
+    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: was not told to stop", uri_);
     queue_->Close();
     stream_.reset();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     statistics_.seconds = SecondsSince(started_);
     if (state_ == DeviceState::kLost)
       node_.reset();
@@ -124,7 +121,7 @@ class V4l2Device : public Device {
   DeviceState State() const override { return state_; }
 
   DeviceStatistics Statistics() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceStatistics statistics = statistics_;
     statistics.missing = ids_.Missing();
     if (queue_) statistics.dropped = queue_->Dropped();
@@ -137,13 +134,13 @@ class V4l2Device : public Device {
   }
 
   std::vector<DeviceEvent> TakeEvents() override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return std::exchange(events_, {});
   }
 
  private:
   void Say(DeviceEventKind kind, const std::string& text) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), text});
   }
 
@@ -155,11 +152,11 @@ class V4l2Device : public Device {
         std::string list = "format, size, fps, io, settle, queue";
         for (const V4l2Control& known : controls_)
           list += ", " + (known.short_name.empty() ? known.name : known.short_name);
-        throw UsageError("'{}' has no option or control '{}'; known are: {}", info_.uri, name, list);
+        throw UsageError("'{}' has no option or control '{}'; known are: {}", uri_, name, list);
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-        throw UsageError("'{}': the control {} can only be read", info_.uri, name);
-      V4l2ControlValue(info_.uri, *control, value);
+        throw UsageError("'{}': the control {} can only be read", uri_, name);
+      V4l2ControlValue(uri_, *control, value);
     }
   }
 
@@ -177,7 +174,7 @@ class V4l2Device : public Device {
     for (const std::string& words : frozen.refused) Say(DeviceEventKind::kNotice, words);
     for (const auto& [name, text] : options_.controls) {
       const V4l2Control& control = *FindControl(name);
-      const int value = V4l2ControlValue(info_.uri, control, text);
+      const int value = V4l2ControlValue(uri_, control, text);
       const int error = SetV4l2Control(*node_, control.id, value);
       const auto got = GetV4l2Control(*node_, control.id);
       if (error != 0 || (got && *got != value))
@@ -187,7 +184,7 @@ class V4l2Device : public Device {
     }
     exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       held_ = HeldV4l2Automatics(*node_, controls_);
     }
     HoldInUri(frozen.values);
@@ -196,13 +193,14 @@ class V4l2Device : public Device {
   // From here on the camera's name says what it was held at: opened again by it, it takes the same pictures.
   void HoldInUri(const std::vector<std::pair<std::string, int>>& values) {
     if (values.empty()) return;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     DeviceUri uri = DeviceUri::Parse(info_.uri);
     std::erase_if(uri.options, [](const auto& option) { return option.first == "settle"; });
     uri.options.emplace_back("settle", "0");
     for (const auto& [name, value] : values)
-      if (std::none_of(options_.controls.begin(), options_.controls.end(),
-                       [&](const auto& asked) { return FindControl(asked.first)->Answers(name); }))
+      if (std::none_of(
+              options_.controls.begin(), options_.controls.end(),
+              [&, &name = name](const auto& asked) { return FindControl(asked.first)->Answers(name); }))
         uri.options.emplace_back(name, std::to_string(value));
     info_.uri = uri.Text();
   }
@@ -261,7 +259,7 @@ class V4l2Device : public Device {
 
   void Lose(const std::string& problem) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       info_.available = false;
       info_.problem = problem;
     }
@@ -271,7 +269,7 @@ class V4l2Device : public Device {
 
   // Not handed out; a gap among them is a gap all the same.
   void CountWhileSettling(const V4l2Stream::Filled& filled) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ids_.Arrived(filled.header.sequence);
     ++while_settling_;
   }
@@ -301,7 +299,7 @@ class V4l2Device : public Device {
     if (header.flags & V4L2_BUF_FLAG_ERROR || !Fill(filled.bytes, frame))
       frame.status = FrameStatus::kIncomplete;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ids_.Arrived(frame.id);
       if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
       if (monotonic) clock_.Add(stamp_s, frame.host_time_s);
@@ -332,7 +330,7 @@ class V4l2Device : public Device {
   }
 
   const V4l2Options options_;
-  DeviceInfo info_;
+  std::string uri_;  // as it was opened
   std::unique_ptr<V4l2Node> node_;
   V4l2Configured configured_;
   std::vector<V4l2Control> controls_;
@@ -346,14 +344,15 @@ class V4l2Device : public Device {
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
-  HeldAutomatics held_;  // under mutex_
-  mutable std::mutex mutex_;
-  DeviceStatistics statistics_;
-  FrameIdCounter ids_;
-  std::uint64_t while_settling_ = 0;
-  ClockOffset clock_;
-  Clock::time_point started_;
-  std::vector<DeviceEvent> events_;
+  mutable Mutex mutex_;
+  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
+  HeldAutomatics held_ ULF_GUARDED_BY(mutex_);
+  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
+  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;
+  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
+  Clock::time_point started_ ULF_GUARDED_BY(mutex_);
+  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace

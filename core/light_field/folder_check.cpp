@@ -4,13 +4,13 @@
 #include <array>
 #include <atomic>
 #include <fstream>
-#include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
 #include <thread>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/base/shell_word.h"
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/colmap_text.h"
@@ -327,23 +327,29 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
 }
 
 PictureCheck CheckPictures(const LightField& light_field) {
-  PictureCheck found;
-  std::mutex mutex;
+  struct {
+    Mutex mutex;
+    PictureCheck found ULF_GUARDED_BY(mutex);
+  } shared;
+  constexpr std::array kLists = {&PictureCheck::others, &PictureCheck::damaged,
+                                 &PictureCheck::damaged_masters};
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i; (i = next++) < light_field.views.size();) {
       PictureCheck one;
       CheckPicture(light_field, light_field.views[i], one);
-      const std::lock_guard lock(mutex);
-      for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
+      const MutexLock lock(shared.mutex);
+      PictureCheck& found = shared.found;
+      for (const auto list : kLists)
         (found.*list).insert((found.*list).end(), (one.*list).begin(), (one.*list).end());
     }
   };
   std::vector<std::jthread> threads;
   for (unsigned n = 0; n < std::max(1u, std::thread::hardware_concurrency()); ++n) threads.emplace_back(work);
   threads.clear();
-  for (const auto list : {&PictureCheck::others, &PictureCheck::damaged, &PictureCheck::damaged_masters})
-    std::sort((found.*list).begin(), (found.*list).end());
+  const MutexLock lock(shared.mutex);
+  PictureCheck& found = shared.found;
+  for (const auto list : kLists) std::sort((found.*list).begin(), (found.*list).end());
   return found;
 }
 

@@ -9,12 +9,12 @@
 #include <algorithm>
 #include <atomic>
 #include <map>
-#include <mutex>
 #include <regex>
 #include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
@@ -100,9 +100,9 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
 
 // Said once in a run: some commands read a light field several times.
 void WarnOnce(const std::vector<std::string>& words) {
-  static std::mutex mutex;
-  static std::set<std::string> said;
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;
+  static std::set<std::string> said ULF_GUARDED_BY(mutex);
+  const MutexLock lock(mutex);
   for (const std::string& each : words)
     if (said.insert(each).second) spdlog::warn("{}", each);
 }

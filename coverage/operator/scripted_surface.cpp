@@ -34,13 +34,13 @@ void DisplayScript::Take(const std::string& line) {
   } else {
     step = ParseCaptureRequest(line);
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (ended_) return WithoutDisplay(step);
   steps_.push_back(std::move(step));
 }
 
 std::optional<DisplayScript::Step> DisplayScript::Next() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (steps_.empty()) return std::nullopt;
   Step step = std::move(steps_.front());
   steps_.pop_front();
@@ -57,7 +57,7 @@ void DisplayScript::WithoutDisplay(const Step& step) {
 }
 
 void DisplayScript::End() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ended_ = true;
   for (const Step& step : std::exchange(steps_, {})) WithoutDisplay(step);
 }

@@ -5,12 +5,12 @@
 #include <deque>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "coverage/session/capture_request.h"
 #include "render/display/surface.h"
 
@@ -36,9 +36,9 @@ class DisplayScript {
  private:
   void WithoutDisplay(const Step& step);
   CaptureRequests& requests_;
-  std::mutex mutex_;
-  std::deque<Step> steps_;
-  bool ended_ = false;
+  Mutex mutex_;
+  std::deque<Step> steps_ ULF_GUARDED_BY(mutex_);
+  bool ended_ ULF_GUARDED_BY(mutex_) = false;
 };
 
 // One line after the other, 0.6 s apart at the display's 30 pictures a second, so that what was asked for is

@@ -19,7 +19,7 @@ StoredPictures::StoredPictures(const std::filesystem::path& light_field) {
 
 StoredPictures::~StoredPictures() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     over_ = true;
   }
   changed_.notify_all();
@@ -27,10 +27,10 @@ StoredPictures::~StoredPictures() {
 }
 
 std::size_t StoredPictures::Want(std::vector<int> ids) {
-  const std::lock_guard lock(mutex_);
-  std::erase_if(ids, [this](int id) { return unreadable_.contains(id); });
+  const MutexLock lock(mutex_);
+  std::erase_if(ids, [this](int id) ULF_REQUIRES(mutex_) { return unreadable_.contains(id); });
   const std::size_t to_come = ids.size();
-  std::erase_if(ids, [this](int id) { return read_.contains(id); });
+  std::erase_if(ids, [this](int id) ULF_REQUIRES(mutex_) { return read_.contains(id); });
   if (ids != wanted_) {
     wanted_ = std::move(ids);
     changed_.notify_all();
@@ -39,12 +39,12 @@ std::size_t StoredPictures::Want(std::vector<int> ids) {
 }
 
 std::map<int, PosedPicture> StoredPictures::Take() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return std::exchange(read_, {});
 }
 
 std::optional<std::string> StoredPictures::TakeProblem() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (problems_.empty()) return std::nullopt;
   std::string first = std::move(problems_.front());
   problems_.erase(problems_.begin());
@@ -52,7 +52,7 @@ std::optional<std::string> StoredPictures::TakeProblem() {
 }
 
 void StoredPictures::Say(const std::string& problem) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   problems_.push_back(problem);
 }
 
@@ -83,7 +83,7 @@ void StoredPictures::Read(const View& view) {
   try {
     PosedPicture picture = PosedPicture::Of(ReadRecordedImage(on_disk_, view), on_disk_.CameraOf(view),
                                             view.cam_from_world, static_cast<std::uint64_t>(id));
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     read_.insert_or_assign(id, std::move(picture));
     return;
   } catch (const std::exception& error) {
@@ -92,7 +92,7 @@ void StoredPictures::Read(const View& view) {
   // One that has been taken back meanwhile is nobody's any more.
   ReadJournal();
   const bool is_still_there = Find(id) != nullptr;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   unreadable_.insert(id);
   if (is_still_there) problems_.push_back(problem);
 }
@@ -100,9 +100,9 @@ void StoredPictures::Read(const View& view) {
 void StoredPictures::Loop() {
   constexpr int kNiceness = 10;  // tracking comes first, and the disk's own threads
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);  // of this thread alone
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return over_ || !wanted_.empty(); });
+    changed_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return over_ || !wanted_.empty(); });
     if (over_) return;
     const std::vector<int> wanted = wanted_;
     lock.unlock();
@@ -119,7 +119,8 @@ void StoredPictures::Loop() {
       lock.lock();
     } else {
       lock.lock();
-      changed_.wait_until(lock, journal_due_, [&] { return over_ || wanted_ != wanted; });
+      changed_.wait_until(lock, journal_due_,
+                          [&]() ULF_REQUIRES(mutex_) { return over_ || wanted_ != wanted; });
     }
   }
 }

@@ -3,16 +3,15 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/light_field/light_field.h"
 #include "coverage/operator/posed_pictures.h"
 
@@ -46,13 +45,13 @@ class StoredPictures {
   Clock::time_point journal_due_;
   bool said_journal_ = false;
 
-  std::mutex mutex_;  // of all below
-  std::condition_variable changed_;
-  std::vector<int> wanted_;
-  std::map<int, PosedPicture> read_;
-  std::set<int> unreadable_;
-  std::vector<std::string> problems_;
-  bool over_ = false;
+  Mutex mutex_;
+  ConditionVariable changed_;
+  std::vector<int> wanted_ ULF_GUARDED_BY(mutex_);
+  std::map<int, PosedPicture> read_ ULF_GUARDED_BY(mutex_);
+  std::set<int> unreadable_ ULF_GUARDED_BY(mutex_);
+  std::vector<std::string> problems_ ULF_GUARDED_BY(mutex_);
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

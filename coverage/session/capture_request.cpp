@@ -73,13 +73,13 @@ CaptureRequest ParseCaptureRequest(const std::string& line) {
 }
 
 std::uint64_t CaptureRequests::Ask(CaptureRequest request) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   asked_.push_back(std::move(request));
   return ++count_;
 }
 
 std::vector<CaptureRequest> CaptureRequests::Take() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return std::exchange(asked_, {});
 }
 

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf::coverage {
@@ -52,9 +52,9 @@ class CaptureRequests {
   std::vector<CaptureRequest> Take();
 
  private:
-  std::mutex mutex_;
-  std::vector<CaptureRequest> asked_;
-  std::uint64_t count_ = 0;
+  Mutex mutex_;
+  std::vector<CaptureRequest> asked_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t count_ ULF_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace ulf::coverage

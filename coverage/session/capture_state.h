@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/frame.h"
@@ -94,24 +94,24 @@ std::string WayInWords(const CaptureState& state);
 class CaptureFeed {
  public:
   void Publish(std::shared_ptr<const CaptureState> state) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!closed_) state_ = std::move(state);
   }
   // The display is gone: drops what is published from now on.
   void Close() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     closed_ = true;
     state_.reset();
   }
   std::shared_ptr<const CaptureState> Newest() const {  // null before the first frame
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return state_;
   }
 
  private:
-  mutable std::mutex mutex_;
-  bool closed_ = false;
-  std::shared_ptr<const CaptureState> state_;
+  mutable Mutex mutex_;
+  bool closed_ ULF_GUARDED_BY(mutex_) = false;
+  std::shared_ptr<const CaptureState> state_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::coverage

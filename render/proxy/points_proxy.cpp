@@ -109,7 +109,7 @@ void PointsProxy::AddTo(Fingerprint& fingerprint) const { fingerprint.AddAll(poi
 
 std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& camera,
                                                            const Rigid3& cam_from_world) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (last_cam_from_world_ == cam_from_world.Matrix() && last_camera_ == camera) return last_;
   last_camera_ = camera;
   last_cam_from_world_ = cam_from_world.Matrix();

@@ -3,9 +3,9 @@
 // the frame's rim and a little beyond, where depth is extrapolated, so that the frame is covered.
 #pragma once
 
-#include <mutex>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "render/proxy/proxy.h"
 
 namespace ulf::render {
@@ -28,10 +28,10 @@ class PointsProxy : public Proxy {
   Subject subject_;
   std::vector<Eigen::Vector3d> points_;
   // Of the camera that asked last.
-  mutable std::mutex mutex_;
-  mutable CameraModel last_camera_;
-  mutable std::optional<Eigen::Matrix4d> last_cam_from_world_;
-  mutable std::shared_ptr<const TriangleMesh> last_;
+  mutable Mutex mutex_;
+  mutable CameraModel last_camera_ ULF_GUARDED_BY(mutex_);
+  mutable std::optional<Eigen::Matrix4d> last_cam_from_world_ ULF_GUARDED_BY(mutex_);
+  mutable std::shared_ptr<const TriangleMesh> last_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::render

@@ -18,7 +18,7 @@ PhotographLoader::PhotographLoader(int threads) {
 
 PhotographLoader::~PhotographLoader() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     over_ = true;
   }
   work_.notify_all();
@@ -27,7 +27,7 @@ PhotographLoader::~PhotographLoader() {
 
 void PhotographLoader::Ask(std::vector<Request> requests) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     std::set<Key> asked;
     waiting_.clear();
     for (Request& request : requests) {
@@ -37,7 +37,7 @@ void PhotographLoader::Ask(std::vector<Request> requests) {
     }
     std::reverse(waiting_.begin(), waiting_.end());
     for (auto& [key, wanted] : being_read_) wanted = asked.contains(key);
-    std::erase_if(read_, [&](const auto& entry) {
+    std::erase_if(read_, [&](const auto& entry) ULF_REQUIRES(mutex_) {
       if (asked.contains(entry.first)) return false;
       read_bytes_ -= MemoryOf(entry.second.pixels);
       return true;
@@ -58,23 +58,24 @@ std::optional<cv::Mat> PhotographLoader::TakeLocked(const Key& key) {
 }
 
 std::optional<cv::Mat> PhotographLoader::Take(const Key& key) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return TakeLocked(key);
 }
 
 cv::Mat PhotographLoader::Wait(const Key& key) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   ++who_wait_;
   work_.notify_all();
-  news_.wait(lock, [&] { return read_.contains(key); });
+  news_.wait(lock, [&]() ULF_REQUIRES(mutex_) { return read_.contains(key); });
   --who_wait_;
   return *TakeLocked(key);
 }
 
 std::optional<PhotographLoader::Request> PhotographLoader::Next() {
-  std::unique_lock lock(mutex_);
-  work_.wait(lock,
-             [&] { return over_ || (!waiting_.empty() && (read_bytes_ < kMostBytes || who_wait_ > 0)); });
+  MutexLock lock(mutex_);
+  work_.wait(lock, [this]() ULF_REQUIRES(mutex_) {
+    return over_ || (!waiting_.empty() && (read_bytes_ < kMostBytes || who_wait_ > 0));
+  });
   if (over_) return std::nullopt;
   Request request = std::move(waiting_.back());
   waiting_.pop_back();
@@ -91,7 +92,7 @@ void PhotographLoader::Run() {
       read.problem = std::current_exception();
     }
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       const bool wanted = being_read_[request->key];
       being_read_.erase(request->key);
       if (wanted) {

@@ -1,18 +1,17 @@
 // Reads photographs ahead of whoever draws them, in threads of its own.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <exception>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "render/scene/photograph.h"
 
 namespace ulf::render {
@@ -49,16 +48,16 @@ class PhotographLoader {
   };
   void Run();
   std::optional<Request> Next();  // waits; none: it is over
-  std::optional<cv::Mat> TakeLocked(const Key& key);
+  std::optional<cv::Mat> TakeLocked(const Key& key) ULF_REQUIRES(mutex_);
 
-  std::mutex mutex_;
-  std::condition_variable work_, news_;
-  std::vector<Request> waiting_;    // the most urgent last
-  std::map<Key, bool> being_read_;  // whether anybody still wants it
-  std::map<Key, Read> read_;
-  std::size_t read_bytes_ = 0;
-  int who_wait_ = 0;
-  bool over_ = false;
+  Mutex mutex_;
+  ConditionVariable work_, news_;
+  std::vector<Request> waiting_ ULF_GUARDED_BY(mutex_);    // the most urgent last
+  std::map<Key, bool> being_read_ ULF_GUARDED_BY(mutex_);  // whether anybody still wants it
+  std::map<Key, Read> read_ ULF_GUARDED_BY(mutex_);
+  std::size_t read_bytes_ ULF_GUARDED_BY(mutex_) = 0;
+  int who_wait_ ULF_GUARDED_BY(mutex_) = 0;
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };
 

@@ -10,7 +10,6 @@
 #include <limits>
 #include <list>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -19,6 +18,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/scene/pyramid_file.h"
@@ -87,16 +87,16 @@ struct PhotographStore::State {
 
   LightField light_field;
   PhotographStoreOptions options;
-  std::string made_from;           // what of the light field pixels depend on
-  std::deque<std::mutex> reading;  // of each photograph: what two want is read once
+  std::string made_from;      // what of the light field pixels depend on
+  std::deque<Mutex> reading;  // of each photograph: what two want is read once
 
-  std::mutex mutex;  // of all below
-  std::map<Key, Held> held;
-  std::list<Key> by_use;  // the last used first
-  bool keeps_files = false;
-  std::uint64_t gap_px = 0;
-  std::map<std::size_t, std::uint64_t> gaps;  // of each photograph that has some
-  Counts counts;
+  Mutex mutex;
+  std::map<Key, Held> held ULF_GUARDED_BY(mutex);
+  std::list<Key> by_use ULF_GUARDED_BY(mutex);  // the last used first
+  bool keeps_files ULF_GUARDED_BY(mutex) = false;
+  std::uint64_t gap_px ULF_GUARDED_BY(mutex) = 0;
+  std::map<std::size_t, std::uint64_t> gaps ULF_GUARDED_BY(mutex);  // of each photograph that has some
+  Counts counts ULF_GUARDED_BY(mutex);
 
   State(const LightField& the_light_field, const PhotographStoreOptions& the_options);
   ~State();
@@ -158,7 +158,7 @@ std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
 }
 
 cv::Mat PhotographStore::State::FindHeld(const Key& key) {
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   const auto found = held.find(key);
   if (found == held.end()) return {};
   by_use.splice(by_use.begin(), by_use, found->second.use);
@@ -168,7 +168,7 @@ cv::Mat PhotographStore::State::FindHeld(const Key& key) {
 void PhotographStore::State::Hold(const Key& key, const cv::Mat& pixels) {
   const auto bytes_of = [](const cv::Mat& mat) { return mat.total() * mat.elemSize(); };
   const auto limit = static_cast<std::size_t>(1e6 * options.memory_limit_mb);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (held.contains(key) || bytes_of(pixels) > limit) return;
   while (counts.held_bytes + bytes_of(pixels) > limit) {
     const auto last = held.find(by_use.back());
@@ -185,7 +185,7 @@ void PhotographStore::State::Hold(const Key& key, const cv::Mat& pixels) {
 cv::Mat PhotographStore::State::Level(const Photograph& photograph, std::size_t index, int level) {
   const Key key{index, level};
   if (const cv::Mat pixels = FindHeld(key); !pixels.empty()) return pixels;
-  const std::lock_guard lock(reading[index]);
+  const MutexLock lock(reading[index]);
   if (const cv::Mat pixels = FindHeld(key); !pixels.empty()) return pixels;
   if (const cv::Mat pixels = FromFile(photograph, index, level); !pixels.empty()) {
     Hold(key, pixels);
@@ -204,7 +204,7 @@ cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size
   const fs::path file = FileOf(index);
   if (!fs::exists(file)) return {};
   const auto found = ReadPyramidFile(file, FileKey(index), photograph, level);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (!found) {
     ++counts.files_refused;
     return {};
@@ -231,7 +231,7 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
   for (cv::Mat& level : pyramid)
     if (!level.isContinuous()) level = level.clone();
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++counts.decoded;
     if (not_finite > 0 && gaps.emplace(index, not_finite).second) gap_px += not_finite;
   }
@@ -242,7 +242,7 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
 void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid, std::uint64_t key) {
   std::uint64_t not_finite = 0;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (!keeps_files) return;
     if (const auto found = gaps.find(index); found != gaps.end()) not_finite = found->second;
   }
@@ -253,7 +253,7 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
       return KeepNoFiles(
           fmt::format("{}: there is less than {} GB left", folder.string(), kLeastFreeBytes >> 30));
     WritePyramidFile(FileOf(index), key, pyramid, not_finite);
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++counts.files_written;
   } catch (const Error& error) {
     KeepNoFiles(error.what());
@@ -262,7 +262,7 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
 
 void PhotographStore::State::KeepNoFiles(const std::string& why) {
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (!std::exchange(keeps_files, false)) return;
   }
   spdlog::warn("{}; opening this light field takes longer without {}/, nothing else", why, kPyramidFolder);
@@ -279,7 +279,7 @@ std::shared_ptr<const Photograph> PhotographStore::Of(std::size_t index) const {
 }
 
 PhotographStore::Counts PhotographStore::counts() const {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   return state_->counts;
 }
 

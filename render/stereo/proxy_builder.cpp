@@ -6,10 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
-#include <mutex>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "render/stereo/depth_fusion.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
@@ -32,17 +32,19 @@ class Stopwatch {
 
 std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progress* progress) {
   std::vector<StereoView> views(scene.views.size());
-  std::size_t done = 0;
-  std::mutex showing;
+  struct {
+    Mutex mutex;
+    std::size_t done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   cv::parallel_for_(
       cv::Range(0, static_cast<int>(views.size())),
       [&](const cv::Range& range) {
         for (int i = range.start; i < range.end; ++i) {
           views[static_cast<std::size_t>(i)] =
               MakeStereoView(scene.views[static_cast<std::size_t>(i)], size_px);
-          const std::lock_guard lock(showing);
+          const MutexLock lock(shown.mutex);
           if (progress)
-            progress->Show(0.1 * static_cast<double>(++done) / static_cast<double>(views.size()),
+            progress->Show(0.1 * static_cast<double>(++shown.done) / static_cast<double>(views.size()),
                            "photographs");
         }
       },
@@ -96,14 +98,16 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
                                  const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
-  std::mutex drawing;
+  Mutex drawing;  // of `gl`
   const auto costs = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
     if (!gl) return MatchingCosts(view, task.neighbours, depths);
-    const std::lock_guard lock(drawing);
+    const MutexLock lock(drawing);
     return gl->MatchingCosts(view, task.neighbours, depths);
   };
-  std::atomic<int> done = 0;
-  std::mutex showing;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   cv::parallel_for_(
       cv::Range(0, static_cast<int>(tasks.size())),
       [&](const cv::Range& range) {
@@ -115,8 +119,9 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
           maps[static_cast<std::size_t>(i)] = {
               view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
               (depths.most - depths.least) / (depths.planes - 1)};
-          const std::lock_guard lock(showing);
-          if (progress) progress->Show(0.1 + 0.8 * ++done / static_cast<double>(tasks.size()), "depth maps");
+          const MutexLock lock(shown.mutex);
+          if (progress)
+            progress->Show(0.1 + 0.8 * ++shown.done / static_cast<double>(tasks.size()), "depth maps");
         }
       },
       static_cast<double>(tasks.size()));

@@ -242,7 +242,7 @@ void BM_RelocalizeAmong1000Keyframes(benchmark::State& state) {
         located && std::abs(located->cam_from_world.translation.x() + 1000.0 * static_cast<double>(i)) < 0.1;
   }
   state.counters["a_second"] = static_cast<double>(asked) / (ThreadCpuSeconds() - start_s);
-  state.counters["points"] = large.shared.map.LivingPoints();
+  state.counters["points"] = large.shared.ReadByOwner().LivingPoints();
   state.counters["found"] = static_cast<double>(found) / static_cast<double>(std::max<std::size_t>(1, asked));
 }
 BENCHMARK(BM_RelocalizeAmong1000Keyframes)->Unit(benchmark::kMillisecond);

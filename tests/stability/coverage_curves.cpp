@@ -105,7 +105,8 @@ Box ImageBox(const CriterionView& view, const Subject& subject) {
 // where a pixel's region has no image, or no pixel sees the sphere.
 double BruteForce(const Pairing& pairing) {
   constexpr int kConeRays = 48, kSteps = 32, kClimbs = 4;
-  const auto& [recorded, candidate, subject] = pairing;
+  const CriterionView &recorded = pairing.recorded, &candidate = pairing.candidate;
+  const Subject& subject = pairing.subject;
   const auto error_at = [&](const Vector2d& img) {
     if (!(img.x() >= 0 && img.y() >= 0 && img.x() <= recorded.width && img.y() <= recorded.height))
       return 0.0;

@@ -76,7 +76,7 @@ void Scale(double scale, Keyframe& keyframe) {
 }
 
 bool ScaleIsGiven(const SharedMap& shared) {
-  const Map& map = shared.map;
+  const Map& map = shared.ReadByOwner();
   int pinned = 0;
   for (const int id : map.living())
     pinned += map.keyframe(id).pinned || (shared.world_given && !map.keyframe(id).corners.empty());
@@ -114,7 +114,7 @@ LoopCloser::LoopCloser(const CameraModel& camera, SharedMap& shared, const Keyfr
                        const LoopOptions& options)
     : camera_(camera),
       shared_(shared),
-      map_(shared.map),
+      map_(shared.ReadByOwner()),
       index_(index),
       options_(options),
       locator_(camera, shared, 200) {}
@@ -336,13 +336,13 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
   if (!solved.usable) return std::nullopt;
 
   ClosedLoop closed;
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(shared_);
   std::vector<std::pair<int, Similarity3>> moved;
   for (std::size_t i = 0; i < keyframes.size(); ++i)
     moved.emplace_back(keyframes[i], graph.cam_from_world[i]);
   closed.recent = Neighbourhood(map_, agreeing.back().recent, kAround);
   closed.old = Neighbourhood(map_, agreeing.back().old, kAround);
-  MoveMap(map_, moved);
+  MoveMap(shared_.map, moved);
   for (const LoopHypothesis& loop : agreeing) MergePoints(loop);
   ++shared_.revision;
   ++shared_.loops;
@@ -350,20 +350,21 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
 }
 
 void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {
+  Map& map = shared_.map;
   for (const auto& [recent, old] : hypothesis.same) {
-    const int gone = map_.Resolve(recent), kept = map_.Resolve(old);
+    const int gone = map.Resolve(recent), kept = map.Resolve(old);
     if (gone < 0 || kept < 0 || gone == kept) continue;
     std::set<int> before;
-    for (const Observation& o : map_.point(kept).observations) before.insert(o.keyframe);
-    map_.Merge(gone, kept);
+    for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
+    map.Merge(gone, kept);
     // What came over was measured against the other point's patch: back to where its corners are.
-    for (Observation& o : map_.point(kept).observations)
+    for (Observation& o : map.point(kept).observations)
       if (!before.contains(o.keyframe)) {
-        const Feature& feature = (*map_.keyframe(o.keyframe).features)[o.feature];
+        const Feature& feature = (*map.keyframe(o.keyframe).features)[o.feature];
         o.img = feature.img;
         o.sigma_px = DetectedSigmaPx(feature.level);
       }
-    map_.Update(kept);
+    map.Update(kept);
   }
 }
 

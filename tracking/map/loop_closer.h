@@ -65,11 +65,11 @@ class LoopCloser {
   bool Agree(const LoopHypothesis& a, const LoopHypothesis& b) const;
   Similarity3 Correction(const LoopHypothesis& hypothesis) const;
   std::optional<ClosedLoop> Close(const std::vector<LoopHypothesis>& agreeing);
-  void MergePoints(const LoopHypothesis& hypothesis);
+  void MergePoints(const LoopHypothesis& hypothesis) ULF_REQUIRES(shared_.mutex);
 
   CameraModel camera_;
   SharedMap& shared_;
-  Map& map_;
+  const Map& map_;
   const KeyframeIndex& index_;
   LoopOptions options_;
   FrameLocator locator_;

@@ -4,9 +4,7 @@
 // that what was anchored to it stays meaningful; all else of it is freed. A point's number is given again
 // when the point has been dead for kPointRest keyframes, so the map is as large as what lives in it however
 // long the camera runs; until then a merged point says into which. World units are arbitrary; observations
-// are level 0 pixels with centres at integer + 0.5. One thread changes the structure (the mapper, or the
-// tracker while the mapper rests); SharedMap::mutex is held for every change, and by every other thread for
-// reading.
+// are level 0 pixels with centres at integer + 0.5. SharedMap says which thread may read and change it when.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,11 +15,11 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
@@ -158,28 +156,6 @@ class Map {
   std::deque<Free> free_;
 };
 
-// A mutex that knows how long anybody but the thread that owns the map had to wait for it.
-class MapMutex {
- public:
-  void lock() {
-    if (mutex_.try_lock()) return;
-    if (std::this_thread::get_id() == owner_) return mutex_.lock();
-    const auto start = std::chrono::steady_clock::now();
-    mutex_.lock();
-    longest_ = std::max(longest_, std::chrono::steady_clock::now() - start);
-  }
-  void unlock() { mutex_.unlock(); }
-
-  // The following while locked.
-  void SetOwner(std::thread::id owner) { owner_ = owner; }
-  double LongestWaitSeconds() const { return std::chrono::duration<double>(longest_).count(); }
-
- private:
-  std::mutex mutex_;
-  std::atomic<std::thread::id> owner_{};
-  std::chrono::steady_clock::duration longest_{};
-};
-
 // Of a rolling shutter (readout_estimator.h).
 struct ReadoutEstimate {
   double readout_s = 0;  // from the first row to the last; negative: read from the last
@@ -187,10 +163,19 @@ struct ReadoutEstimate {
   int keyframes = 0;
 };
 
+// One thread changes the map: the mapper's, or the tracker's while the mapper rests. It takes the lock
+// (MapLock) for every change and reads without it; every other thread takes it to read.
 struct SharedMap {
   explicit SharedMap(const CameraModel& camera) : map(camera) {}
-  mutable MapMutex mutex;
-  Map map;
+  // For the thread that changes the map. Not analysed: that no other thread changes it is what makes reading
+  // without the lock safe, and the analysis knows no threads.
+  const Map& ReadByOwner() const ULF_NO_THREAD_SAFETY_ANALYSIS { return map; }
+
+  mutable Mutex mutex;
+  Map map ULF_GUARDED_BY(mutex);
+  std::atomic<std::thread::id> owner{};  // the mapper's thread
+  // That any other thread waited for the lock.
+  mutable std::chrono::steady_clock::duration longest_wait ULF_GUARDED_BY(mutex){};
   std::atomic<int> loops{0};  // closed so far
   // The world is the one that corners are given in.
   std::atomic<bool> world_given{false};
@@ -200,7 +185,25 @@ struct SharedMap {
   // came out last.
   std::atomic<bool> measure_readout{false};
   std::atomic<int> readouts_measured{0};
-  std::optional<ReadoutEstimate> readout;
+  std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
+};
+
+// Holds the map's lock, and measures how long any thread but the mapper's waited for it.
+class ULF_SCOPED_CAPABILITY MapLock {
+ public:
+  explicit MapLock(const SharedMap& shared) ULF_ACQUIRE(shared.mutex) : mutex_(shared.mutex) {
+    if (mutex_.try_lock()) return;
+    const auto start = std::chrono::steady_clock::now();
+    mutex_.lock();
+    if (std::this_thread::get_id() != shared.owner)
+      shared.longest_wait = std::max(shared.longest_wait, std::chrono::steady_clock::now() - start);
+  }
+  ~MapLock() ULF_RELEASE() { mutex_.unlock(); }
+  MapLock(const MapLock&) = delete;
+  MapLock& operator=(const MapLock&) = delete;
+
+ private:
+  Mutex& mutex_;
 };
 
 }  // namespace ulf::tracking

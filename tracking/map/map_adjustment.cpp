@@ -104,10 +104,10 @@ bool CornersFixTheMap(const Map& map, const std::vector<int>& keyframes) {
 void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_index,
                const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
                const BundleProblem& problem) {
-  Map& map = shared.map;
   std::vector<int> changed;  // points that lost observations
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
+    Map& map = shared.map;
     for (const auto& [id, index] : camera_index)
       map.keyframe(id).cam_from_world = problem.cam_from_world[static_cast<std::size_t>(index)];
     for (std::size_t i = 0; i < point_ids.size(); ++i) map.point(point_ids[i]).position = problem.points[i];
@@ -119,19 +119,19 @@ void WriteBack(SharedMap& shared, const std::unordered_map<int, int>& camera_ind
   }
   constexpr std::size_t kAtOnce = 500;
   for (std::size_t from = 0; from < point_ids.size(); from += kAtOnce) {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     for (std::size_t i = from; i < std::min(point_ids.size(), from + kAtOnce); ++i)
-      map.UpdateGeometry(point_ids[i]);
+      shared.map.UpdateGeometry(point_ids[i]);
   }
-  const std::lock_guard lock(shared.mutex);
-  for (const int id : changed) map.Update(id);
+  const MapLock lock(shared);
+  for (const int id : changed) shared.map.Update(id);
 }
 
 }  // namespace
 
 BundleSummary AdjustMap(const CameraModel& camera, SharedMap& shared, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options) {
-  Map& map = shared.map;
+  const Map& map = shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
   std::vector<int> point_ids;

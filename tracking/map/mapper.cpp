@@ -35,7 +35,7 @@ Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& inde
                const MapperOptions& options, unsigned seed)
     : camera_(camera),
       shared_(shared),
-      map_(shared.map),
+      map_(shared.ReadByOwner()),
       index_(index),
       synchronous_(synchronous),
       loops_(std::make_unique<LoopCloser>(camera, shared, index, LoopOptions{.seed = seed})),
@@ -45,7 +45,7 @@ Mapper::Mapper(const CameraModel& camera, SharedMap& shared, KeyframeIndex& inde
 
 Mapper::~Mapper() {
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     ending_ = true;
     cut_short_ = true;
   }
@@ -60,7 +60,7 @@ bool Mapper::Offer(NewKeyframe keyframe) {
     return true;
   }
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     ThrowFailure();
     if (next_ || (working_ && !in_background_)) return false;
     next_ = std::move(keyframe);
@@ -71,14 +71,14 @@ bool Mapper::Offer(NewKeyframe keyframe) {
 }
 
 void Mapper::Drain() {
-  std::unique_lock lock(work_mutex_);
-  changed_.wait(lock, [&] { return !next_ && !working_ && !owed_; });
+  MutexLock lock(work_mutex_);
+  changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) { return !next_ && !working_ && !owed_; });
   ThrowFailure();
 }
 
 void Mapper::Rest() {
-  std::unique_lock lock(work_mutex_);
-  changed_.wait(lock, [&] {
+  MutexLock lock(work_mutex_);
+  changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) {
     if (!next_) owed_ = false;
     cut_short_ = in_background_;
     return !next_ && !working_;
@@ -94,7 +94,7 @@ void Mapper::AdjustSoon() {
   after_loop_ = true;  // as much has moved
   if (synchronous_) return AdjustInBackground();
   {
-    const std::lock_guard lock(work_mutex_);
+    const MutexLock lock(work_mutex_);
     owed_ = true;
   }
   changed_.notify_all();
@@ -102,13 +102,10 @@ void Mapper::AdjustSoon() {
 
 void Mapper::Run() {
   HaveSignalStack();
-  {
-    const std::lock_guard lock(shared_.mutex);
-    shared_.mutex.SetOwner(std::this_thread::get_id());
-  }
-  std::unique_lock lock(work_mutex_);
+  shared_.owner = std::this_thread::get_id();
+  MutexLock lock(work_mutex_);
   while (true) {
-    changed_.wait(lock, [&] { return ending_ || next_ || owed_; });
+    changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) { return ending_ || next_ || owed_; });
     if (ending_) return;
     std::optional<NewKeyframe> keyframe = std::exchange(next_, std::nullopt);
     working_ = true;
@@ -177,12 +174,12 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   };
   int first, second;
   {
-    const std::lock_guard lock(shared_.mutex);
-    first = map_.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
+    const MapLock lock(shared_);
+    first = shared_.map.AddKeyframe(keyframe_of(start.first, Rigid3{}, start.first_velocity));
     Rigid3 second_from_first = start.second_from_first;
     second_from_first.translation *= scale;
-    second = map_.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
-    map_.keyframe(second).color = color;
+    second = shared_.map.AddKeyframe(keyframe_of(start.second, second_from_first, start.second_velocity));
+    shared_.map.keyframe(second).color = color;
     for (std::size_t i = 0; i < start.matches.size(); ++i) {
       const FeatureMatch& match = start.matches[i];
       const Feature &a = (*start.first.features)[match.first], &b = (*start.second.features)[match.second];
@@ -194,17 +191,17 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   // Adjustment changes depths: normalise again so that the median is one.
   const double again = 1 / MedianDepth(first);
   {
-    const std::lock_guard lock(shared_.mutex);
-    map_.keyframe(second).cam_from_world.translation *= again;
+    const MapLock lock(shared_);
+    shared_.map.keyframe(second).cam_from_world.translation *= again;
     for (const int point : std::vector<int>(map_.keyframe(first).point_of_feature)) {
       if (point < 0) continue;
-      map_.point(point).position *= again;
-      map_.Update(point);
+      shared_.map.point(point).position *= again;
+      shared_.map.Update(point);
     }
   }
   for (const int keyframe : {first, second}) {
-    const std::lock_guard lock(shared_.mutex);
-    map_.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+    const MapLock lock(shared_);
+    shared_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
@@ -227,19 +224,19 @@ void Mapper::FinishSeeds() {
 }
 
 void Mapper::MoveWorld(const Similarity3& given_from_map) {
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(shared_);
   std::vector<std::pair<int, Similarity3>> moved;
   for (const int id : map_.living())
     moved.emplace_back(id,
                        Similarity3::FromRigid(map_.keyframe(id).cam_from_world) * given_from_map.Inverse());
-  MoveMap(map_, moved);
+  MoveMap(shared_.map, moved);
   loops_->Reset();
   shared_.world_given = true;
 }
 
 void Mapper::Reset() {
-  const std::lock_guard lock(shared_.mutex);
-  map_.Clear();
+  const MapLock lock(shared_);
+  shared_.map.Clear();
   shared_.world_given = false;
   index_.Clear();
   recent_points_.clear();
@@ -276,15 +273,15 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
 }
 
 void Mapper::CullRecentPoints(int newest) {
-  const std::lock_guard lock(shared_.mutex);
-  std::erase_if(recent_points_, [&](int id) {
+  const MapLock lock(shared_);
+  std::erase_if(recent_points_, [&](int id) ULF_REQUIRES(shared_.mutex) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
     const bool seldom_found = point.expected >= 8 && point.found < options_.min_found_share * point.expected;
     const bool never_confirmed = age >= 3 && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
-      map_.RemovePoint(id);
+      shared_.map.RemovePoint(id);
       return true;
     }
     return age >= 4;
@@ -349,7 +346,7 @@ void Mapper::AdjustWhole(const BundleOptions& options) {
   AdjustMap(camera_, shared_, all, {}, stoppable);
   if (!shared_.measure_readout || cut_short_) return;
   const auto readout = EstimateReadout(camera_, map_);
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(shared_);
   shared_.readout = readout;
   ++shared_.readouts_measured;
 }
@@ -372,8 +369,8 @@ void Mapper::CullKeyframes(int newest) {
     }
     if (redundant <= options_.superfluous_share * total) continue;
     index_.Remove(id);
-    const std::lock_guard lock(shared_.mutex);
-    map_.RemoveKeyframe(id);
+    const MapLock lock(shared_);
+    shared_.map.RemoveKeyframe(id);
   }
 }
 

@@ -5,20 +5,19 @@
 // its first two views is so corrected while it is cheap. Likewise when a loop was closed.
 //
 // Runs in a thread of its own, or, where the same frames must give the same bytes, inside Offer(). It alone
-// changes the map's structure; it reads without the lock and takes it for every change, so the tracker waits
-// for microseconds only. One keyframe at a time: while one is worked on, others are refused. Until it is in
+// changes the map's structure; it reads without the lock (map_) and takes it for every change (shared_.map),
+// so the tracker waits for microseconds only. One keyframe at a time: while one is worked on, others are refused. Until it is in
 // the map nobody knows whether another is needed, and what a later frame shows is worth as much.
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "tracking/estimation/bundle_adjustment.h"
@@ -68,7 +67,7 @@ class Mapper {
 
  private:
   void Run();
-  void ThrowFailure();  // work_mutex_ is held
+  void ThrowFailure() ULF_REQUIRES(work_mutex_);
   void Process(NewKeyframe& offered);
   int Insert(NewKeyframe& offered);
   void CullRecentPoints(int newest);
@@ -80,7 +79,8 @@ class Mapper {
   void AdjustInBackground();
   void AdjustWhole(const BundleOptions& options);
   void CullKeyframes(int newest);
-  void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other);
+  void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other)
+      ULF_REQUIRES(shared_.mutex);
   Observation Measure(const MapPoint& point, int keyframe, int feature) const;
   double MedianDepth(int keyframe) const;
   std::vector<int> Neighbours(int keyframe, int most) const;
@@ -88,7 +88,7 @@ class Mapper {
 
   CameraModel camera_;
   SharedMap& shared_;
-  Map& map_;
+  const Map& map_;
   KeyframeIndex& index_;
   bool synchronous_;
   std::unique_ptr<LoopCloser> loops_;
@@ -97,14 +97,14 @@ class Mapper {
   int adjust_all_at_ = 0;    // keyframes
   bool after_loop_ = false;  // closed since everything was adjusted
 
-  std::mutex work_mutex_;  // of the following
-  std::condition_variable changed_;
-  std::optional<NewKeyframe> next_;
-  bool working_ = false;
-  bool in_background_ = false;  // what is worked on may be cut short
-  bool owed_ = false;           // an adjustment of everything
-  std::exception_ptr failure_;  // what broke in the second thread
-  bool ending_ = false;
+  Mutex work_mutex_;
+  ConditionVariable changed_;
+  std::optional<NewKeyframe> next_ ULF_GUARDED_BY(work_mutex_);
+  bool working_ ULF_GUARDED_BY(work_mutex_) = false;
+  bool in_background_ ULF_GUARDED_BY(work_mutex_) = false;  // what is worked on may be cut short
+  bool owed_ ULF_GUARDED_BY(work_mutex_) = false;           // an adjustment of everything
+  std::exception_ptr failure_ ULF_GUARDED_BY(work_mutex_);  // what broke in the second thread
+  bool ending_ ULF_GUARDED_BY(work_mutex_) = false;
   std::atomic<bool> cut_short_{false};
   std::thread thread_;
 };

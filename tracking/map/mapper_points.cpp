@@ -22,20 +22,21 @@ constexpr double kChi2 = 5.99;     // 95 % in two dimensions
 }  // namespace
 
 int Mapper::Insert(NewKeyframe& offered) {
-  const std::lock_guard lock(shared_.mutex);
-  const int id = map_.AddKeyframe(std::move(offered.keyframe));
+  const MapLock lock(shared_);
+  Map& map = shared_.map;
+  const int id = map.AddKeyframe(std::move(offered.keyframe));
   for (NewKeyframe::Seen& seen : offered.seen) {
-    const int point = map_.Resolve(seen.point);
+    const int point = map.Resolve(seen.point);
     if (point < 0) continue;
     seen.observation.keyframe = id;
     // A point merged since was aligned with another patch.
-    if (point != seen.point) seen.observation = Measure(map_.point(point), id, seen.observation.feature);
-    if (map_.Observe(point, seen.observation)) map_.Update(point);
+    if (point != seen.point) seen.observation = Measure(map.point(point), id, seen.observation.feature);
+    if (map.Observe(point, seen.observation)) map.Update(point);
   }
-  map_.keyframe(id).points_at_birth = map_.keyframe(id).points;
+  map.keyframe(id).points_at_birth = map.keyframe(id).points;
   int kept = 0;
-  for (auto k = map_.living().rbegin(); k != map_.living().rend(); ++k) {
-    Keyframe& keyframe = map_.keyframe(*k);
+  for (auto k = map.living().rbegin(); k != map.living().rend(); ++k) {
+    Keyframe& keyframe = map.keyframe(*k);
     if (!keyframe.pyramid || ++kept <= kPyramidsKept) continue;
     keyframe.pyramid.reset();
     keyframe.color.release();
@@ -66,25 +67,25 @@ Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_
 }
 
 void Mapper::CommitPoint(const Vector3d& position, const Observation& reference, const Observation& other) {
-  const int id = map_.AddPoint(position);
-  map_.Observe(id, reference);
-  map_.Observe(id, other);
-  const Keyframe& by = map_.keyframe(reference.keyframe);
+  Map& map = shared_.map;
+  const int id = map.AddPoint(position);
+  map.Observe(id, reference);
+  map.Observe(id, other);
+  const Keyframe& by = map.keyframe(reference.keyframe);
   if (!by.color.empty()) {
     const int x = std::clamp(static_cast<int>(reference.img.x()), 0, by.color.cols - 1);
     const int y = std::clamp(static_cast<int>(reference.img.y()), 0, by.color.rows - 1);
     if (by.color.channels() == 3) {
       const auto& bgr = by.color.at<cv::Vec3b>(y, x);
-      map_.point(id).rgb = {bgr[2], bgr[1], bgr[0]};
+      map.point(id).rgb = {bgr[2], bgr[1], bgr[0]};
     } else {
-      map_.point(id).rgb.fill(by.color.at<std::uint8_t>(y, x));
+      map.point(id).rgb.fill(by.color.at<std::uint8_t>(y, x));
     }
   }
-  map_.SetPatch(id, reference);
-  map_.Update(id);
+  map.SetPatch(id, reference);
+  map.Update(id);
   // Measured against the patch, the reference is exact and the other view as exact as the alignment.
-  if (map_.point(id).patch) {
-    MapPoint& made = map_.point(id);
+  if (MapPoint& made = map.point(id); made.patch) {
     if (by.pyramid->rows) {  // its own depth is known now
       const Vector3d in_cam = by.cam_from_world * made.position;
       made.observations[0].img = by.pyramid->Global(by.pyramid->Seen(reference.img), &in_cam);
@@ -150,7 +151,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       const double distance_ratio = (*point - other_center).norm() / (*point - center).norm();
       const double level_ratio = LevelScale(feature.level) / LevelScale(match.level);
       if (distance_ratio > 1.8 * level_ratio || level_ratio > 1.8 * distance_ratio) continue;
-      const std::lock_guard lock(shared_.mutex);
+      const MapLock lock(shared_);
       CommitPoint(*point, {newest, i, feature.img, DetectedSigmaPx(feature.level)},
                   {other_id, best, match.img, DetectedSigmaPx(match.level)});
     }
@@ -209,22 +210,23 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
                                      }
                                    });
     if (best < 0) continue;
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
+    Map& map = shared_.map;
     const int present = keyframe.point_of_feature[static_cast<std::size_t>(best)];
     if (present < 0) {
-      map_.Observe(id, Measure(point, keyframe_id, best));
-      map_.Update(id);
+      map.Observe(id, Measure(point, keyframe_id, best));
+      map.Update(id);
       continue;
     }
-    const bool keep_present = map_.point(present).observations.size() >= point.observations.size();
+    const bool keep_present = map.point(present).observations.size() >= point.observations.size();
     const int kept = keep_present ? present : id, gone = keep_present ? id : present;
     std::unordered_set<int> before;
-    for (const Observation& o : map_.point(kept).observations) before.insert(o.keyframe);
-    map_.Merge(gone, kept);
+    for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
+    map.Merge(gone, kept);
     // What came over was measured against the other patch.
-    for (Observation& o : map_.point(kept).observations)
-      if (!before.contains(o.keyframe)) o = Measure(map_.point(kept), o.keyframe, o.feature);
-    map_.Update(kept);
+    for (Observation& o : map.point(kept).observations)
+      if (!before.contains(o.keyframe)) o = Measure(map.point(kept), o.keyframe, o.feature);
+    map.Update(kept);
   }
 }
 

@@ -26,7 +26,7 @@ std::uint32_t KeyframeIndex::Key(int table, const Descriptor& descriptor) const 
 
 void KeyframeIndex::Add(const Keyframe& keyframe) {
   Remove(keyframe.id);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto& keys = keys_of_[keyframe.id];
   for (int i = 0; i < keyframe.features->size(); ++i) {
     if (keyframe.point_of_feature[static_cast<std::size_t>(i)] < 0) continue;
@@ -39,7 +39,7 @@ void KeyframeIndex::Add(const Keyframe& keyframe) {
 }
 
 void KeyframeIndex::Remove(int keyframe) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = keys_of_.find(keyframe);
   if (found == keys_of_.end()) return;
   for (const auto& of_feature : found->second)
@@ -53,13 +53,13 @@ void KeyframeIndex::Remove(int keyframe) {
 }
 
 void KeyframeIndex::Clear() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (auto& table : tables_) table.clear();
   keys_of_.clear();
 }
 
 std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& features, int most) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   int count = 0;
   for (const auto& [keyframe, keys] : keys_of_) count = std::max(count, keyframe + 1);
   std::vector<double> votes(static_cast<std::size_t>(count), 0);

@@ -8,11 +8,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <unordered_map>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
 #include "tracking/map/map.h"
@@ -39,10 +39,11 @@ class KeyframeIndex {
   // A key under which more is filed says nothing about which keyframe it is.
   static constexpr std::size_t kTooCommon = 200;
   std::uint32_t Key(int table, const Descriptor& descriptor) const;
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::array<std::array<int, kBits>, kTables> bits_{};
-  std::array<std::unordered_map<std::uint32_t, std::vector<int>>, kTables> tables_;  // key -> keyframes
-  std::unordered_map<int, std::vector<std::array<std::uint32_t, kTables>>> keys_of_;
+  // Key -> keyframes.
+  std::array<std::unordered_map<std::uint32_t, std::vector<int>>, kTables> tables_ ULF_GUARDED_BY(mutex_);
+  std::unordered_map<int, std::vector<std::array<std::uint32_t, kTables>>> keys_of_ ULF_GUARDED_BY(mutex_);
 };
 
 struct PoseProposal {

@@ -5,13 +5,13 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <numeric>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 
@@ -61,8 +61,10 @@ void ReadViews(const ViewReading& reading, RefineScene& scene) {
   // One extractor serves neighbouring views, whose pictures are alike, whatever the number of threads.
   constexpr int kChunk = 8;
   const int count = static_cast<int>(scene.views.size());
-  std::mutex mutex;
-  int done = 0;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   ForAll((count + kChunk - 1) / kChunk, [&](int chunk) {
     int lens = -1;
     std::optional<FeatureExtractor> extractor;
@@ -77,8 +79,8 @@ void ReadViews(const ViewReading& reading, RefineScene& scene) {
         view.registered = false;
         view.why = error.what();
       }
-      const std::lock_guard lock(mutex);
-      if (reading.done) reading.done(++done);
+      const MutexLock lock(shown.mutex);
+      if (reading.done) reading.done(++shown.done);
     }
   });
 }

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+
+#include "core/base/mutex.h"
 
 namespace ulf::tracking {
 
@@ -28,8 +29,10 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
                                     double error_px, const RefineStage& stage) {
   const double band_px = std::max(2.0, 4 * error_px);
   std::vector<PairMatches> matched(pairs.size());
-  std::mutex mutex;
-  int done = 0;
+  struct {
+    Mutex mutex;
+    int done ULF_GUARDED_BY(mutex) = 0;
+  } shown;
   ForAll(static_cast<int>(pairs.size()), [&](int p) {
     const auto [first, second] = pairs[static_cast<std::size_t>(p)];
     PairMatches& pair = matched[static_cast<std::size_t>(p)];
@@ -45,9 +48,9 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
       pair = MatchAroundPose(scene, first, second, error_px, kMinPairMatches);
     }
     if (static_cast<int>(pair.matches.size()) < kMinPairMatches) pair.matches.clear();
-    const std::lock_guard lock(mutex);
-    stage.Show(static_cast<double>(++done) / static_cast<double>(pairs.size()),
-               fmt::format("comparing views, pair {} of {}", done, pairs.size()));
+    const MutexLock lock(shown.mutex);
+    stage.Show(static_cast<double>(++shown.done) / static_cast<double>(pairs.size()),
+               fmt::format("comparing views, pair {} of {}", shown.done, pairs.size()));
   });
   return matched;
 }

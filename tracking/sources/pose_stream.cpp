@@ -70,7 +70,7 @@ PoseStream::PoseStream(const PoseStreamOptions& options)
 
 PoseStream::~PoseStream() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   const char byte = 0;
@@ -88,7 +88,7 @@ void PoseStream::Serve() {
   std::uint64_t lines = 0;
   const auto set_connected = [&](bool connected) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       connected_ = connected;
       starved_ = false;
       counts_.connections += connected;
@@ -104,7 +104,7 @@ void PoseStream::Serve() {
     pollfd waited[] = {{wake_[0], POLLIN, 0}, {listening_, POLLIN, 0}, {client, POLLIN, 0}};
     if (poll(waited, client >= 0 ? 3 : 2, -1) < 0 && errno != EINTR) break;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (ending_) break;
     }
     if (client >= 0 && waited[2].revents != 0) {
@@ -137,7 +137,7 @@ void PoseStream::Serve() {
         const char busy[] = "# another sender is connected\n";
         [[maybe_unused]] const auto said = send(arrived, busy, sizeof busy - 1, MSG_NOSIGNAL);
         close(arrived);
-        const std::lock_guard lock(mutex_);
+        const MutexLock lock(mutex_);
         ++counts_.refused;
       } else if (arrived >= 0) {
         const int yes = 1;
@@ -161,7 +161,7 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
   if (std::sscanf(line.c_str(), " sync %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
     const double now_s = EpochSeconds();
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       sender_clock_.Add(value, now_s);
     }
     const std::string answer = fmt::format("sync {:.9f} {:.9f}\n", value, now_s);
@@ -169,12 +169,12 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
     return;
   }
   if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     told_offset_s_ = value;
     return;
   }
   if (TakePose(line)) return;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (counts_.malformed++ > 0) return;
   counts_.first_malformed = fmt::format("line {}: '{}'", number, Shown(line));
   spdlog::warn(
@@ -195,7 +195,7 @@ bool PoseStream::TakePose(const std::string& line) {
   if (std::abs(rotation.norm() - 1) > 0.05) return false;
   const double now_s = EpochSeconds();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     counts_.out_of_order += !history_.empty() && v[0] < history_.NewestS();
     history_.Add(v[0], {rotation.normalized(), {v[1], v[2], v[3]}});
     sender_clock_.Add(v[0], now_s);
@@ -217,7 +217,7 @@ std::optional<double> PoseStream::SenderTime(double device_time_s) const {
 
 std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double host_time_s) {
   using Clock = std::chrono::steady_clock;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   device_clock_.Add(device_time_s, host_time_s);
   const bool first = counts_.found + counts_.before + counts_.in_gap + counts_.not_in_time == 0;
   const double patience_s = first && history_.empty() ? options_.connect_s : options_.wait_s;
@@ -251,14 +251,14 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
 }
 
 PoseStream::Counts PoseStream::Statistics() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Counts counts = counts_;
   counts.offset_s = told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
   return counts;
 }
 
 bool PoseStream::Connected() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return connected_;
 }
 

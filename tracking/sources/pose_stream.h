@@ -16,10 +16,8 @@
 // One thread receives; frames ask from another.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -27,6 +25,7 @@
 #include <vector>
 
 #include "core/base/clock_offset.h"
+#include "core/base/mutex.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/sources/pose_history.h"
 
@@ -69,20 +68,20 @@ class PoseStream {
   void Serve();
   void Take(const std::string& line, int client, std::uint64_t number);
   bool TakePose(const std::string& line);
-  std::optional<double> SenderTime(double device_time_s) const;  // the lock is held
+  std::optional<double> SenderTime(double device_time_s) const ULF_REQUIRES(mutex_);
 
   PoseStreamOptions options_;
   int listening_ = -1, wake_[2] = {-1, -1};
   int port_ = 0;
-  mutable std::mutex mutex_;
-  std::condition_variable came_;
-  PoseHistory history_;
-  ClockOffset sender_clock_, device_clock_;
-  std::optional<double> told_offset_s_;
-  Counts counts_;
-  bool connected_ = false;
-  bool starved_ = false;  // a frame waited in vain and nothing has come since
-  bool ending_ = false;
+  mutable Mutex mutex_;
+  ConditionVariable came_;
+  PoseHistory history_ ULF_GUARDED_BY(mutex_);
+  ClockOffset sender_clock_ ULF_GUARDED_BY(mutex_), device_clock_ ULF_GUARDED_BY(mutex_);
+  std::optional<double> told_offset_s_ ULF_GUARDED_BY(mutex_);
+  Counts counts_ ULF_GUARDED_BY(mutex_);
+  bool connected_ ULF_GUARDED_BY(mutex_) = false;
+  bool starved_ ULF_GUARDED_BY(mutex_) = false;  // a frame waited in vain and nothing has come since
+  bool ending_ ULF_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

@@ -89,7 +89,7 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
   StageTimer matching(&stages.matching_s);
   FramePose located;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     located.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
   }
   std::vector<int> first;
@@ -180,7 +180,7 @@ std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const Key
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
                                       const FramePose& located, LeftOut& left_out) const {
   constexpr std::size_t kOthers = 5;
-  const std::lock_guard lock(shared_.mutex);
+  const MapLock lock(shared_);
   std::unordered_map<int, std::size_t> shows;  // by keyframe: how many of the points it sees
   for (const PointMatch& match : located.matches) {
     const int id = CandidateOf(located, match).id;
@@ -198,7 +198,7 @@ void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& 
 std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
   KeyframePoints points;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     points = PointsOf(shared_.map, keyframe);
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
@@ -213,7 +213,7 @@ std::optional<FramePose> FrameLocator::RefineTwice(const TrackedImage& image,
   FramePose located;
   located.cam_from_world = cam_from_world;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     located.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
   }
   std::optional<FramePose> wide = Refine(image, std::move(located), 10 * unit, ignored);

@@ -81,7 +81,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
   StageTimes ignored;
   FramePose located;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     located.candidates = GatherCandidates(shared_.map, small_, near);
   }
   for (const double radius_px : {15 * unit, 60 * unit}) {

@@ -3,11 +3,9 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <nlohmann/json.hpp>
 
 #include "tracking/map/map_rows.h"
 
@@ -49,7 +47,7 @@ void ReadoutSearch::Step() {
   if (shared_.readouts_measured == judged_) return;
   std::optional<ReadoutEstimate> estimate;
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     judged_ = shared_.readouts_measured;
     estimate = shared_.readout;
   }
@@ -86,7 +84,7 @@ void ReadoutSearch::Apply(double readout_s) {
   mapper_.Rest();
   rows_.SetReadout(readout_s);
   {
-    const std::lock_guard lock(shared_.mutex);
+    const MapLock lock(shared_);
     GiveRows(camera_, shared_.map, readout_s);
     ++shared_.revision;
   }

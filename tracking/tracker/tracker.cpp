@@ -39,14 +39,14 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 void Tracker::Finish() {
   state_->mapper.Rest();
   state_->mapper.AdjustAll();
-  state_->calibration = CheckCalibration(state_->camera, state_->shared.map);
+  state_->calibration = CheckCalibration(state_->camera, state_->shared.ReadByOwner());
   if (state_->calibration) *state_->calibration = state_->calibration->Of(state_->size.original());
   const auto rolling = state_->Rolling();
   if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   return state_->shared.map.PoseOf(anchor);
 }
 
@@ -59,7 +59,7 @@ std::vector<VisiblePoint> Tracker::VisiblePoints() const {
 std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
 
 std::vector<ScenePoint> Tracker::Points() const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   std::vector<ScenePoint> points;
   for (const MapPoint& point : state_->shared.map.points())
     if (point.alive) points.push_back({point.position, point.rgb, 0, point.views});
@@ -68,7 +68,7 @@ std::vector<ScenePoint> Tracker::Points() const {
 
 void Tracker::NoteView(int view_id, const Track& track) {
   if (!track.seen) return;
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   Map& map = state_->shared.map;
   for (const MapObservation& seen : *track.seen)
     // The mapper may have merged or removed it meanwhile.
@@ -76,7 +76,7 @@ void Tracker::NoteView(int view_id, const Track& track) {
 }
 
 std::vector<Anchored> Tracker::Keyframes() const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   std::vector<Anchored> anchors;
   for (const int keyframe : state_->shared.map.living())
     anchors.push_back({keyframe, {}, state_->shared.map.keyframe(keyframe).unit});
@@ -107,15 +107,18 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   }
   seeded->mapper.FinishSeeds();
   constexpr int kMinPoints = 60;
-  Map& map = seeded->shared.map;
-  if (map.LivingPoints() < kMinPoints) return false;
-  // The views are their points' record: of all that a view should show, most was found in a few views only.
-  // Without it the first frame would be expected to find half of everything, and refused.
-  for (const Keyframe& keyframe : map.keyframes())
-    for (const Candidate& candidate : GatherCandidates(map, state.camera, keyframe.cam_from_world))
-      ++map.point(candidate.id).expected;
-  for (const MapPoint& point : map.points())
-    map.point(point.id).found = static_cast<int>(point.observations.size());
+  {
+    const MapLock lock(seeded->shared);
+    Map& map = seeded->shared.map;
+    if (map.LivingPoints() < kMinPoints) return false;
+    // The views are their points' record: of all that a view should show, most was found in a few views
+    // only. Without it the first frame would be expected to find half of everything, and refused.
+    for (const Keyframe& keyframe : map.keyframes())
+      for (const Candidate& candidate : GatherCandidates(map, state.camera, keyframe.cam_from_world))
+        ++map.point(candidate.id).expected;
+    for (const MapPoint& point : map.points())
+      map.point(point.id).found = static_cast<int>(point.observations.size());
+  }
   seeded->state = TrackState::kLost;
   seeded->frames_tracked = 10;  // given, hence proven
   state_ = std::move(seeded);
@@ -124,8 +127,9 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
 
 void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) const {
   state_->mapper.Drain();
-  if (state_->shared.map.LivingPoints() == 0) return;
-  WriteFileAtomically(file, MapToBytes(state_->shared.map, state_->size.KeyAtWorkingSize(key)));
+  const Map& map = state_->shared.ReadByOwner();
+  if (map.LivingPoints() == 0) return;
+  WriteFileAtomically(file, MapToBytes(map, state_->size.KeyAtWorkingSize(key)));
 }
 
 std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
@@ -133,13 +137,14 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
   state.mapper.Drain();
   auto restored = std::make_unique<State>(state.size.original(), state.options);
   try {
+    const MapLock lock(restored->shared);
     const std::string problem = MapFromBytes(ReadWholeFile(file), state.size.KeyAtWorkingSize(key),
                                              state.camera, restored->shared.map);
     if (!problem.empty()) return problem;
   } catch (const Error& error) {
     return error.what();
   }
-  for (const Keyframe& keyframe : restored->shared.map.keyframes())
+  for (const Keyframe& keyframe : restored->shared.ReadByOwner().keyframes())
     if (keyframe.alive) restored->index.Add(keyframe);
   restored->state = TrackState::kLost;
   restored->frames_tracked = 10;  // it proved itself before
@@ -148,12 +153,12 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
 }
 
 TrackerStatistics Tracker::Statistics() const {
-  const std::lock_guard lock(state_->shared.mutex);
+  const MapLock lock(state_->shared);
   return {state_->shared.map.LivingKeyframes(),
           state_->shared.map.LivingPoints(),
           state_->keyframes_left_out,
           state_->shared.loops,
-          state_->shared.mutex.LongestWaitSeconds(),
+          std::chrono::duration<double>(state_->shared.longest_wait).count(),
           state_->calibration,
           state_->Rolling(),
           static_cast<int>(state_->shared.map.keyframes().size()),

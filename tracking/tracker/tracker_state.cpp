@@ -53,7 +53,7 @@ std::optional<Readout> Tracker::State::Rolling() const {
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     last_pose = shared.map.PoseOf(last.anchor);
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
@@ -111,7 +111,7 @@ bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   return true;
 }
 
-// The living keyframe that shares most points with these matches. The map's lock is held.
+// The living keyframe that shares most points with these matches.
 Anchored Tracker::State::AnchorOf(const FramePose& located) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
@@ -128,7 +128,6 @@ Anchored Tracker::State::AnchorOf(const FramePose& located) const {
   return {reference, located.cam_from_world * map.PoseOf(reference).Inverse(), map.keyframe(reference).unit};
 }
 
-// The map's lock is held.
 void Tracker::State::Describe(const FramePose& located, Track& track) const {
   track.cam_from_world = located.picture_from_cam * located.cam_from_world;
   if (rows.rolls()) track.middle_row_from_picture = located.picture_from_cam.Inverse();
@@ -163,7 +162,7 @@ void Tracker::State::Accept(double time_s, const FramePose& located, Track& trac
   now.time_s = time_s;
   std::vector<double> motion_px;
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     Map& map = shared.map;
     for (const int i : located.in_view)
       ++map.point(located.candidates[static_cast<std::size_t>(i)].id).expected;
@@ -218,7 +217,7 @@ bool Tracker::State::WantsKeyframe(const FramePose& located, int reference_point
 // moment, and what the hand trembles faster than that is no error of one sign.
 void Tracker::State::SetVelocity(const TrackedImage& image, const FramePose& located) {
   if (before_keyframe && image.time_s - before_keyframe->time_s < 2 * kLongestStep_s) {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     const Twist velocity = TwistBetween(shared.map.PoseOf(before_keyframe->anchor), located.cam_from_world,
                                         image.time_s - before_keyframe->time_s);
     // A mapper that has not put it into the map yet leaves it with the velocity before it.
@@ -234,7 +233,7 @@ void Tracker::State::OfferKeyframe(const TrackedImage& image, const Frame& frame
                                    Track& track) {
   StageTimer timer(&track.stages.keyframe_s);
   {
-    const std::lock_guard lock(shared.mutex);
+    const MapLock lock(shared);
     if (!WantsKeyframe(located, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth)) return;
   }
   NewKeyframe offered;
@@ -278,19 +277,20 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   image = attempt.start->second;
   StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
   // The map stands or falls by whether this frame can be tracked on it.
-  last.anchor = {
-      shared.map.LivingKeyframes() > 0 ? static_cast<int>(shared.map.keyframes().size()) - 1 : -1, {}, 1};
-  if (last.anchor.keyframe_id >= 0) {
+  {
+    const MapLock lock(shared);
+    const int keyframes = static_cast<int>(shared.map.keyframes().size());
+    last.anchor = {shared.map.LivingKeyframes() > 0 ? keyframes - 1 : -1, {}, 1};
     for (const MapPoint& point : shared.map.points())
       if (point.alive) last.img_of_point[point.id] = point.observations.back().img;
-    if (Follow(image, track)) {
-      state = TrackState::kTracking;
-      frames_since_keyframe = 0;
-      track.keyframe = true;
-      initializer.Restart();
-      map_start = MapStart{attempt.model, attempt.evidence};
-      return;
-    }
+  }
+  if (last.anchor.keyframe_id >= 0 && Follow(image, track)) {
+    state = TrackState::kTracking;
+    frames_since_keyframe = 0;
+    track.keyframe = true;
+    initializer.Restart();
+    map_start = MapStart{attempt.model, attempt.evidence};
+    return;
   }
   spdlog::debug("frame {}: the first map did not hold", frame);
   track.start->obstacle = StartObstacle::kMapDidNotHold;
@@ -423,7 +423,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(
   Track track;
   track.state = TrackState::kTracking;
   track.map_id = map_id;
-  const std::lock_guard lock(shared.mutex);
+  const MapLock lock(shared);
   Describe(*located, track);
   track.anchor = AnchorOf(*located);
   track.seen = SeenIn(*located, [](const Vector2d& img, const Vector3d&) { return img; });

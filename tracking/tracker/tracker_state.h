@@ -92,8 +92,8 @@ struct Tracker::State {
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
   void Accept(double time_s, const FramePose& located, Track& track);
-  Anchored AnchorOf(const FramePose& located) const;
-  void Describe(const FramePose& located, Track& track) const;
+  Anchored AnchorOf(const FramePose& located) const ULF_REQUIRES(shared.mutex);
+  void Describe(const FramePose& located, Track& track) const ULF_REQUIRES(shared.mutex);
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near,
                                         const std::optional<FiducialObservation>& fiducials) const;

@@ -12,7 +12,6 @@
 #include <cstring>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -179,9 +179,9 @@ struct GigeRelay::State {
   }
 
   const GigeRelayOptions options;
-  mutable std::mutex mutex;
-  GigeLinkFaults faults;           // under the mutex, like:
-  GigeRelayStatistics statistics;  // written by the relay's thread alone
+  mutable Mutex mutex;
+  GigeLinkFaults faults ULF_GUARDED_BY(mutex);
+  GigeRelayStatistics statistics ULF_GUARDED_BY(mutex);
   std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
 
   Socket public_control, public_stream, camera_stream;
@@ -298,7 +298,7 @@ void GigeRelay::State::FromCamera(Client& client) {
 void GigeRelay::State::FromStream() {
   GigeLinkFaults now;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     now = faults;
   }
   sockaddr_in from{};
@@ -310,7 +310,7 @@ void GigeRelay::State::FromStream() {
     StreamPacket packet{Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size))};
     KeptFrame& frame = FrameOf(packet.Frame(), now);
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ++statistics.packets;
     }
     const std::uint32_t number = packet.Number();
@@ -326,7 +326,7 @@ GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number, con
   KeptFrame& frame = kept.emplace_back();
   frame.number = number;
   frame.late = Draw(options.seed, number, 0, 0) < now.late;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   ++statistics.frames;
   if (frame.late) ++statistics.late_frames;
   return frame;
@@ -356,7 +356,7 @@ void GigeRelay::State::Leave(StreamPacket& packet, bool late, const GigeLinkFaul
     send(packet.bytes);
   if (doubled) send(packet.bytes);
   if (behind) send(*behind);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   statistics.lost += lost;
   statistics.doubled += doubled;
   statistics.swapped += stands_back;
@@ -380,7 +380,7 @@ void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
   const std::uint32_t first = Read32(request + 12) & 0xFFFFFF, last = Read32(request + 16) & 0xFFFFFF;
   GigeLinkFaults now;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++statistics.resend_requests;
     now = faults;
   }
@@ -391,7 +391,7 @@ void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
         Leave(it->second, false, now);
         ++resent;
       }
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   statistics.resent += resent;
 }
 
@@ -399,11 +399,11 @@ GigeRelay::GigeRelay(const GigeRelayOptions& options) : state_(std::make_unique<
 GigeRelay::~GigeRelay() = default;
 
 void GigeRelay::SetFaults(const GigeLinkFaults& faults) {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   state_->faults = faults;
 }
 void GigeRelay::SetLoss(double share) {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   state_->faults.lost = share;
 }
 void GigeRelay::PassControl(bool passes) { state_->control_passes = passes; }
@@ -418,7 +418,7 @@ void GigeRelay::PutBack() {
 }
 
 GigeRelayStatistics GigeRelay::Statistics() const {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   return state_->statistics;
 }
 

@@ -10,12 +10,10 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <cstring>
 #include <deque>
 #include <fstream>
-#include <mutex>
 #include <thread>
 
 #include "acquisition/aravis/gige_vision_probe.h"
@@ -27,6 +25,7 @@
 #include "acquisition/simulator/gige/wire_format.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -83,8 +82,9 @@ struct SimulatedGigeCamera::State {
   void RunFaults();
   void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
   void Fill(ArvBuffer* buffer, const Settings& wanted);
-  void FollowClock(std::int64_t moment, std::int64_t period_us, const Settings& wanted, double now_s);
-  double HandTime(std::int64_t moment) const {
+  void FollowClock(std::int64_t moment, std::int64_t period_us, const Settings& wanted, double now_s)
+      ULF_REQUIRES(mutex);
+  double HandTime(std::int64_t moment) const ULF_REQUIRES(mutex) {
     return origin_hand_s + 1e-6 * static_cast<double>((moment - origin_moment) * period_us);
   }
   void WritePose(std::uint64_t frame_id, std::uint64_t device_ns, const Frame& frame, double hand_s);
@@ -108,18 +108,24 @@ struct SimulatedGigeCamera::State {
     double hand_s;
     Frame frame;
   };
-  std::mutex mutex;
-  std::condition_variable asked, rendered, faults_due, line_due;
-  std::deque<Ready> ring;
-  Settings settings;
-  std::int64_t period_us = 0, wanted_moment = 0, rendered_moment = 0, origin_moment = 0;
-  double origin_hand_s = 0, last_fill_s = 0;
-  std::uint64_t epoch = 0;  // changes whenever what is in the ring has become worthless
-  bool streaming = false, stopping = false;
-  GigeServerStatistics statistics;
-  double render_s = 0;
-  std::uint64_t renders = 0;
-  std::optional<std::chrono::steady_clock::time_point> first_frame;
+  Mutex mutex;
+  ConditionVariable asked, rendered, faults_due, line_due;
+  std::deque<Ready> ring ULF_GUARDED_BY(mutex);
+  Settings settings ULF_GUARDED_BY(mutex);
+  std::int64_t period_us ULF_GUARDED_BY(mutex) = 0;
+  std::int64_t wanted_moment ULF_GUARDED_BY(mutex) = 0;
+  std::int64_t rendered_moment ULF_GUARDED_BY(mutex) = 0;
+  std::int64_t origin_moment ULF_GUARDED_BY(mutex) = 0;
+  double origin_hand_s ULF_GUARDED_BY(mutex) = 0;
+  double last_fill_s ULF_GUARDED_BY(mutex) = 0;
+  // Changes whenever what is in the ring has become worthless.
+  std::uint64_t epoch ULF_GUARDED_BY(mutex) = 0;
+  bool streaming ULF_GUARDED_BY(mutex) = false;
+  bool stopping ULF_GUARDED_BY(mutex) = false;
+  GigeServerStatistics statistics ULF_GUARDED_BY(mutex);
+  double render_s ULF_GUARDED_BY(mutex) = 0;
+  std::uint64_t renders ULF_GUARDED_BY(mutex) = 0;
+  std::optional<std::chrono::steady_clock::time_point> first_frame ULF_GUARDED_BY(mutex);
   // The renderer's alone once it runs:
   std::vector<std::optional<Frame>> loop;
   Settings loop_settings;
@@ -128,10 +134,10 @@ struct SimulatedGigeCamera::State {
 
 SimulatedGigeCamera::State::~State() {
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     stopping = true;
   }
-  for (std::condition_variable* waited : {&asked, &rendered, &faults_due, &line_due}) waited->notify_all();
+  for (ConditionVariable* waited : {&asked, &rendered, &faults_due, &line_due}) waited->notify_all();
   for (std::thread* thread : {&line, &faults, &renderer})
     if (thread->joinable()) thread->join();
   relay.reset();
@@ -259,14 +265,14 @@ void SimulatedGigeCamera::State::WriteRegisters() {
 // Pulses on the emulated input line, whether or not anybody has armed the camera for them.
 void SimulatedGigeCamera::State::PulseLine() {
   auto next = std::chrono::steady_clock::now();
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (true) {
     guint32 chosen = 0, line_us = 0;
     arv_fake_camera_read_register(registers, kTriggerSourceAt, &chosen);
     arv_fake_camera_read_register(registers, kLinePeriodAt, &line_us);
     next = std::max(next + std::chrono::microseconds(std::max(1000u, line_us)),
                     std::chrono::steady_clock::now());
-    if (line_due.wait_until(lock, next, [&] { return stopping; })) return;
+    if (line_due.wait_until(lock, next, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
     if (chosen == kLine0)
       arv_fake_camera_write_register(registers, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
   }
@@ -281,19 +287,19 @@ void SimulatedGigeCamera::State::RunFaults() {
       changes.push_back(span.at_s + span.for_s);
     }
   std::sort(changes.begin(), changes.end());
-  std::unique_lock lock(mutex);
-  faults_due.wait(lock, [&] { return stopping || first_frame; });
+  MutexLock lock(mutex);
+  faults_due.wait(lock, [this]() ULF_REQUIRES(mutex) { return stopping || first_frame; });
   for (const double t_s : changes) {
     const auto due = *first_frame + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                         std::chrono::duration<double>(t_s));
-    if (faults_due.wait_until(lock, due, [&] { return stopping; })) return;
+    if (faults_due.wait_until(lock, due, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
     const bool there = !options.simulation.faults.Disconnected(t_s);
     relay->PassControl(there);
     relay->PassStream(there && !options.simulation.faults.Frozen(t_s));
   }
 }
 
-// The moment that the camera fires at now, and what changed since the last one. Under the lock.
+// The moment that the camera fires at now, and what changed since the last one.
 void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t new_period_us,
                                              const Settings& wanted, double now_s) {
   const bool free_running = arv_fake_camera_is_in_free_running_mode(registers);
@@ -327,13 +333,14 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   const std::int64_t new_period_us = std::max<guint32>(1000, register_us);
   const auto moment = static_cast<std::int64_t>(device_ns / 1000) / new_period_us;
 
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   FollowClock(moment, new_period_us, wanted, 1e-9 * static_cast<double>(device_ns));
   const bool late = ring.empty();
   asked.notify_one();
   // Rendering one frame takes far less than the heartbeat of a client's control channel, which waits behind
   // us.
-  rendered.wait_for(lock, std::chrono::milliseconds(1500), [&] { return stopping || !ring.empty(); });
+  rendered.wait_for(lock, std::chrono::milliseconds(1500),
+                    [this]() ULF_REQUIRES(mutex) { return stopping || !ring.empty(); });
   if (stopping || ring.empty()) return;
   const Ready ready = std::move(ring.front());
   ring.pop_front();
@@ -424,9 +431,10 @@ Frame SimulatedGigeCamera::State::Picture(double hand_s, const Settings& now) {
 }
 
 void SimulatedGigeCamera::State::Render() {
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (true) {
-    asked.wait(lock, [&] { return stopping || (streaming && ring.size() < kFramesAhead); });
+    asked.wait(
+        lock, [this]() ULF_REQUIRES(mutex) { return stopping || (streaming && ring.size() < kFramesAhead); });
     if (stopping) return;
     const std::int64_t moment = std::max(rendered_moment + 1, wanted_moment);
     const Settings now = settings;
@@ -463,7 +471,7 @@ const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->came
 GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   GigeServerStatistics statistics = state_->statistics;
   statistics.refused = state_->door->Refused();
   if (state_->renders > 0)

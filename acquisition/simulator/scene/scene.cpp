@@ -1,11 +1,11 @@
 #include "acquisition/simulator/scene/scene.h"
 
 #include <map>
-#include <mutex>
 
 #include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/scene/materials.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 
@@ -234,9 +234,9 @@ std::vector<std::string> Scene::Names() {
 }
 
 std::shared_ptr<const Scene> Scene::Named(const std::string& name) {
-  static std::mutex mutex;
-  static std::map<std::string, std::shared_ptr<const Scene>> built;
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;
+  static std::map<std::string, std::shared_ptr<const Scene>> built ULF_GUARDED_BY(mutex);
+  const MutexLock lock(mutex);
   if (const auto found = built.find(name); found != built.end()) return found->second;
   for (const NamedScene& scene : kScenes)
     if (name == scene.name) return built[name] = scene.build();

@@ -60,7 +60,7 @@ ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threade
 
 ViewSpool::~ViewSpool() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     finishing_ = true;
   }
   changed_.notify_all();
@@ -74,7 +74,7 @@ ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::strin
     return Outcome::kWritten;
   } catch (const DiskFullError& error) {
     problem = error.what();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     no_room_ = problem;
     return Outcome::kNoRoom;
   } catch (const std::exception& error) {
@@ -94,7 +94,7 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
         first.write_line(writer_);
       },
       problem);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (outcome == Outcome::kWritten) no_room_.reset();
   if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = problem;
   return outcome;
@@ -112,7 +112,7 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
   }
   const std::vector<View> views = writer_.AddViews(added);
   views_on_disk_ += views.size();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (std::size_t i = 0; i < views.size(); ++i)
     if (!added[i].files.image) pictures_.push_back(views[i]);
 }
@@ -124,7 +124,7 @@ bool ViewSpool::Rescue(const Task& task) {
   std::string problem;  // the first one is the failure that is reported
   const auto folder = KeepAnywhere(&writer_, root_, frame, problem);
   if (!folder || (task.unposed && *folder == root_ / "unposed")) return folder.has_value();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++set_aside_[*folder];
   return true;
 }
@@ -150,9 +150,10 @@ std::size_t ViewSpool::BatchSize(std::size_t most_views) const {
 
 void ViewSpool::Loop() {
   HaveSignalStack();
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
-    changed_.wait(lock, [&] { return (finishing_ && tasks_.empty()) || BatchSize(most) > 0; });
+    changed_.wait(
+        lock, [&]() ULF_REQUIRES(mutex_) { return (finishing_ && tasks_.empty()) || BatchSize(most) > 0; });
     if (tasks_.empty()) break;
     std::size_t count = BatchSize(most);
     if (!failure_) {
@@ -165,7 +166,7 @@ void ViewSpool::Loop() {
         continue;
       }
       if (outcome == Outcome::kNoRoom && !finishing_) {
-        changed_.wait_for(lock, kRetryAfter, [&] { return finishing_; });
+        changed_.wait_for(lock, kRetryAfter, [this]() ULF_REQUIRES(mutex_) { return finishing_; });
         continue;  // the same again
       }
       if (outcome == Outcome::kNoRoom) failure_ = no_room_;
@@ -190,17 +191,17 @@ void ViewSpool::Loop() {
 // Whatever the disk says, for as long as there are views that wait for it.
 void ViewSpool::EncodeLoop() {
   HaveSignalStack();
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
     std::shared_ptr<PendingView> next;
-    const auto find = [&] {
+    const auto find = [&]() ULF_REQUIRES(mutex_) {
       const auto found = std::find_if(tasks_.begin(), tasks_.end(), [](const Task& task) {
         return task.view && task.view->state == PendingView::kWaiting;
       });
       if (found != tasks_.end()) next = found->view;
       return next != nullptr;
     };
-    changed_.wait(lock, [&] { return find() || finishing_; });
+    changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) { return find() || finishing_; });
     if (!next) return;
     next->state = PendingView::kBeingEncoded;
     lock.unlock();
@@ -218,9 +219,9 @@ void ViewSpool::EncodeLoop() {
 void ViewSpool::PictureLoop() {
   HaveSignalStack();
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kPictureNiceness);  // of this thread alone
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [&] { return !pictures_.empty() || all_written_; });
+    changed_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return !pictures_.empty() || all_written_; });
     if (pictures_.empty()) return;
     const View view = std::move(pictures_.front());
     pictures_.pop_front();
@@ -237,7 +238,7 @@ void ViewSpool::PictureLoop() {
     } else {
       pictures_.push_front(view);
       if (all_written_) return;
-      changed_.wait_for(lock, kRetryAfter, [&] { return all_written_; });
+      changed_.wait_for(lock, kRetryAfter, [this]() ULF_REQUIRES(mutex_) { return all_written_; });
     }
     changed_.notify_all();
   }
@@ -246,19 +247,26 @@ void ViewSpool::PictureLoop() {
 std::uint64_t ViewSpool::MostBytes(const Frame& frame) { return BytesInMemory(frame); }
 
 std::size_t ViewSpool::ViewsWaiting() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return views_waiting_;
 }
 
 std::size_t ViewSpool::PicturesWaiting() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return pictures_.size() + pictures_being_made_.size();
 }
 
 // What did not fit before comes first. False: the last task had no room and was not taken.
 bool ViewSpool::WriteInCaller(bool only_if_room) {
+  MutexLock lock(mutex_);
   while (!tasks_.empty()) {
-    const Outcome outcome = failure_ ? Outcome::kFailed : Write({&tasks_.front(), 1});
+    const Task task = tasks_.front();
+    Outcome outcome = Outcome::kFailed;
+    if (!failure_) {
+      lock.unlock();
+      outcome = Write({&task, 1});
+      lock.lock();
+    }
     if (outcome == Outcome::kNoRoom && !finishing_) {
       if (!only_if_room) return true;  // kept
       views_waiting_ -= tasks_.back().IsFrame();
@@ -266,14 +274,20 @@ bool ViewSpool::WriteInCaller(bool only_if_room) {
       return false;
     }
     if (outcome == Outcome::kNoRoom) failure_ = no_room_;
-    Done(!failure_ || Rescue(tasks_.front()));
+    bool written = true;
+    if (failure_) {
+      lock.unlock();
+      written = Rescue(task);
+      lock.lock();
+    }
+    Done(written);
   }
   return true;
 }
 
 bool ViewSpool::Submit(Task task, bool only_if_room) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (threaded_ && tasks_.size() >= capacity_) {
       behind_ = true;
       if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
@@ -294,7 +308,7 @@ std::uint64_t ViewSpool::NeededBytes(std::uint64_t views) const {
 }
 
 std::optional<SpoolPause> ViewSpool::Pause() {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   if (failure_) return std::nullopt;
   const std::uint64_t free = FreeBytes(root_), needed = NeededBytes(views_waiting_ + 1);
   if (no_room_ || free < needed)
@@ -335,8 +349,8 @@ void ViewSpool::RemoveView(int id) {
 // Its photograph may just be being made from its master: nobody else may have the files in hand.
 void ViewSpool::Remove(int id) {
   {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] {
+    MutexLock lock(mutex_);
+    changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
       return std::find(pictures_being_made_.begin(), pictures_being_made_.end(), id) ==
              pictures_being_made_.end();
     });
@@ -370,19 +384,30 @@ void ViewSpool::NoteGap(double from_s, double to_s, const std::string& reason) {
 }
 
 std::optional<std::string> ViewSpool::Failure() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return failure_;
+}
+
+std::size_t ViewSpool::Unwritten() const {
+  const MutexLock lock(mutex_);
+  return unwritten_;
+}
+
+std::map<std::filesystem::path, std::size_t> ViewSpool::SetAside() const {
+  const MutexLock lock(mutex_);
+  return set_aside_;
 }
 
 LightFieldWriter ViewSpool::Finish() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     finishing_ = true;
   }
   changed_.notify_all();
   for (std::thread& thread : threads_)
     if (thread.joinable()) thread.join();
   if (!threaded_) WriteInCaller(false);
+  const MutexLock lock(mutex_);
   if (pictures_not_made_ > 0)
     spdlog::warn(
         "{} of images/ could not be made now and will be made from masters/ when the light field is next "

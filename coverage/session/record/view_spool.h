@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -26,13 +25,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/image/frame.h"
 #include "core/light_field/light_field_io.h"
 
@@ -85,15 +84,15 @@ class ViewSpool {
   // Upper bound of what a view of this frame takes on disk.
   static std::uint64_t MostBytes(const Frame& frame);
   // After Finish(): accepted frames that are nowhere on disk.
-  std::size_t Unwritten() const { return unwritten_; }
+  std::size_t Unwritten() const;
   // After Finish(): accepted frames that were written to other folders, by folder.
-  const std::map<std::filesystem::path, std::size_t>& SetAside() const { return set_aside_; }
+  std::map<std::filesystem::path, std::size_t> SetAside() const;
 
  private:
   struct PendingView {
     LightFieldWriter::NewView view;
-    enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;
-    std::exception_ptr problem;  // of encoding
+    enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;  // under mutex_
+    std::exception_ptr problem;                                   // of encoding
   };
   // A line, a view, or a frame for unposed/.
   struct Task {
@@ -112,12 +111,12 @@ class ViewSpool {
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world);
   void Remove(int id);
   bool Rescue(const Task& task);
-  void Done(bool written);
+  void Done(bool written) ULF_REQUIRES(mutex_);
   void Loop();
   void EncodeLoop();
   void PictureLoop();
-  std::size_t BatchSize(std::size_t most_views) const;
-  std::uint64_t NeededBytes(std::uint64_t views) const;
+  std::size_t BatchSize(std::size_t most_views) const ULF_REQUIRES(mutex_);
+  std::uint64_t NeededBytes(std::uint64_t views) const ULF_REQUIRES(mutex_);
 
   LightFieldWriter writer_;
   const std::filesystem::path root_;
@@ -126,20 +125,20 @@ class ViewSpool {
   std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};
   std::atomic<std::uint64_t> most_seen_points_{0};
 
-  mutable std::mutex mutex_;  // of all below
-  std::condition_variable changed_;
-  std::deque<Task> tasks_;                // the first ones are being written
-  std::deque<View> pictures_;             // on disk with their masters alone
-  std::vector<int> pictures_being_made_;  // ids
-  std::size_t views_waiting_ = 0;
-  bool finishing_ = false;
-  bool all_written_ = false;            // no more pictures will come
-  bool behind_ = false;                 // since the spool was full, until half of it is written
-  std::optional<std::string> no_room_;  // what the disk said when it was full
-  std::optional<std::string> failure_;
-  std::size_t pictures_not_made_ = 0;
-  std::size_t unwritten_ = 0;
-  std::map<std::filesystem::path, std::size_t> set_aside_;
+  mutable Mutex mutex_;
+  ConditionVariable changed_;
+  std::deque<Task> tasks_ ULF_GUARDED_BY(mutex_);                // the first ones are being written
+  std::deque<View> pictures_ ULF_GUARDED_BY(mutex_);             // on disk with their masters alone
+  std::vector<int> pictures_being_made_ ULF_GUARDED_BY(mutex_);  // ids
+  std::size_t views_waiting_ ULF_GUARDED_BY(mutex_) = 0;
+  bool finishing_ ULF_GUARDED_BY(mutex_) = false;
+  bool all_written_ ULF_GUARDED_BY(mutex_) = false;  // no more pictures will come
+  bool behind_ ULF_GUARDED_BY(mutex_) = false;       // since the spool was full, until half of it is written
+  std::optional<std::string> no_room_ ULF_GUARDED_BY(mutex_);  // what the disk said when it was full
+  std::optional<std::string> failure_ ULF_GUARDED_BY(mutex_);
+  std::size_t pictures_not_made_ ULF_GUARDED_BY(mutex_) = 0;
+  std::size_t unwritten_ ULF_GUARDED_BY(mutex_) = 0;
+  std::map<std::filesystem::path, std::size_t> set_aside_ ULF_GUARDED_BY(mutex_);
   std::vector<std::thread> threads_;
 };
 

@@ -227,16 +227,16 @@ struct Turn {
   void Close(const LoopOptions& loop_options = {}) {
     LoopCloser closer(camera, shared, index, loop_options);
     for (int k = 0; k < options.keyframes; ++k) {
-      if (!shared.map.keyframe(k).alive) continue;
+      if (!shared.ReadByOwner().keyframe(k).alive) continue;
       loops += closer.Examine(k).has_value();
-      index.Add(shared.map.keyframe(k));
+      index.Add(shared.ReadByOwner().keyframe(k));
     }
   }
 
   double CenterError() const {
     std::vector<Vector3d> centers, true_centers;
     for (int k = 0; k < options.keyframes; ++k) {
-      centers.push_back(shared.map.PoseOf(k).OriginInSource());
+      centers.push_back(shared.ReadByOwner().PoseOf(k).OriginInSource());
       true_centers.push_back(truth[static_cast<std::size_t>(k)].OriginInSource());
     }
     const Similarity3 fit = *AlignPoints(centers, true_centers);
@@ -251,17 +251,18 @@ TEST(LoopCloserTest, ComingRoundTakesTheDriftOut) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     Turn turn({.seed = seed});
     const double before = turn.CenterError();
-    const int points = turn.shared.map.LivingPoints();
+    const Map& map = turn.shared.ReadByOwner();
+    const int points = map.LivingPoints();
     turn.Close();
     EXPECT_GE(turn.loops, 1) << "seed " << seed;
     EXPECT_LT(turn.CenterError(), 0.2 * before) << "seed " << seed;
-    EXPECT_LT(turn.shared.map.LivingPoints(), points - 60) << "seed " << seed;
+    EXPECT_LT(map.LivingPoints(), points - 60) << "seed " << seed;
     EXPECT_EQ(turn.shared.loops, turn.loops);
     EXPECT_EQ(turn.shared.revision, turn.loops);
     // Both passes see the same points now.
     bool meets = false;
     for (int k = 60; k < turn.options.keyframes; ++k)
-      for (const Map::Neighbour& partner : turn.shared.map.Covisible(k)) meets |= partner.keyframe < 20;
+      for (const Map::Neighbour& partner : map.Covisible(k)) meets |= partner.keyframe < 20;
     EXPECT_TRUE(meets) << "seed " << seed;
   }
 }
@@ -323,7 +324,7 @@ TEST(LoopCloserTest, TheSameMapGivesTheSameBytesTwice) {
   first.Close();
   second.Close();
   for (int k = 0; k < first.options.keyframes; ++k) {
-    const Rigid3 a = first.shared.map.PoseOf(k), b = second.shared.map.PoseOf(k);
+    const Rigid3 a = first.shared.ReadByOwner().PoseOf(k), b = second.shared.ReadByOwner().PoseOf(k);
     EXPECT_EQ(a.rotation.coeffs(), b.rotation.coeffs());
     EXPECT_EQ(a.translation, b.translation);
   }

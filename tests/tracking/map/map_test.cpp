@@ -298,24 +298,28 @@ TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
 TEST(MapTest, AdjustingEverythingKeepsTheMapWhereItIs) {
   World world(6);
   SharedMap shared(world.camera);
-  shared.map = world.map;
+  const Map& map = shared.ReadByOwner();
   Draw draw(3);
   const auto mean_center = [&] {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const int id : shared.map.living())
-      mean += shared.map.keyframe(id).cam_from_world.OriginInSource() / shared.map.LivingKeyframes();
+    for (const int id : map.living())
+      mean += map.keyframe(id).cam_from_world.OriginInSource() / map.LivingKeyframes();
     return mean;
   };
-  // The first keyframe is the one that is wrong: held, it would turn and move all others.
-  shared.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
+  {
+    const MapLock lock(shared);
+    shared.map = world.map;
+    // The first keyframe is the one that is wrong: held, it would turn and move all others.
+    shared.map.keyframe(0).cam_from_world.translation += Eigen::Vector3d(0.03, -0.02, 0.02);
+  }
   const Eigen::Vector3d before = mean_center();
-  const Eigen::Vector3d fourth = shared.map.keyframe(4).cam_from_world.OriginInSource();
-  const BundleSummary summary = AdjustMap(world.camera, shared, shared.map.living(), {},
+  const Eigen::Vector3d fourth = map.keyframe(4).cam_from_world.OriginInSource();
+  const BundleSummary summary = AdjustMap(world.camera, shared, map.living(), {},
                                           {.robust_iterations = 20, .iterations = 20, .gate_sigmas = 100});
   ASSERT_TRUE(summary.usable);
   EXPECT_LT(summary.final_rms_sigmas, 0.05);
   EXPECT_LT((mean_center() - before).norm(), 1e-9);
-  EXPECT_LT((shared.map.keyframe(4).cam_from_world.OriginInSource() - fourth).norm(), 0.03);
+  EXPECT_LT((map.keyframe(4).cam_from_world.OriginInSource() - fourth).norm(), 0.03);
 }
 
 // Two points in one place, each known to two keyframes of the four that see it: they become one.
@@ -338,11 +342,14 @@ TEST(MapperTest, DuplicatesMerge) {
   }
   ASSERT_GE(split, 5);
   const int before = world.map.LivingPoints();
-  shared.map = world.map;
+  {
+    const MapLock lock(shared);
+    shared.map = world.map;
+  }
   Mapper mapper(world.camera, shared, index, true);
   // The last keyframe's sight once more, a little aside: with it comes the merging.
   NewKeyframe offered;
-  const Keyframe& last = shared.map.keyframe(3);
+  const Keyframe& last = shared.ReadByOwner().keyframe(3);
   offered.keyframe.cam_from_world = last.cam_from_world;
   offered.keyframe.features = last.features;
   for (int i = 0; i < last.features->size(); ++i)
@@ -350,7 +357,7 @@ TEST(MapperTest, DuplicatesMerge) {
       offered.seen.push_back(
           {last.point_of_feature[static_cast<std::size_t>(i)], {-1, i, (*last.features)[i].img, 1}});
   ASSERT_TRUE(mapper.Offer(std::move(offered)));
-  EXPECT_LE(shared.map.LivingPoints(), before - split * 3 / 4);
+  EXPECT_LE(shared.ReadByOwner().LivingPoints(), before - split * 3 / 4);
 }
 
 TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {
