@@ -13,7 +13,8 @@ namespace ulf::coverage {
 
 struct CoverageMapPicture {
   int width = 960;
-  std::optional<Rigid3> cam_from_world;  // the current camera; none: distances are compared with the median
+  // The current camera; none: distances are compared with the median.
+  std::optional<Rigid3> cam_from_world = std::nullopt;
 };
 
 // Both paint the map anew on a finer grid, which takes some tenths of a second. The share in the chart's caption
