@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <set>
 
 #include "core/geometry/digest.h"
@@ -36,7 +37,7 @@ TEST(Digest, EveryChangeIsAnotherChecksum) {
     EXPECT_TRUE(checksums.insert(FastChecksumOf(changed)).second) << at;
   }
   EXPECT_EQ(FastChecksumOf(bytes), FastChecksumOf(std::string(1000, '\7')));
-  EXPECT_EQ(FastChecksumOf("light field"), 0x62d6d02a6e16edfb) << "the value in files that exist";
+  EXPECT_EQ(FastChecksumOf("light field"), 0x62d6d02a6e16edfbu) << "the value in files that exist";
 }
 
 }  // namespace

@@ -47,8 +47,9 @@ TEST(NearestView, NeedsAView) { EXPECT_THROW(NearestViewRenderer(RenderScene{}),
 
 TEST(QualityChart, HasAPointForEachFieldAndAColourForEachProxy) {
   EvaluateSummary summary{.views = 20, .held_out = 4, .width = 64, .height = 48, .renderer = "reference"};
-  FieldScore score{.asked = {.kind = FieldKind::kSubdivision},
-                   .used = {.kind = FieldKind::kSubdivision, .level = 2}};
+  FieldScore score;
+  score.asked.kind = score.used.kind = FieldKind::kSubdivision;
+  score.used.level = 2;
   score.proxy = "mesh";
   score.inside = {.views = 3, .psnr_db = 31.5};
   score.ms_per_frame = 12;
