@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
