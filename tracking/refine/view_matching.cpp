@@ -81,7 +81,8 @@ RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, co
         view.why = error.what();
       }
       const MutexLock lock(read.mutex);
-      stage.Show(static_cast<double>(++read.done) / count, fmt::format("reading view {}", read.done));
+      ++read.done;
+      stage.Show(static_cast<double>(read.done) / count, fmt::format("reading view {}", read.done));
     }
   });
   return scene;
@@ -111,7 +112,8 @@ std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<
     }
     if (static_cast<int>(pair.matches.size()) < kMinPairMatches) pair.matches.clear();
     const MutexLock lock(shown.mutex);
-    stage.Show(static_cast<double>(++shown.done) / static_cast<double>(pairs.size()),
+    ++shown.done;
+    stage.Show(static_cast<double>(shown.done) / static_cast<double>(pairs.size()),
                fmt::format("comparing views, pair {} of {}", shown.done, pairs.size()));
   });
   return matched;

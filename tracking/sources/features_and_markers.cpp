@@ -39,9 +39,7 @@ class FeaturesAndMarkers : public PoseSource {
     by_features_ += on_map_;
     track.map_id = 0;  // one world: the board's
     track.cpu_s = tracker_cpu_s + (located_s - start_s) + (ThreadCpuSeconds() - tracked_s);
-    track.relocalized = track.cam_from_world && began_ && lost_;
-    if (!track.skipped) lost_ = !track.cam_from_world;
-    began_ = began_ || track.cam_from_world;
+    continuity_.Complete(track);
     return track;
   }
 
@@ -153,8 +151,6 @@ class FeaturesAndMarkers : public PoseSource {
       Describe(*pose, track);
       track.anchor = AnchorByBoard(pose->cam_from_world, in_map);
       visible_ = VisibleCorners(*pose);
-    } else {
-      track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
     }
     return track;
   }
@@ -163,7 +159,8 @@ class FeaturesAndMarkers : public PoseSource {
   Tracker tracker_;
   std::unique_ptr<PoseSource> given_;  // measures sharpness and motion while the board gives the pose
   BoardFromMap frames_;
-  bool on_map_ = false, began_ = false, lost_ = false;
+  PoseContinuity continuity_;
+  bool on_map_ = false;
   int map_id_ = 0, by_features_ = 0;
   std::vector<ByBoard> by_board_;
   std::vector<VisiblePoint> visible_;

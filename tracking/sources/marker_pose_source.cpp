@@ -19,16 +19,12 @@ class MarkerSource : public PoseSource {
     if (frame.status == FrameStatus::kComplete && !frame.image.empty())
       pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
     Track track = given_->Step(WithPose(frame, pose));
+    visible_.clear();
     if (pose) {
       Describe(*pose, track);
-      track.relocalized = began_ && lost_;
-      began_ = true;
       visible_ = VisibleCorners(*pose);
-    } else {
-      track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
-      visible_.clear();
     }
-    if (!track.skipped) lost_ = !pose;
+    continuity_.Complete(track);
     track.cpu_s = ThreadCpuSeconds() - start_s;
     return track;
   }
@@ -55,7 +51,7 @@ class MarkerSource : public PoseSource {
   MarkerLocator locator_;
   std::unique_ptr<PoseSource> given_;  // measures sharpness and motion
   std::vector<VisiblePoint> visible_;
-  bool began_ = false, lost_ = false;
+  PoseContinuity continuity_;
 };
 
 }  // namespace

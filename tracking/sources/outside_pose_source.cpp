@@ -17,11 +17,7 @@ class OutsidePoses : public PoseSource {
 
   Track Step(const Frame& frame) override {
     Track track = given_->Step(Posed(frame));
-    if (track.skipped) return track;
-    if (!track.cam_from_world && !began_) track.state = TrackState::kInitializing;
-    track.relocalized = track.cam_from_world && began_ && lost_;
-    lost_ = !track.cam_from_world;
-    began_ = began_ || !lost_;
+    if (!track.skipped) continuity_.Complete(track);
     return track;
   }
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
@@ -45,7 +41,7 @@ class OutsidePoses : public PoseSource {
 
   std::unique_ptr<PoseSource> given_;
   Rigid3 tool_from_cam_;
-  bool began_ = false, lost_ = false;
+  PoseContinuity continuity_;
 };
 
 class TrajectorySource : public OutsidePoses {

@@ -52,6 +52,22 @@ class PoseSource {
   virtual bool IsMetric() const { return false; }
 };
 
+// Remembers whether a source has given a pose, and completes the state of its tracks.
+class PoseContinuity {
+ public:
+  // Without a pose the state is initializing before the first one, then lost. Skipped frames change nothing.
+  void Complete(Track& track) {
+    const bool posed = track.cam_from_world.has_value();
+    if (!posed) track.state = began_ ? TrackState::kLost : TrackState::kInitializing;
+    track.relocalized = posed && began_ && lost_;
+    if (!track.skipped) lost_ = !posed;
+    began_ = began_ || posed;
+  }
+
+ private:
+  bool began_ = false, lost_ = false;
+};
+
 std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera, const TrackerOptions& options);
 
 // The frames' own poses; a frame without one is lost. The image's motion is measured at the subject's

@@ -19,6 +19,7 @@
 
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/simulator/gige/gige_address.h"
+#include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/gige/gvcp.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
@@ -31,9 +32,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 using namespace gvcp;
 
-constexpr std::uint32_t kCurrentAddressAt = 0x0024, kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
-                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18,
-                        kSourcePortRegister = 0x0D1C;
+constexpr std::uint32_t kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
+                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18;
 // GVSP: status (2), frame number (2), kind of packet (1), packet number (3).
 constexpr int kLeader = 1, kTrailer = 2;
 
@@ -240,7 +240,7 @@ void GigeRelay::State::FromClient() {
     Client& client = ClientAt(from);
     for (std::size_t at = kHeaderBytes; command == kReadRegister && at + 4 <= *size; at += 4) {
       const std::uint32_t which = Word(&buffer[at]);
-      if (which == kCapabilityRegister || which == kSourcePortRegister)
+      if (which == kCapabilityRegister || which == kStreamSourcePortAt)
         client.rewritten[request] = {which, at};
     }
     client.to_camera.SendTo(camera, buffer.data(), *size);
@@ -275,7 +275,7 @@ void GigeRelay::State::FromCamera(Client& client) {
         command == kReadRegisterAck && found != client.rewritten.end()) {
       const auto [which, at] = found->second;
       client.rewritten.erase(found);
-      if (at + 4 <= *size && which == kSourcePortRegister)
+      if (at + 4 <= *size && which == kStreamSourcePortAt)
         PutWord(&buffer[at], public_stream.Port());
       else if (at + 4 <= *size && options.resends)
         PutWord(&buffer[at], Word(&buffer[at]) | kResendCapability);

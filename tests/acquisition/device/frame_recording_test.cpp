@@ -302,7 +302,7 @@ void ExpectWholeAndNamed(const fs::path& dir, const FrameRecorderSummary& summar
 TEST(FrameRecording, NeverWaitsForTheDisk) {
   const ScratchFolder scratch;
   constexpr std::uint64_t kFrames = 60, kMayWait = 8;
-  FrameRecorder recorder(scratch / "s", {}, kMayWait * 1000 * 1000);
+  FrameRecorder recorder(scratch / "s", {}, {.waiting_bytes = kMayWait * 1000 * 1000});
   std::uint64_t taken = 0;
   {
     const HangingDisk disk;
